@@ -10,7 +10,7 @@ import yaml
 from tauto_core.checks.readiness import check_scene
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.machines import compile_machine
-from tauto_core.motion.lever import lever_shape
+from tauto_core.motion.lever import arc_series
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.loader import parse_scene, scene_yaml
 
@@ -237,7 +237,7 @@ def test_a_lever_whose_inertia_no_series_resolves():
     check_scene(scene(**heavy | {'release_angle': release}))
     for worse in ({'inertia': 0.99 * inertia}, {'release_angle': 1.01 * release}):
         with pytest.raises(PropagationError, match='too abruptly'):
-            lever_shape(compile_machine(scene(**heavy | worse)))
+            arc_series(compile_machine(scene(**heavy | worse)))
 
 
 @pytest.mark.parametrize(

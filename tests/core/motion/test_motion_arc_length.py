@@ -13,7 +13,14 @@ from motion_cases import scene_of
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.closed_forms import ActionAngle
-from tauto_core.motion.wells import MARGIN, MAX_TERMS, SLOPE, angle_of, arc_of, arc_shape
+from tauto_core.motion.wells import (
+    MAX_TERMS,
+    REACH_PER_RELEASE,
+    SHORTENING_SLOPE,
+    angle_of,
+    arc_of,
+    arc_shape,
+)
 from tauto_core.motion.wheel import Collocation
 
 RATE = 0.01
@@ -67,7 +74,7 @@ def test_polynomials_hold_over_their_whole_range(k, release):
     assert shape.k == pytest.approx(k, rel=1e-15)
     assert shape.terms.shape[1] <= MAX_TERMS
     with mpmath.workdps(60):
-        reach = MARGIN * machine.release_angle + 0.1
+        reach = REACH_PER_RELEASE * machine.release_angle + 0.1
         assert math.isclose(shape.limit, float(exact_arc(mpmath.mpf(reach), shape.k) ** 2))
         rows = []
         for u in [1e-9, *np.linspace(0.003, 1.0, 61).tolist()]:
@@ -81,7 +88,7 @@ def test_polynomials_hold_over_their_whole_range(k, release):
     u, *wanted = np.array(rows).T
     degree = shape.terms.shape[1] - 1
     sizes = [float(np.max(np.abs(exact))) for exact in wanted]
-    sizes[SLOPE] = 2.0 * degree**2 * 2.0 / shape.limit
+    sizes[SHORTENING_SLOPE] = 2.0 * degree**2 * 2.0 / shape.limit
     for terms, exact, size in zip(shape.terms, wanted, sizes, strict=True):
         found = np.polynomial.polynomial.polyval(u, terms)
         np.testing.assert_allclose(found, exact, rtol=0, atol=5e-15 * size)

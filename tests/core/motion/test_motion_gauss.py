@@ -7,7 +7,7 @@ import pytest
 from gauss_derivation import derived
 from mpmath import mp
 
-from tauto_core.motion.gauss_step import gauss
+from tauto_core.motion.gauss_step import gauss_constants
 
 STAGES = pytest.mark.parametrize('stages', [8, 16])
 
@@ -19,7 +19,7 @@ def digits():
 
 
 def roots_of(stages):
-    starts = (2 * c - 1 for c in gauss(stages).nodes)
+    starts = (2 * c - 1 for c in gauss_constants(stages).nodes)
     roots = [mp.findroot(lambda x: mp.legendre(stages, x), start) for start in starts]
     assert all(b - a > 0.04 for a, b in pairwise(roots))
     return roots
@@ -47,13 +47,13 @@ def projections(roots):
 
 @STAGES
 def test_the_table_holds_the_constants_derived_in_decimal_arithmetic(stages):
-    for stored, exact in zip(gauss(stages), derived(stages), strict=True):
+    for stored, exact in zip(gauss_constants(stages), derived(stages), strict=True):
         np.testing.assert_array_equal(stored, exact, strict=True)
 
 
 @STAGES
 def test_nodes_and_weights_are_correctly_rounded(stages):
-    roots, constants = roots_of(stages), gauss(stages)
+    roots, constants = roots_of(stages), gauss_constants(stages)
     assert constants.nodes.tolist() == [float((x + 1) / 2) for x in roots]
     # ∫ℓ_j is half its first Legendre coefficient's integral over [-1, 1]
     assert constants.weights.tolist() == [float(row) for row in projections(roots)[0]]
@@ -69,7 +69,7 @@ def test_the_weights_are_the_integrals_of_lagranges_polynomials():
 
     for j in range(8):
         exact = [mp.quad(lambda x, j=j: lagrange(j, x), [-1, end]) / 2 for end in (*roots, 1)]
-        found = [*gauss(8).columns[j], gauss(8).weights[j]]
+        found = [*gauss_constants(8).columns[j], gauss_constants(8).weights[j]]
         assert found == [float(value) for value in exact]
 
 
@@ -82,13 +82,13 @@ def test_the_integrals_to_the_nodes_are_correctly_rounded(stages):
             mp.fsum(rows[n][j] * legendre_integral(n, end) for n in range(stages)) / 2
             for end in roots
         ]
-        assert gauss(stages).columns[j].tolist() == [float(value) for value in exact]
+        assert gauss_constants(stages).columns[j].tolist() == [float(value) for value in exact]
 
 
 @STAGES
 def test_folded_integrals_unfold_to_the_integrals_to_the_nodes(stages):
     """Of nodes j and j' and their mirror images: the rule is symmetric."""
-    constants, h = gauss(stages), stages // 2
+    constants, h = gauss_constants(stages), stages // 2
     shared = constants.folded[h, :h]
     assert constants.folded[h, h:].tolist() == shared.tolist()
     assert (2.0 * shared).tolist() == constants.weights[:h].tolist()
@@ -105,7 +105,7 @@ def test_folded_integrals_unfold_to_the_integrals_to_the_nodes(stages):
 @STAGES
 def test_the_projection_gives_legendre_coefficients(stages):
     exact = [[float(value) for value in row] for row in projections(roots_of(stages))]
-    assert gauss(stages).projection.tolist() == exact
+    assert gauss_constants(stages).projection.tolist() == exact
 
 
 @STAGES
@@ -114,7 +114,7 @@ def test_the_powers_sum_to_the_integral(stages):
 
     Sixteen coefficients of up to 950 are rounded once each, and cancel.
     """
-    rows, powers = projections(roots_of(stages)), gauss(stages).integral
+    rows, powers = projections(roots_of(stages)), gauss_constants(stages).integral
     for t in map(mp.mpf, (-0.9, -0.35, 0.0, 0.6, 1.0)):
         for j in range(stages):
             found = (t + 1) / 2 * mp.fsum(mp.mpf(powers[n, j]) * t**n for n in range(stages))

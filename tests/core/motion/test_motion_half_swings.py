@@ -12,7 +12,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.machines.fluid_pendulum import duration_excess, end_arc
 from tauto_core.motion import Forcing, make_propagator, propagator_name
-from tauto_core.motion.fluid import HalfSwings, SwingTable
+from tauto_core.motion.fluid import HalfSwings, HalfSwingTable
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
@@ -199,4 +199,4 @@ def test_stage_and_reading():
 
 def test_half_swings_that_no_series_describes_are_refused():
     with pytest.raises(PropagationError, match='resists too strongly'):
-        SwingTable(lambda s: (abs(math.sin(1e3 * s)), -s), 1.0)
+        HalfSwingTable(lambda s: (abs(math.sin(1e3 * s)), -s), 1.0)

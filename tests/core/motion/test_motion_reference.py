@@ -15,7 +15,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.gauss_step import make_work
-from tauto_core.motion.wheel import NODES, Collocation
+from tauto_core.motion.wheel import WHEEL_NODES, Collocation
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError
@@ -352,7 +352,7 @@ def test_the_observed_order_of_eight_stages_is_near_sixteen():
     )
     engine = Collocation(machine)
     # doubles have no room for the order of sixteen (benchmarks/stress_motion.py)
-    engine._work = make_work(1, NODES)
+    engine._work = make_work(1, WHEEL_NODES)
     observed = []
     for span in (0.4, 0.45, 0.5, 0.55, 0.6):
         exact, *coarse = (state_after(machine, engine, span, level) for level in (5, 1, 2))

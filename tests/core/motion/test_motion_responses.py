@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.motion.linear import TURN, Law, Shape, responses, sorted_out
+from tauto_core.motion.linear import TURN, LinearLaw, Shape, responses, sorted_out
 
 OMEGA, LENGTH_S, BEGIN, END = 6.3, 2.0, 0.125, 0.875
 
@@ -31,7 +31,9 @@ def integrals(coefficients, law, shape):
         return np.array([float(x) for x in (b.real, b.imag, *ends)])
 
 
-@pytest.mark.parametrize('law', [Law(OMEGA, 0.0, OMEGA**2, 0.0), Law(OMEGA, 0.3, 39.8, 0.6)])
+@pytest.mark.parametrize(
+    'law', [LinearLaw(OMEGA, 0.0, OMEGA**2, 0.0), LinearLaw(OMEGA, 0.3, 39.8, 0.6)]
+)
 @pytest.mark.parametrize('sampled', [True, False])
 def test_a_row_makes_the_integral_and_the_ends_of_a_polynomial(law, sampled):
     """Degree 9, through values and slopes at five samples, or by its coefficients."""
@@ -54,7 +56,7 @@ def test_a_row_makes_the_integral_and_the_ends_of_a_polynomial(law, sampled):
 
 def test_the_parts_of_a_span_make_the_span():
     """b of the whole is the sum of the parts, each turned back to the span's beginning."""
-    law = Law(OMEGA, 0.3, 39.8, 0.6)
+    law = LinearLaw(OMEGA, 0.3, 39.8, 0.6)
     shape = Shape(LENGTH_S, BEGIN, END)
     made = responses(law, (shape, Shape(1.0, 0.0, 1.0)), (), 6)
     parts, first = made.parts[0], made.first_part[0]

@@ -17,7 +17,7 @@ from motion_cases import scene_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_collocation
-from tauto_core.motion.gauss_step import SETTLED
+from tauto_core.motion.gauss_step import LEAST_SETTLED
 from tauto_core.motion.suspended_case import AxleModes, AxleSwing, BearingMotion
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
@@ -241,7 +241,7 @@ def swung(name: str, angle: float, count: int) -> np.ndarray:
         trochlea = HEAVY if name == 'heavy wheel' else TROCHLEAS[name]
         moved = compile_machine(scene_of(trochlea=trochlea))
         engine = make_collocation(moved, 1.0)
-        engine._tolerance = engine._tolerance._replace(settled=SETTLED)
+        engine._tolerance = engine._tolerance._replace(settled=LEAST_SETTLED)
         engine.longest_step_s = math.inf
         engine.release(on_land(1, 0.1))
         swing = Reversible(engine, moved.frequency)

@@ -335,7 +335,7 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
     if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
         return
     from tauto_core.motion.closed_forms import LARGEST_DEGREE
-    from tauto_core.motion.lever import MOST_TERMS
+    from tauto_core.motion.lever import MOST_SHAPE_TERMS
 
     lever = isinstance(machine, LeverMachine)
     works = _resolvable(machine, lambda tried: _is_resolved(tried, still))
@@ -345,7 +345,7 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
         'trochlea.inertia' if lever else 'trochlea.release_angle',
         machine.inertia if lever else machine.release_angle,
         f'{changes} changes too abruptly for the series of the motion: at most '
-        f'{MOST_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
+        f'{MOST_SHAPE_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
         f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
     )
 
@@ -383,9 +383,9 @@ def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
         if name == 'action_angle':
             make_propagator(machine, still=True)
         elif isinstance(machine, LeverMachine):
-            from tauto_core.motion.lever import lever_shape
+            from tauto_core.motion.lever import arc_series
 
-            lever_shape(machine)
+            arc_series(machine)
     except (PropagationError, QuadratureError):
         return False
     return True

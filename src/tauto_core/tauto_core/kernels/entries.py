@@ -106,10 +106,10 @@ def _dtype(x: Any) -> Any:
     return x.dtype if x.dtype.fields is not None else _DTYPES[x.dtype.str[1:]]
 
 
-def plain(x: Any) -> Any:
+def plain_arguments(x: Any) -> Any:
     """Return an argument with arrays that are just arrays, of NumPy's own objects for dtypes."""
     if isinstance(x, tuple):
-        items = [plain(item) for item in x]
+        items = [plain_arguments(item) for item in x]
         return type(x)(*items) if hasattr(x, '_fields') else tuple(items)
     return np.asarray(x).view(_dtype(x)) if isinstance(x, np.ndarray) else x
 
@@ -415,7 +415,7 @@ class Entry:
                         )
                     return unpack(back)
             self.prepare(*args)
-            args = plain(args)
+            args = plain_arguments(args)
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
 
     def prepare(self, *args: Any) -> None:
@@ -427,7 +427,7 @@ class Entry:
         structures = [structure_of(arg) for arg in args]
         with _LOCK:
             pack = packer(structures, self.__name__.replace('<lambda>', 'function'))
-            if any(old(*plain(args)) is not None for old, *_ in self._made):
+            if any(old(*plain_arguments(args)) is not None for old, *_ in self._made):
                 return
             check_arrays()
             from tauto_core.kernels.program import Effort

@@ -42,17 +42,17 @@ class KernelCacheWarning(UserWarning):
     """Compiled kernels cannot be stored, so that each run compiles them again."""
 
 
-Function = TypeVar('Function', bound=Callable[..., Any])
+_Function = TypeVar('_Function', bound=Callable[..., Any])
 
 IS_INLINED: set[Any] = set()
 
 
-def compiled(function: Function) -> Function:
+def compiled(function: _Function) -> _Function:
     """Mark a function that kernels call; called from Python it runs as Python."""
     return function
 
 
-def inlined(function: Function) -> Function:
+def inlined(function: _Function) -> _Function:
     """Mark a function that is inlined wherever it is called: short, or in a hot loop."""
     IS_INLINED.add(function)
     return function
@@ -214,7 +214,7 @@ def _definitions(path: str) -> dict[tuple[str, int], list[Any]]:
     return found
 
 
-class Plan:
+class FunctionSource:
     """The source of a function.
 
     Attributes:
@@ -251,18 +251,18 @@ class Plan:
 
 
 @cache
-def _plan_of(code: CodeType) -> Plan:
-    return Plan(code)
+def _source_of(code: CodeType) -> FunctionSource:
+    return FunctionSource(code)
 
 
-def plan_of(function: FunctionType) -> Plan:
+def source_of(function: FunctionType) -> FunctionSource:
     """Return the source of a function."""
-    return _plan_of(function.__code__)
+    return _source_of(function.__code__)
 
 
 def is_inlined(function: FunctionType) -> bool:
     """Return whether a function is translated where it is called."""
-    return function in IS_INLINED or plan_of(function).simple
+    return function in IS_INLINED or source_of(function).simple
 
 
 def arguments_of(
@@ -273,7 +273,7 @@ def arguments_of(
     Raises:
         KernelError: there are too many, too few, or others.
     """
-    names, defaults = plan_of(function).arguments, function.__defaults__ or ()
+    names, defaults = source_of(function).arguments, function.__defaults__ or ()
     given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
     given.update(zip(names, args, strict=False))
     given.update(keywords)

@@ -17,7 +17,7 @@ import llvmlite.binding as llvm
 from llvmlite import ir
 
 from tauto_core.kernels.entries import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, Rows, Tuple
-from tauto_core.kernels.marks import KernelError, Used, arguments_of, plan_of
+from tauto_core.kernels.marks import KernelError, Used, arguments_of, source_of
 from tauto_core.kernels.translation import Frame
 from tauto_core.kernels.values import (
     BIT,
@@ -74,7 +74,7 @@ class Instance:
         if out.rooms:
             if None in kept:
                 raise KernelError('an array is returned that may be one of several')
-            free = release(out.module)
+            free = free_function(out.module)
             for room in out.rooms:
                 if all(room is not other for other in kept):
                     b.call(free, [room])
@@ -97,7 +97,7 @@ class Instance:
         return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
 
 
-def release(module: ir.Module) -> ir.Function:
+def free_function(module: ir.Module) -> ir.Function:
     """Return the C library's function that gives memory back."""
     found = module.globals.get('free')
     return found or ir.Function(
@@ -147,7 +147,7 @@ class Program:
     ) -> Any:
         """Call a kernel as a function of its own."""
         bound = arguments_of(function, args, keywords)
-        args = [at_run_time(bound[name]) for name in plan_of(function).arguments]
+        args = [at_run_time(bound[name]) for name in source_of(function).arguments]
         structure = tuple(described(arg) for arg in args)
         cells = tuple(id(cell.cell_contents) for cell in function.__closure__ or ())
         key = function.__code__, cells, structure

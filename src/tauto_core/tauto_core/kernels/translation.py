@@ -24,7 +24,7 @@ from tauto_core.kernels.marks import (
     is_inlined,
     leaves_early,
     plain_function,
-    plan_of,
+    source_of,
 )
 from tauto_core.kernels.operations import (
     FUNCTIONS,
@@ -77,7 +77,7 @@ class Scope:
 
     def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
         self.program, self.out, self.function = program, out, function
-        self.plan = plan_of(function)
+        self.plan = source_of(function)
         program.used.file(function)
         cells = [cell.cell_contents for cell in function.__closure__ or ()]
         self.free = dict(zip(function.__code__.co_freevars, cells, strict=True))

@@ -25,7 +25,7 @@ from tauto_core.machines import LeverMachine, Machine
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.phase import (
     BELOW_ONE,
-    DIGITS,
+    PHASE_DIGITS,
     PI,
     half_turns,
     phase_rate,
@@ -73,13 +73,11 @@ class ClosedForm(ABC):
 # t · ω/π is reduced to half turns with ω/π in twice the working precision, so that even after a
 # hundred days the phase is exact to its own rounding.
 
-HARMONIC = 'harmonic'
-
 
 def frequency(machine: Machine) -> Decimal:
-    """Return ω = √(F t'(0)/I) in `DIGITS` digits; the machine's numbers are exact [rad/s]."""
+    """Return ω = √(F t'(0)/I) in 50 digits; the machine's numbers are exact [rad/s]."""
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = PHASE_DIGITS
         pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
         rate = Decimal(float(machine.cam.lever_rate(0.0)))
         return (pull * rate / Decimal(machine.inertia)).sqrt()
@@ -88,14 +86,14 @@ def frequency(machine: Machine) -> Decimal:
 def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
     """Return ω/π per nanosecond as the sum of two floats."""
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = PHASE_DIGITS
         return two_floats(omega / PI / 10**9)
 
 
 class Harmonic(ClosedForm):
     """Propagator of an ideal cam on a platform at rest."""
 
-    name = HARMONIC
+    name = 'harmonic'
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -159,19 +157,17 @@ class Harmonic(ClosedForm):
 # Source: action–angle variables of one degree of freedom, e.g. Arnold, Mathematical Methods of
 # Classical Mechanics, §50; the substitution is that of `machines.Machine.period`.
 
-ACTION_ANGLE = 'action_angle'
-
 LARGEST_DEGREE = 4096
 _COUNTS = tuple(1 + 2**n for n in range(4, 13))
 """Numbers of coefficients tried: 17 to LARGEST_DEGREE + 1."""
 
-NEAR = 2.0**-32
+INVERTED_TO = 2.0**-32
 """Change of x at which Newton's method ends: its next step is exact to rounding."""
 
 LONGEST_INVERTED = 256
 """Largest number of coefficients of a series that is inverted beforehand."""
 
-TAIL = 2.0**-50
+TIME_TAIL = 2.0**-50
 """Size of the last coefficients, relative to the first, at which a series counts as complete."""
 
 
@@ -183,7 +179,7 @@ class ActionAngle(ClosedForm):
         SlackThreadError: a swing in which the thread goes slack.
     """
 
-    name = ACTION_ANGLE
+    name = 'action_angle'
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -201,7 +197,7 @@ class ActionAngle(ClosedForm):
         period = machine.period(self._amplitude)
         # whole swings are counted by the quadrature of the period, not by the sum of the series
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = PHASE_DIGITS
             self._per_ns = two_floats(2 / Decimal(period) / 10**9)
 
     def _curve(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -268,7 +264,7 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
     def series(count: int) -> FloatArray:
         return chebyshev_coefficients(slope(a + 0.5 * (b - a) * (1.0 + chebyshev_nodes(count))))
 
-    found = complete_series(series, _COUNTS, TAIL)
+    found = complete_series(series, _COUNTS, TIME_TAIL)
     if found is not None:
         kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
         return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
@@ -310,7 +306,7 @@ def rising(series: FloatArray) -> Rising:
         return straight
     times = 0.5 * straight.top * (1.0 + chebyshev_nodes(2 * len(series)))
     found = chebyshev_coefficients(inverse(straight, times))
-    return replace(straight, back=np.asarray(chebyshev.chebtrim(found, NEAR), np.float64))
+    return replace(straight, back=np.asarray(chebyshev.chebtrim(found, INVERTED_TO), np.float64))
 
 
 def inverse(risen: Rising, value: FloatArray) -> FloatArray:
@@ -319,7 +315,7 @@ def inverse(risen: Rising, value: FloatArray) -> FloatArray:
         lambda x: (_value(risen.series, x) - value, _value(risen.slope, x)),
         _value(risen.back, 2.0 * value / risen.top - 1.0),
         (-1.0, 1.0),
-        absolute=NEAR,
+        absolute=INVERTED_TO,
     )
 
 
@@ -330,8 +326,6 @@ def inverse(risen: Rising, value: FloatArray) -> FloatArray:
 # turning point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one
 # Chebyshev series, integrated term by term and inverted.
 
-UNEVEN_WELL = 'action_angle'
-
 
 class UnevenWell(ClosedForm):
     """Propagator of Sully's lever at rest; nothing changes but the time.
@@ -340,7 +334,7 @@ class UnevenWell(ClosedForm):
         PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
     """
 
-    name = UNEVEN_WELL
+    name = 'action_angle'
 
     def __init__(self, machine: LeverMachine) -> None:
         self._machine, self._amplitude = machine, machine.release_angle
@@ -349,7 +343,7 @@ class UnevenWell(ClosedForm):
             series_of(lambda w: machine.swing(self._amplitude, w)[1], 0.0, math.pi)
         )
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = PHASE_DIGITS
             # whole swings are counted by the quadrature of the period, not by the series
             per_ns = 2 / Decimal(machine.period(self._amplitude)) / 10**9
             self._per_ns = two_floats(per_ns)

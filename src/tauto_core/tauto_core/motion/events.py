@@ -27,12 +27,12 @@ from tauto_core.motion.system import (
     Instant,
     Mode,
     Outside,
-    Place,
     Plane,
-    Run,
-    State,
+    RunningState,
+    SteppedRun,
+    StepPlace,
+    StepWatch,
     System,
-    Watch,
     mode_of,
     outside_at,
     planes_of,
@@ -77,7 +77,7 @@ def event_slope(kind: int, mode: Mode, now: Instant) -> float:
 
 
 @inlined
-def alternates(system: System, state: State, direction: float) -> bool:
+def alternates(system: System, state: RunningState, direction: float) -> bool:
     """Return whether the pallet that pushes in a direction is the one on which a tooth rests.
 
     After an impulse a tooth falls on the other pallet, and lies there until that has pushed, also
@@ -88,14 +88,14 @@ def alternates(system: System, state: State, direction: float) -> bool:
 
 
 @inlined
-def is_due(system: System, state: State, direction: float, angle: float) -> bool:
+def is_due(system: System, state: RunningState, direction: float, angle: float) -> bool:
     """Return whether the swing from θ = angle on reaches the angle of an impulse that is due."""
     reaches = direction * angle < system.impulse < math.inf
     return reaches and alternates(system, state, direction)
 
 
 @compiled
-def happen(kind: int, run: Run, at: Outside, now: Instant) -> None:
+def happen(kind: int, run: SteppedRun, at: Outside, now: Instant) -> None:
     """Apply an event: change signs and counts of the state, and at an impulse the planes.
 
     Args:
@@ -194,13 +194,13 @@ def lay_out(
 # -----------------------------------------------------------------------------
 # The place within a step at which a value that was positive falls to zero.
 
-TRIALS = 12
+FIRST_TRIALS = 12
 """Places tried up to the last fraction, each four times as far on as the one before."""
 
 MAX_PROBES = 200
 
 
-class Watched(Protocol):
+class WatchedValue(Protocol):
     """An object with a value within a step: a NamedTuple with this method."""
 
     def value(self, xi: float) -> float:
@@ -208,7 +208,7 @@ class Watched(Protocol):
 
 
 @compiled
-def locate(watch: Watched, last: float, at_last: float, precision: float) -> float:
+def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
 
     By the Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no
@@ -225,8 +225,8 @@ def locate(watch: Watched, last: float, at_last: float, precision: float) -> flo
     fa = watch.value(a)
     if not fa > 0.0:
         # A step may begin where the value has just been zero, and have it positive for a moment.
-        for trial in range(1, TRIALS):
-            x = last * 0.25 ** (TRIALS - trial)
+        for trial in range(1, FIRST_TRIALS):
+            x = last * 0.25 ** (FIRST_TRIALS - trial)
             fx = watch.value(x)
             if fx > 0.0:
                 a, fa = x, fx
@@ -281,7 +281,7 @@ class WatchEvent(NamedTuple):
     """An event's value within a step; for a negative kind, minus its time derivative."""
 
     kind: int
-    step: Watch
+    step: StepWatch
 
     def value(self, xi: float) -> float:
         """Return the value at a fraction of the step."""
@@ -300,7 +300,7 @@ class WatchEvent(NamedTuple):
 
 @compiled
 def first_event(
-    run: Run, stalled: bool, place: Place, after: Instant, beyond: Beyond
+    run: SteppedRun, stalled: bool, place: StepPlace, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
@@ -335,7 +335,7 @@ def _inside(beyond: Beyond) -> bool:
 
 
 @compiled
-def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bool:
+def _turns_quietly(run: SteppedRun, place: StepPlace, after: Instant, beyond: Beyond) -> bool:
     """Reverse the direction if the step has a turning point and, at most, an impulse after it.
 
     Decided by the end of the step and its nodes; False means that this is not known.
@@ -367,7 +367,7 @@ def _turns_quietly(run: Run, place: Place, after: Instant, beyond: Beyond) -> bo
 
 @compiled
 def _turns_smoothly(
-    xi: float, run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
+    xi: float, run: SteppedRun, mode: Mode, place: StepPlace, after: Instant, beyond: Beyond
 ) -> bool:
     """Reverse the direction if the turning point found at ξ is all that happens in the step."""
     system, state = run.system, run.state
@@ -375,7 +375,7 @@ def _turns_smoothly(
         return False
     if not (after.margin > 0.0 and after.tension > 0.0):
         return False
-    there, back = Watch(run, mode, place).instant(xi), -mode.direction
+    there, back = StepWatch(run, mode, place).instant(xi), -mode.direction
     armed = is_due(system, state, back, there.angle)
     if not back * after.rate > 0.0 or (armed and not back * after.angle < system.impulse):
         return False
@@ -385,7 +385,7 @@ def _turns_smoothly(
 
 
 @compiled
-def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
+def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
     """Return whether an event's value may pass zero, and back, between two nodes of the step.
 
     The coordinate may not where no node is near the kink: it bends too little on the way.
@@ -398,7 +398,7 @@ def _may_dip(kind: int, run: Run, mode: Mode) -> bool:
 
 
 @compiled
-def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
+def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
     """Return where in the step an event's value is lowest, and that value, if it is negative.
 
     (NOWHERE, 0) otherwise. Only a value that falls at first and rises at last passes zero twice.
@@ -420,7 +420,7 @@ def _dip(kind: int, rises: float, step: Watch) -> tuple[float, float]:
 
 @compiled
 def _by_the_end(
-    run: Run, mode: Mode, place: Place, after: Instant, beyond: Beyond
+    run: SteppedRun, mode: Mode, place: StepPlace, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
     """Return the only event within a step and its approximate fraction, by the state at its end.
 
@@ -452,7 +452,7 @@ def _by_the_end(
 
 
 @compiled
-def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> float:
+def _back_to(kind: int, run: SteppedRun, mode: Mode, length: float, after: Instant) -> float:
     """Return the fraction of a step at which an event's value was zero, by the step's end.
 
     0 if its slope has changed too much since then for the estimate to be good.
@@ -473,7 +473,7 @@ def _back_to(kind: int, run: Run, mode: Mode, length: float, after: Instant) -> 
 
 
 @compiled
-def _is_watched(kind: int, run: Run) -> bool:
+def _is_watched(kind: int, run: SteppedRun) -> bool:
     """Return whether events of a kind can happen now."""
     if kind == TURNING:
         # does anything depend on the direction of θ̇?
@@ -487,7 +487,7 @@ def _is_watched(kind: int, run: Run) -> bool:
 
 @compiled
 def _on_polynomials(
-    run: Run, mode: Mode, stalled: bool, place: Place, after: Instant, beyond: Beyond
+    run: SteppedRun, mode: Mode, stalled: bool, place: StepPlace, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
@@ -495,7 +495,7 @@ def _on_polynomials(
     turning point in it are compared at that point instead of the end, since what is reached before
     it may be left again after it.
     """
-    system, step = run.system, Watch(run, mode, place)
+    system, step = run.system, StepWatch(run, mode, place)
     fill_integrals(run.omega, run.work)
     first, xi, reach = NO_EVENT, NOWHERE, 1.0
     there = after
@@ -543,7 +543,9 @@ def _moved(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> 
 
 
 @compiled
-def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[float, float]:
+def _carry(
+    kind: int, xi: float, run: SteppedRun, mode: Mode, place: StepPlace
+) -> tuple[float, float]:
     """Carry `work.end` to an event near it; return where it is then, and where the event is.
 
     Both are fractions of the step. If the event is `tolerance.near` or more away, the state stays
@@ -590,7 +592,7 @@ def _carry(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> tuple[fl
 
 
 @compiled
-def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> float:
+def step_to_event(kind: int, xi: float, run: SteppedRun, mode: Mode, place: StepPlace) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is.
 
     Where nothing drags or pushes, the step is made from the beginning: a step forth and back again
@@ -613,7 +615,7 @@ def step_to_event(kind: int, xi: float, run: Run, mode: Mode, place: Place) -> f
         if xi <= 0.0:
             copy_planes(omega, run.state.planes, end)
             return 0.0
-        hop = Place(
+        hop = StepPlace(
             place.length, place.terms, place.begin + there * place.size, (xi - there) * place.size
         )
         system.at_nodes(hop, work)

@@ -22,7 +22,7 @@ from tauto_core.machines.fluid_pendulum import (
     reverse_half_swing,
 )
 from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.phase import BELOW_ONE, DIGITS, PI
+from tauto_core.motion.phase import BELOW_ONE, PHASE_DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -36,18 +36,18 @@ from tauto_core.scene.errors import PropagationError
 # series, since a voyage has millions of half swings, and the place within is needed in few of
 # them.
 
-LARGEST_DEGREE = 512
+SWING_DEGREE = 512
 _COUNTS = tuple(1 + 2**n for n in range(3, 10))
-"""Numbers of coefficients tried: 9 to LARGEST_DEGREE + 1."""
+"""Numbers of coefficients tried: 9 to SWING_DEGREE + 1."""
 
-TAIL = 2.0**-48
+SWING_TAIL = 2.0**-48
 """Size of the last three coefficients at which a series counts as complete."""
 
 _NUMBERS = 2**20
 """Numbers held at once to compute places within half swings."""
 
 
-class Course(NamedTuple):
+class SwingEnd(NamedTuple):
     """A half swing as a function of its start."""
 
     excess: float
@@ -56,7 +56,7 @@ class Course(NamedTuple):
     """Signed arc where it ends [m]."""
 
 
-class SwingTable:
+class HalfSwingTable:
     """Duration and end of all half swings on one branch, from the widest down to nothing.
 
     Args:
@@ -78,23 +78,23 @@ class SwingTable:
             values = np.stack([found[:, 0], -found[:, 1] / starts], axis=1)
             return np.asarray(chebyshev.chebfit(nodes, values, terms - 1), np.float64).T
 
-        found = complete_series(series, _COUNTS, TAIL, last=3, scale=1.0)
+        found = complete_series(series, _COUNTS, SWING_TAIL, last=3, scale=1.0)
         if found is not None:
             # down to the last coefficient that counts, highest first
             kept = (chebyshev.chebtrim(row, 2.0**-56) for row in found)
             self._excess, self._ratio = (row.tolist()[::-1] for row in kept)
             return
         raise PropagationError(
-            f'half swings from {widest:.6g} m take more than {LARGEST_DEGREE} Chebyshev '
+            f'half swings from {widest:.6g} m take more than {SWING_DEGREE} Chebyshev '
             'coefficients: the fluid resists too strongly. Release the body nearer to A, or use a '
             'larger or denser body or a lighter fluid',
             0.0,
         )
 
-    def __call__(self, start: float) -> Course:
+    def __call__(self, start: float) -> SwingEnd:
         """Return the course of the half swing from rest at a signed arc [m]."""
         x = 2.0 * (start / self._widest) - 1.0
-        return Course(_sum(self._excess, x), -start * _sum(self._ratio, x))
+        return SwingEnd(_sum(self._excess, x), -start * _sum(self._ratio, x))
 
 
 class EulerLaw:
@@ -109,9 +109,11 @@ class EulerLaw:
         self._machine, self._curve = machine, curve
         start = machine.release_arc
         _, end = machine.swing(start)
-        self._tables = {widest > 0.0: SwingTable(machine.swing, widest) for widest in (start, end)}
+        self._tables = {
+            widest > 0.0: HalfSwingTable(machine.swing, widest) for widest in (start, end)
+        }
 
-    def course(self, start: float) -> Course:
+    def course(self, start: float) -> SwingEnd:
         """Return the course of the half swing from rest at a signed arc [m]."""
         return self._tables[start > 0.0](start)
 
@@ -137,13 +139,13 @@ class SymmetricLaw:
     def __init__(self, machine: FluidPendulum) -> None:
         self._machine, self._curve = machine, machine.curve
         widest = abs(machine.release_arc)
-        self._table = SwingTable(machine.swing, widest)
+        self._table = HalfSwingTable(machine.swing, widest)
         self._grid = grid_for(self._curve, widest, far_end(self._curve, widest))
 
-    def course(self, start: float) -> Course:
+    def course(self, start: float) -> SwingEnd:
         """Return the course of the half swing from rest at a signed arc [m]."""
         excess, end = self._table(abs(start))
-        return Course(excess, end if start > 0.0 else -end)
+        return SwingEnd(excess, end if start > 0.0 else -end)
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
@@ -186,8 +188,6 @@ def _sum(series: list[float], x: float) -> float:
 # `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` what the weight in the fluid
 # exerts along the curve [N]; the phase is that of theory E4, (s, −ṡ/ω) with ω = √(g/f).
 
-NAME = 'half_swings'
-
 
 @dataclass
 class _Now:
@@ -213,13 +213,13 @@ class HalfSwings:
         PropagationError: a fluid that resists too strongly for the series.
     """
 
-    name = NAME
+    name = 'half_swings'
 
     def __init__(self, machine: FluidPendulum) -> None:
         self._machine = machine
         self._law = swing_law(machine)
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = PHASE_DIGITS
             # π √(f/g) [ns] as a whole number and a fraction
             length = Decimal(machine.curve.pendulum_length)
             half = PI * (length / Decimal(machine.gravity)).sqrt() * 10**9
@@ -278,7 +278,7 @@ class HalfSwings:
             beats=count + (x < 0.0),
         )
 
-    def _next(self, now: _Now, course: Course) -> _Now:
+    def _next(self, now: _Now, course: SwingEnd) -> _Now:
         """Return the half swing after the one under way."""
         rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
         whole = math.floor(rest)

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal, localcontext
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -39,21 +39,21 @@ from tauto_core.motion.linear import (
     STATE,
     U_BEND,
     U_RATE,
-    Law,
+    DrivenSpans,
+    LinearLaw,
     Oscillator,
     Path,
     Shape,
-    Spans,
     Swing,
     U,
     into_frame,
     oscillator,
-    product,
     propagate,
     responses,
     sorted_out,
+    span_product,
 )
-from tauto_core.motion.phase import DIGITS, phase_rate, since_start, within_turn
+from tauto_core.motion.phase import PHASE_DIGITS, phase_rate, since_start, within_turn
 from tauto_core.samples import FloatArray, IntArray, State
 
 # -----------------------------------------------------------------------------
@@ -66,14 +66,14 @@ from tauto_core.samples import FloatArray, IntArray, State
 # ωt and the directions at both ends. Elsewhere passages are counted one by one, in short parts of
 # each span. An angle of exactly zero counts as positive.
 
-WHEEL = [
+WHEEL_STATE = [
     *STATE,
     *((name, 'f8') for name in ('angle', 'rate', 'bend')),
     *((name, 'i8') for name in ('turns', 'beats')),
 ]
 
 
-class Wheel(Swing, Protocol):
+class WheelState(Swing, Protocol):
     """The running state, a record: Y, θ, θ̇, θ̈, and the numbers of turns and of beats."""
 
     angle: float
@@ -82,11 +82,6 @@ class Wheel(Swing, Protocol):
     turns: int
     beats: int
 
-
-Pair: TypeAlias = tuple[float, float]
-Triple: TypeAlias = tuple[float, float, float]
-
-OK, EDGE = 0, 1
 
 BEYOND_SAMPLES = 1.5
 """Least bound of u, and of u̇, between samples, as a multiple of the largest sample.
@@ -116,7 +111,7 @@ CALM_DAMPING = 0.1
 CALM_GROWTH = 1.5
 """Bound of the swing within a calm span, as a multiple of the larger one of its ends."""
 
-ROUNDING = 2.0**-44
+ANGLE_ROUNDING = 2.0**-44
 """Rounding of θ, as a share of the tilt and of the swing that is counted from the vertical."""
 
 TOUCHING = 1e-300
@@ -134,14 +129,14 @@ NEARLY_EDGE = 1.0 - 1e-12
 """Share of the edge from which on an amplitude may reach it, to rounding."""
 
 HALF_TURNS_PER_RADIAN = 1.0 / math.pi
-TRIALS = 64
+EDGE_TRIALS = 64
 """Points of a part at which the first one beyond the edge is sought."""
 
-HALVINGS = 40
+PART_HALVINGS = 40
 """Halvings of an interval within a part, down to 1e-12 of it."""
 
 
-class Well(NamedTuple):
+class LinearWell(NamedTuple):
     """The well that the wheel swings in.
 
     Attributes:
@@ -178,14 +173,14 @@ class Angle(NamedTuple):
 
 @entry
 def count_passages(
-    well: Well,
-    spans: Spans,
+    well: LinearWell,
+    spans: DrivenSpans,
     step_s: float,
     path: Path,
     logged: NDArray[np.bool_],
-    wheel: Wheel,
+    wheel: WheelState,
     counts: IntArray,
-) -> tuple[int, int, float]:
+) -> tuple[bool, int, float]:
     """Count passages over spans; set θ, θ̇ and the counters to those at the end.
 
     Args:
@@ -194,12 +189,12 @@ def count_passages(
         step_s: time between the samples of a window [s].
         path: the motion over them.
         logged: whether a span's end is logged, (n,).
-        wheel: a record with the fields of `WHEEL`; θ, θ̇ and θ̈ at the beginning.
+        wheel: a record with the fields of `WHEEL_STATE`; θ, θ̇ and θ̈ at the beginning.
         counts: output: turns and beats at the logged ends, and the sign of θ where it touches
             zero there, else 0, (logged, 3).
 
     Returns:
-        A code (OK, EDGE), and with EDGE the span in which it is reached and the fraction of it.
+        Whether the edge is reached, and then the span in which it is and the fraction of it.
     """
     y, n, written = path.y, len(logged), 0
     rough = _rough(well.omega0, spans.u, step_s)
@@ -222,7 +217,7 @@ def count_passages(
             else:
                 at = _count_in_parts(well, spans, path, k, before, after, wheel)
                 if at <= 1.0:
-                    return EDGE, k, at
+                    return True, k, at
             begun, before = k + 1, after
         if logged[k]:
             counts[written, 0], counts[written, 1] = wheel.turns, wheel.beats
@@ -230,7 +225,7 @@ def count_passages(
             counts[written, 2] = (-1 if before.angle < 0.0 else 1) if touches else 0
             written += 1
     wheel.angle, wheel.rate, wheel.bend = before.angle, before.rate, before.bend
-    return OK, 0, 0.0
+    return False, 0, 0.0
 
 
 @compiled
@@ -240,7 +235,12 @@ def _square(y: FloatArray, k: int) -> float:
 
 
 @compiled
-def _angle_of(well: Well, y: Pair, frame: Pair, tilt: Triple) -> Angle:
+def _angle_of(
+    well: LinearWell,
+    y: tuple[float, float],
+    frame: tuple[float, float],
+    tilt: tuple[float, float, float],
+) -> Angle:
     """Return the wheel at an instant; where it touches zero, on the side that it stays on.
 
     Args:
@@ -254,14 +254,14 @@ def _angle_of(well: Well, y: Pair, frame: Pair, tilt: Triple) -> Angle:
     rate = frame[0] * y[0] - frame[1] * y[1] - of.delta * psi - tilt[1]
     angle = psi - tilt[0]
     bend = -tilt[2] - 2.0 * of.delta * rate - well.omega0 * well.omega0 * angle
-    rounding = ROUNDING * (math.hypot(y[0], y[1]) / of.omega + abs(tilt[0]))
+    rounding = ANGLE_ROUNDING * (math.hypot(y[0], y[1]) / of.omega + abs(tilt[0]))
     if abs(angle) <= rounding and rate * rate <= 2.0 * rounding * abs(bend):
         angle = math.copysign(TOUCHING, bend)
     return Angle(angle, rate, bend, rounding)
 
 
 @compiled
-def _at_end(well: Well, path: Path, k: int) -> Angle:
+def _at_end(well: LinearWell, path: Path, k: int) -> Angle:
     """Return the wheel at the end of span k."""
     y, frame, span = path.y, path.frame, path.span
     ends = (y[0, k + 1], y[1, k + 1]), (frame[0, k + 1], frame[1, k + 1])
@@ -269,7 +269,9 @@ def _at_end(well: Well, path: Path, k: int) -> Angle:
 
 
 @compiled
-def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float, rough: float) -> bool:
+def _is_calm(
+    well: LinearWell, spans: DrivenSpans, path: Path, k: int, bound: float, rough: float
+) -> bool:
     """Return whether the swing outweighs tilt and forcing over a span, away from the edge.
 
     Args:
@@ -294,7 +296,7 @@ def _is_calm(well: Well, spans: Spans, path: Path, k: int, bound: float, rough: 
 
 
 @inlined
-def _outweighs(well: Well, before: float, after: float, bound: float) -> bool:
+def _outweighs(well: LinearWell, before: float, after: float, bound: float) -> bool:
     """Return whether a swing outweighs a tilt, and both together do not reach the edge.
 
     Args:
@@ -347,7 +349,7 @@ def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
 
 
 @compiled
-def _bound_of_span(omega0: float, spans: Spans, k: int, rough: float) -> float:
+def _bound_of_span(omega0: float, spans: DrivenSpans, k: int, rough: float) -> float:
     """Return a bound of the length of (u, u̇/ω₀) over a span."""
     if spans.u is None:
         return 0.0
@@ -370,7 +372,13 @@ def _bound_of_span(omega0: float, spans: Spans, k: int, rough: float) -> float:
 
 @compiled
 def _count_run(
-    well: Well, spans: Spans, first: int, last: int, before: Angle, after: Angle, wheel: Wheel
+    well: LinearWell,
+    spans: DrivenSpans,
+    first: int,
+    last: int,
+    before: Angle,
+    after: Angle,
+    wheel: WheelState,
 ) -> None:
     """Count the passages of a run of calm spans.
 
@@ -394,7 +402,13 @@ def _count_run(
 
 @compiled
 def _count_in_parts(
-    well: Well, spans: Spans, path: Path, k: int, before: Angle, after: Angle, wheel: Wheel
+    well: LinearWell,
+    spans: DrivenSpans,
+    path: Path,
+    k: int,
+    before: Angle,
+    after: Angle,
+    wheel: WheelState,
 ) -> float:
     """Count the passages of a span part by part; return its fraction at the cam's edge, or 2.
 
@@ -414,7 +428,7 @@ def _count_in_parts(
     for j in range(parts):
         then = now
         if j + 1 < parts:
-            part = product(spans, first + j, k)
+            part = span_product(spans, first + j, k)
             add = into_frame(c, s, lane(part, B_RE), lane(part, B_IM))
             re, im = decay * (re + add[0]), decay * (im + add[1])
             turned = of.omega * (j + 1) * step
@@ -434,7 +448,7 @@ def _count_in_parts(
 
 
 @compiled
-def _count_part(well: Well, step: float, then: Angle, now: Angle, wheel: Wheel) -> None:
+def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: WheelState) -> None:
     """Count the passages of θ in a part; leaving zero from rest does not count.
 
     Args:
@@ -455,7 +469,7 @@ def _count_part(well: Well, step: float, then: Angle, now: Angle, wheel: Wheel) 
 
 
 @compiled
-def _returns(well: Well, step: float, then: Angle, now: Angle) -> bool:
+def _returns(well: LinearWell, step: float, then: Angle, now: Angle) -> bool:
     """Return whether θ passes zero and comes back within a part.
 
     θ has the same sign at both ends, moves towards zero at the first and away at the second. Where
@@ -463,7 +477,7 @@ def _returns(well: Well, step: float, then: Angle, now: Angle) -> bool:
     """
     a, b, below = 0.0, 1.0, then.angle < 0.0
     unsure = now.rounding + BETWEEN * (abs(then.bend) + abs(now.bend)) * step * step
-    for _ in range(HALVINGS):
+    for _ in range(PART_HALVINGS):
         middle = 0.5 * (a + b)
         place = _within(well, step, then, now, middle)
         if (place.angle < 0.0) != below and abs(place.angle) > unsure:
@@ -473,12 +487,12 @@ def _returns(well: Well, step: float, then: Angle, now: Angle) -> bool:
 
 
 @compiled
-def _first_beyond(well: Well, step: float, then: Angle, now: Angle) -> float:
+def _first_beyond(well: LinearWell, step: float, then: Angle, now: Angle) -> float:
     """Return the fraction of a part at which |θ| first exceeds the edge; 2 if it does not."""
-    for i in range(1, TRIALS + 1):
-        if abs(_within(well, step, then, now, i / TRIALS).angle) > well.edge:
-            a, b = (i - 1) / TRIALS, i / TRIALS
-            for _ in range(HALVINGS):
+    for i in range(1, EDGE_TRIALS + 1):
+        if abs(_within(well, step, then, now, i / EDGE_TRIALS).angle) > well.edge:
+            a, b = (i - 1) / EDGE_TRIALS, i / EDGE_TRIALS
+            for _ in range(PART_HALVINGS):
                 middle = 0.5 * (a + b)
                 beyond = abs(_within(well, step, then, now, middle).angle) > well.edge
                 a, b = (a, middle) if beyond else (middle, b)
@@ -486,16 +500,8 @@ def _first_beyond(well: Well, step: float, then: Angle, now: Angle) -> float:
     return 2.0
 
 
-class Place(NamedTuple):
-    """θ [rad], θ̇ [rad/s] and θ̈ [rad/s2] within a part."""
-
-    angle: float
-    rate: float
-    bend: float
-
-
 @compiled
-def _within(well: Well, step: float, then: Angle, now: Angle, x: float) -> Place:
+def _within(well: LinearWell, step: float, then: Angle, now: Angle, x: float) -> Angle:
     """Return the wheel at the fraction x of a part.
 
     θ is a free swing and what the acceleration of the case adds to it. The latter is taken as the
@@ -515,38 +521,35 @@ def _within(well: Well, step: float, then: Angle, now: Angle, x: float) -> Place
     c5 = 6.0 * value - 3.0 * slope + 0.5 * bend
     added = x * x * (c2 + x * (c3 + x * (c4 + x * c5)))
     rate = x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5)))
-    return Place(free.angle + added, free.rate + rate / step, free.bend)
+    return Angle(free.angle + added, free.rate + rate / step, free.bend, 0.0)
 
 
 @compiled
-def _free_swing(well: Well, s: float, then: Angle) -> Place:
+def _free_swing(well: LinearWell, s: float, then: Angle) -> Angle:
     """Return the wheel after s seconds in a case that turns uniformly: θ̈ = −2δθ̇ − ω₀²θ."""
     omega, delta, angle, rate = well.of.omega, well.of.delta, then.angle, then.rate
     square = well.omega0 * well.omega0
     cosine, sine, decay = math.cos(omega * s), math.sin(omega * s), math.exp(-delta * s)
     there = decay * (angle * cosine + (rate + delta * angle) / omega * sine)
     turned = decay * (rate * cosine - (delta * rate + square * angle) / omega * sine)
-    return Place(there, turned, -2.0 * delta * turned - square * there)
-
-
-NAME = 'forced_harmonic'
+    return Angle(there, turned, -2.0 * delta * turned - square * there, 0.0)
 
 
 class ForcedHarmonic:
     """Propagator of a linear well whose neutral line is the case's, underdamped."""
 
-    name = NAME
+    name = 'forced_harmonic'
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
         delta = 0.5 * (machine.drag.viscous if machine.drag else 0.0) / machine.inertia
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = PHASE_DIGITS
             exact = (frequency(machine) ** 2 - Decimal(delta) ** 2).sqrt()
         of, omega0 = oscillator(exact, delta), machine.frequency
-        self._well = Well(of, omega0, machine.cam.range_rad)
-        self._law = Law(of.omega, delta, omega0 * omega0, 2.0 * delta)
-        self._wheel = np.zeros((), WHEEL)
+        self._well = LinearWell(of, omega0, machine.cam.range_rad)
+        self._law = LinearLaw(of.omega, delta, omega0 * omega0, 2.0 * delta)
+        self._wheel = np.zeros((), WHEEL_STATE)
         self._time_ns = 0
         self._start_angle = 0.0
 
@@ -566,7 +569,7 @@ class ForcedHarmonic:
         x, per_s = forcing.begin[0], 1.0 / forcing.length_s[0]
         tilt, rate, acceleration = (line.deriv(n)(x) * per_s**n for n in range(3))
         psi = angle + tilt
-        self._wheel = np.zeros((), WHEEL)
+        self._wheel = np.zeros((), WHEEL_STATE)
         self._wheel['re'], self._wheel['im'] = rate + of.delta * psi, of.omega * psi
         at = self._with_acceleration(*(np.array([each]) for each in (angle, 0.0, acceleration)))
         self._wheel['angle'], self._wheel['bend'], self._time_ns = angle, at[2][0], 0
@@ -593,13 +596,13 @@ class ForcedHarmonic:
         shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
         shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
         made = responses(self._law, shapes, nodes, width)
-        spans = Spans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
+        spans = DrivenSpans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
         path = propagate(of, spans, self._wheel)
         counts = np.empty((np.count_nonzero(forcing.logged), 3), np.int64)
-        code, k, at = count_passages(
+        at_edge, k, at = count_passages(
             self._well, spans, step_s, path, forcing.logged, self._wheel, counts
         )
-        if code != OK:
+        if at_edge:
             left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
             raise edge_reached(self._machine, float(forcing.end_ns[k] * 1e-9 - left))
         self._time_ns = int(forcing.end_ns[-1])

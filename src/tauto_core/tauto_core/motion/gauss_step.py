@@ -84,7 +84,7 @@ class Gauss(NamedTuple):
 
 
 @cache
-def gauss(stages: int) -> Gauss:
+def gauss_constants(stages: int) -> Gauss:
     """Return the constants of a method of 8 or 16 stages, each correctly rounded.
 
     They are read from a table, since 50 digits were needed to compute them. The table holds the
@@ -101,7 +101,7 @@ def gauss(stages: int) -> Gauss:
 # -----------------------------------------------------------------------------
 # The workspace of the steps: one record of named rows, made once, so that no kernel allocates.
 
-TERMS = 24
+MOST_POWERS = 24
 """Most powers of the polynomials that stand for the forcing."""
 
 PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
@@ -125,7 +125,7 @@ Omega: TypeAlias = tuple[float, ...]
 """Frequencies of the rotating planes [rad/s]."""
 
 
-class Rotation(Protocol):
+class PlaneRotation(Protocol):
     """The rotation of a plane over a step: its length h [s], then cos ωh and sin ωh, twofold."""
 
     h: float
@@ -139,7 +139,7 @@ class Work(Protocol):
     """The record in compiled code; a row has a number for each stage, where nothing else is said.
 
     Attributes:
-        coefficients: a_ij of stage i in row j (gauss).
+        coefficients: a_ij of stage i in row j (gauss_constants).
         folded: the same folded (`Gauss.folded`), then two rows to work in for each plane.
         expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
         quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
@@ -178,7 +178,7 @@ class Work(Protocol):
     slopes: FloatArray
     nodes: Any
     end: Planes
-    rotations: Sequence[Rotation]
+    rotations: Sequence[PlaneRotation]
     matrix: FloatArray
     right: FloatArray
 
@@ -199,7 +199,7 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
     own = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
     kind = np.dtype(
         [
-            ('piece', 'f8', (TERMS, SIZE)),
+            ('piece', 'f8', (MOST_POWERS, SIZE)),
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
             *([('nodes', own)] if nodes else []),
             ('end', PLANE, (planes,)),
@@ -212,7 +212,7 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
     raw = np.zeros(size + stages)
     first = -(raw.ctypes.data // raw.itemsize) % stages
     work = raw[first : first + size].view(kind).reshape(())
-    constants = gauss(stages)
+    constants = gauss_constants(stages)
     work['coefficients'], work['expansion'] = constants.columns, constants.integral.T
     work['folded'][: stages // 2 + 1] = constants.folded
     work['quadrature'], work['fractions'] = constants.weights, constants.nodes
@@ -358,7 +358,7 @@ def rotation(angle: Any) -> Any:
 #
 #     U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
 #
-# With Gauss's coefficients a_ij (`gauss`) the stages U_i, V_i of a step of length h obey
+# With Gauss's coefficients a_ij (`gauss_constants`) the stages U_i, V_i of a step of length h obey
 #
 #     U_i = U₀ + h Σ_j a_ij U̇_j,            V_i likewise.
 #
@@ -370,10 +370,10 @@ def rotation(angle: Any) -> Any:
 # Source: J. D. Lawson, Generalized Runge–Kutta processes for stable systems with large Lipschitz
 # constants, SIAM J. Numer. Anal. 4 (1967).
 
-ROUNDING = 2.0**-53
+UNIT_ROUNDOFF = 2.0**-53
 """Largest relative error of one rounding."""
 
-SETTLED = 0.25 * ROUNDING
+LEAST_SETTLED = 0.25 * UNIT_ROUNDOFF
 """Smallest share of the state to which iterating the stages makes sense."""
 
 MAX_SWEEPS = 60
@@ -528,7 +528,7 @@ def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             settles = ends = True
         elif not change < before and n > 0:
-            settles, ends = change <= 64.0 * ROUNDING * size, True
+            settles, ends = change <= 64.0 * UNIT_ROUNDOFF * size, True
         before = change
     return settles, size
 
@@ -645,7 +645,7 @@ def newton(step: Step) -> tuple[bool, float]:
         size = largest_stage(omega, work)
         if not math.isfinite(change):
             return False, size
-        floor = 4.0 * ROUNDING * size
+        floor = 4.0 * UNIT_ROUNDOFF * size
         if change <= floor or (not change < before and change <= 64.0 * floor):
             sweep(step, 0.0, 0)
             return True, size
@@ -745,7 +745,7 @@ def inside(
 ) -> tuple[float, float]:
     """Return X and Y of plane p at a fraction ξ of the step, from the stage polynomials.
 
-    U = U₀ + hξ Σ_n G_n tⁿ with t = 2ξ − 1 and the powers G_n of `gauss`; V likewise.
+    U = U₀ + hξ Σ_n G_n tⁿ with t = 2ξ − 1 and the powers G_n of `gauss_constants`; V likewise.
     """
     stages, t = width(work.f1), 2.0 * xi - 1.0
     first = p * stages

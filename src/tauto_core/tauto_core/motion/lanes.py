@@ -25,6 +25,12 @@ SIZE, WIDE_SIZE = 8, 16
 Lanes: TypeAlias = Any
 """A number at each stage of a step, in compiled code."""
 
+Numeric: TypeAlias = Any
+"""A number at an instant, or at each stage of a step: one formula serves both."""
+
+NumericPair: TypeAlias = tuple[Numeric, Numeric]
+"""One for each of two rotating planes, or one for each of two angles."""
+
 
 def _is_lanes(x: Any) -> bool:
     return bool(getattr(getattr(x, 'kind', None), 'lanes', 0))

@@ -13,29 +13,29 @@ from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import Lanes, filled, fma, largest, least, load, store
+from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, least, load, store
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
-    GRAVITY,
-    LINE_BEND,
-    LINE_RATE,
+    APPARENT_GRAVITY,
+    DRIVE_BEND,
+    DRIVE_RATE,
     TILT,
     TILT_BEND,
     TILT_RATE,
     Beyond,
+    ForcingPieces,
     Instant,
     Mode,
     Outside,
-    Pieces,
-    Place,
     Plane,
-    State,
+    RunningState,
+    StepPlace,
     column,
     difference,
     nodes_of,
 )
-from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, resistance
-from tauto_core.motion.wells import Number
+from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, drag_on_wheel
+from tauto_core.motion.wells import REACH_PER_RELEASE
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
@@ -48,21 +48,16 @@ from tauto_core.scene.errors import PropagationError
 # dχ/ds, cos β, sin β and θ. As functions of s they are smooth up to a dead point and beyond it,
 # where functions of θ are singular.
 
-N, W, CHI_SLOPE, COSINE, SINE, ANGLE = range(6)
+ARC_FUNCTIONS = 0, 1, 2, 3, 4, 5
 """Rows of the series: n, w, χ', cos β, sin β, θ."""
 
-MARGIN = 1.5
-"""How far beyond the release the short series reach: as far as a sea commonly drives the wheel.
-Beyond them the long series are taken, at a higher cost and to the same accuracy.
-"""
-
-FEWEST_TERMS, MOST_TERMS = 16, 128
+FEWEST_SHAPE_TERMS, MOST_SHAPE_TERMS = 16, 128
 """Numbers of terms tried for the functions of s."""
 
 MOST_TERMS_OF_ARC = 1024
 """The same for s as a function of τ, which is evaluated only while the series are made."""
 
-TAIL = 2.0**-48
+SHAPE_TAIL = 2.0**-48
 """Largest of the last four coefficients, relative to the largest one, of a complete series."""
 
 MOST_GROWN = 64.0
@@ -96,7 +91,7 @@ class Powers(NamedTuple):
     terms: FloatArray
 
 
-class LeverShape(NamedTuple):
+class ArcSeries(NamedTuple):
     """The functions on two intervals.
 
     Attributes:
@@ -108,7 +103,7 @@ class LeverShape(NamedTuple):
     whole: Series
 
 
-def lever_shape(machine: LeverMachine, allowed: float = 0.0) -> LeverShape:
+def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
     """Return the series of a machine.
 
     Args:
@@ -117,22 +112,23 @@ def lever_shape(machine: LeverMachine, allowed: float = 0.0) -> LeverShape:
             less.
 
     Raises:
-        PropagationError: the inertia changes too abruptly for `MOST_TERMS`.
+        PropagationError: the inertia changes too abruptly for `MOST_SHAPE_TERMS`.
     """
     low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)
-    reach = MARGIN * abs(machine.release_angle) + 0.1
+    reach = REACH_PER_RELEASE * abs(machine.release_angle) + 0.1
     near = np.clip(np.array([-reach, reach]), *machine.sides)
     inner = machine.geometry.tau_of(near)
     short = _series(machine, arc, float(inner[0]), float(inner[1]))
     if short is None:
         raise PropagationError(
-            f'the inertia of weight and lever changes too abruptly for {MOST_TERMS} Chebyshev '
-            'coefficients. Use a heavier wheel, a lighter weight or a smaller release angle',
+            'the inertia of weight and lever changes too abruptly for '
+            f'{MOST_SHAPE_TERMS} Chebyshev coefficients. Use a heavier wheel, a lighter weight or '
+            'a smaller release angle',
             0.0,
         )
     whole = _series(machine, arc, low, high) or short
-    return LeverShape(_in_powers(_shortened(short, allowed)), _shortened(whole, allowed))
+    return ArcSeries(_in_powers(_shortened(short, allowed)), _shortened(whole, allowed))
 
 
 def _shortened(series: Series, allowed: float) -> Series:
@@ -195,7 +191,7 @@ def _series(
         chi_slope = root_j * ratio_slope * n**3
         return np.stack([n, w, chi_slope, np.cos(beta), np.sin(beta), shape.theta(tau)])
 
-    terms = _complete(functions, begin, end, MOST_TERMS)
+    terms = _complete(functions, begin, end, MOST_SHAPE_TERMS)
     return None if terms is None else Series(0.5 * (begin + end), 0.5 * (end - begin), terms)
 
 
@@ -208,17 +204,17 @@ def _complete(
         places = 0.5 * (low + high) + 0.5 * (high - low) * chebyshev_nodes(terms)
         return chebyshev_coefficients(functions(places))
 
-    counts, terms = [], FEWEST_TERMS
+    counts, terms = [], FEWEST_SHAPE_TERMS
     while terms <= most:
         counts.append(terms)
         terms += terms // 4
-    return complete_series(series, counts, TAIL)
+    return complete_series(series, counts, SHAPE_TAIL)
 
 
 # -----------------------------------------------------------------------------
 # Sully's lever machine in one rotating plane, with the arc for its coordinate.
 #
-# With s, n, w, χ', β and j of `lever_shape`, κ = m AD/√(IJ), A = n + √j w, and the tilt of the
+# With s, n, w, χ', β and j of `arc_series`, κ = m AD/√(IJ), A = n + √j w, and the tilt of the
 # case α = β_v − τ, where β_v is the direction of the apparent vertical and τ its tilt in the
 # case, (E2.3) becomes
 #
@@ -228,12 +224,12 @@ def _complete(
 # with dA/ds = χ'(√j n − w): no second derivative of the ship's motion is needed. X is s, ωY is p.
 # g_eff and β_v are those at the fulcrum.
 
-NODES = 'alpha_rate', 'alpha_bend', 'g_up', 'g_across'
+LEVER_NODES = 'alpha_rate', 'alpha_bend', 'g_up', 'g_across'
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
 
 
-class Nodes(Protocol):
-    """The rows NODES."""
+class LeverNodes(Protocol):
+    """The rows LEVER_NODES."""
 
     alpha_rate: FloatArray
     alpha_bend: FloatArray
@@ -244,14 +240,14 @@ class Nodes(Protocol):
 class LeverOnArc(NamedTuple):
     """The functions of the arc at one s, or at lanes of it: n, w, χ', cos β and sin β."""
 
-    n: Number
-    w: Number
-    chi_slope: Number
-    cosine: Number
-    sine: Number
+    n: Numeric
+    w: Numeric
+    chi_slope: Numeric
+    cosine: Numeric
+    sine: Numeric
 
 
-class _Numbers(NamedTuple):
+class _LeverNumbers(NamedTuple):
     """The constants of the equations.
 
     Attributes:
@@ -261,29 +257,29 @@ class _Numbers(NamedTuple):
         on_wheel: what acts on the wheel.
     """
 
-    shape: LeverShape
+    shape: ArcSeries
     root_j: float
     kappa: float
     on_wheel: OnWheel
 
 
-class Lever(_Numbers, ThreadSystem):
+class SullyLever(_LeverNumbers, ThreadSystem):
     """Sully's lever machine as `system.System`."""
 
-    def at_nodes(self, place: Place, work: Work) -> None:
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
         x, nodes = nodes_of(place, work), work.nodes
         sine, versine = sine_versine(column(TILT, place.terms, x, work))
-        g_eff = column(GRAVITY, place.terms, x, work)
-        store(nodes.alpha_rate, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
-        store(nodes.alpha_bend, 0, difference(LINE_BEND, TILT_BEND, place.terms, x, work))
+        g_eff = column(APPARENT_GRAVITY, place.terms, x, work)
+        store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
+        store(nodes.alpha_bend, 0, difference(DRIVE_BEND, TILT_BEND, place.terms, x, work))
         store(nodes.g_up, 0, g_eff - g_eff * versine)
         store(nodes.g_across, 0, g_eff * sine)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what (P.3) adds to the rotation of the plane."""
         s, p = load(work.x), omega[0] * load(work.y)
-        nodes: Nodes = work.nodes
+        nodes: LeverNodes = work.nodes
         at = _near_nodes(self.shape, s)
         alpha_rate = load(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
@@ -292,14 +288,14 @@ class Lever(_Numbers, ThreadSystem):
         # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
         pushed = (omega[0] * omega[0]) * s - (self.kappa * at.w) * gravity
         more = pushed + _turned(self, at, speed, alpha_rate)
-        more = more - at.n * resistance(self.on_wheel, mode, at.n * speed)
+        more = more - at.n * drag_on_wheel(self.on_wheel, mode, at.n * speed)
         store(work.d1, 0, -carried)
         store(work.d2, 0, more * (1.0 / omega[0]))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the geometry, or the thread goes slack."""
         s, p = load(work.x), omega[0] * load(work.y)
-        nodes: Nodes = work.nodes
+        nodes: LeverNodes = work.nodes
         at = _near_nodes(self.shape, s)
         a = fma(self.root_j, at.w, at.n)
         speed = p - load(nodes.alpha_rate) * a
@@ -317,7 +313,7 @@ class Lever(_Numbers, ThreadSystem):
         """Return s."""
         return planes[0].x
 
-    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return the y² above which ṡ has the sign of y: the square of Aα̇/ω, with |A| ≤ √(1 + j).
 
         θ is zero where s is, so that the tilt does not matter.
@@ -332,7 +328,7 @@ class Lever(_Numbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the lever at an instant."""
-        line, tilt, shape, s = at.line, at.tilt, self.shape, planes[0].x
+        line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
         arc, angle = _on_arc(shape, s)
         a = arc.n + self.root_j * arc.w
         alpha_bend = line.bend - tilt.bend
@@ -357,7 +353,7 @@ class Lever(_Numbers, ThreadSystem):
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return ṡ and ṗ = s̈ + Aα̈ + ṡα̇ dA/ds."""
         arc, _ = _on_arc(self.shape, now.coordinate)
-        alpha_rate, alpha_bend = at.line.rate - at.tilt.rate, at.line.bend - at.tilt.bend
+        alpha_rate, alpha_bend = at.drive.rate - at.tilt.rate, at.drive.bend - at.tilt.bend
         pushed = now.acceleration + (arc.n + self.root_j * arc.w) * alpha_bend
         return (Plane(now.speed, pushed + _turned(self, arc, now.speed, alpha_rate)),)
 
@@ -365,7 +361,9 @@ class Lever(_Numbers, ThreadSystem):
         """Return θ."""
         return _on_arc(self.shape, planes[0].x)[1]
 
-    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+    ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
         struck = mode.direction * math.sqrt(speed * speed + self.on_wheel.energy)
@@ -375,66 +373,65 @@ class Lever(_Numbers, ThreadSystem):
 
 @inlined
 def _pushed(
-    lever: Lever,
+    lever: SullyLever,
     mode: Mode,
     arc: LeverOnArc,
-    a: Number,
-    speed: Number,
-    alpha_bend: Number,
-    gravity: Number,
-) -> tuple[Number, Number, Number]:
+    a: Numeric,
+    speed: Numeric,
+    alpha_bend: Numeric,
+    gravity: Numeric,
+) -> tuple[Numeric, Numeric, Numeric]:
     """Return s̈, the tension and the drag of ṡ and α̈, at the nodes of a step or at an instant.
 
     s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈, as (P.3) has it. `a` is A, and `gravity` is g_eff
     cos(β − τ). The tension is a quantity of its sign.
     """
     n, w = arc.n, arc.w
-    drag = resistance(lever.on_wheel, mode, n * speed)
+    drag = drag_on_wheel(lever.on_wheel, mode, n * speed)
     acceleration = -(lever.kappa * w * gravity + n * drag + a * alpha_bend)
     lifted = w * acceleration + n * arc.chi_slope * speed * speed + lever.root_j * alpha_bend
     return acceleration, lifted + lever.kappa * gravity, drag
 
 
 @inlined
-def _turned(lever: Lever, arc: LeverOnArc, speed: Number, alpha_rate: Number) -> Number:
+def _turned(lever: SullyLever, arc: LeverOnArc, speed: Numeric, alpha_rate: Numeric) -> Numeric:
     """Return ṡα̇ dA/ds, with dA/ds = χ′(√j n − w)."""
     return speed * alpha_rate * arc.chi_slope * (lever.root_j * arc.n - arc.w)
 
 
-Six: TypeAlias = tuple[Number, Number, Number, Number, Number, Number]
-ROWS = N, W, CHI_SLOPE, COSINE, SINE, ANGLE
+Six: TypeAlias = tuple[Numeric, Numeric, Numeric, Numeric, Numeric, Numeric]
 
 
 @inlined
-def _clenshaw(terms: FloatArray, x: Number, zero: Number) -> Six:
+def _clenshaw(terms: FloatArray, x: Numeric, zero: Numeric) -> Six:
     """Return Σ terms_k T_k(x) of each row by Clenshaw's recurrence, side by side."""
     twice = 2.0 * x
     sums = older = zero, zero, zero, zero, zero, zero
     for j in range(terms.shape[1] - 1, 0, -1):
-        more: tuple[Number, ...] = ()
-        for i in ROWS:
+        more: tuple[Numeric, ...] = ()
+        for i in ARC_FUNCTIONS:
             more = (*more, fma(twice, sums[i], terms[i, j] - older[i]))
         sums, older = more, sums
-    found: tuple[Number, ...] = ()
-    for i in ROWS:
+    found: tuple[Numeric, ...] = ()
+    for i in ARC_FUNCTIONS:
         found = (*found, fma(x, sums[i], terms[i, 0] - older[i]))
     return found
 
 
 @inlined
-def _horner(terms: FloatArray, x: Number, zero: Number) -> Six:
+def _horner(terms: FloatArray, x: Numeric, zero: Numeric) -> Six:
     """Return Σ terms_k x^k of each row by Horner's scheme, side by side."""
     sums = zero, zero, zero, zero, zero, zero
     for j in range(terms.shape[1] - 1, -1, -1):
-        more: tuple[Number, ...] = ()
-        for i in ROWS:
+        more: tuple[Numeric, ...] = ()
+        for i in ARC_FUNCTIONS:
             more = (*more, fma(sums[i], x, terms[i, j]))
         sums = more
     return sums
 
 
 @inlined
-def _at(series: Series | Powers, s: Number, zero: Number) -> tuple[LeverOnArc, Number]:
+def _at(series: Series | Powers, s: Numeric, zero: Numeric) -> tuple[LeverOnArc, Numeric]:
     """Return the functions of the arc and θ.
 
     Args:
@@ -452,7 +449,7 @@ def _at(series: Series | Powers, s: Number, zero: Number) -> tuple[LeverOnArc, N
 
 
 @compiled
-def _near_nodes(shape: LeverShape, s: Lanes) -> LeverOnArc:
+def _near_nodes(shape: ArcSeries, s: Lanes) -> LeverOnArc:
     """Return the functions of the arc at lanes of s."""
     if largest(s - shape.near.middle) <= shape.near.half:
         return _at(shape.near, s, filled(s, 0.0))[0]
@@ -460,7 +457,7 @@ def _near_nodes(shape: LeverShape, s: Lanes) -> LeverOnArc:
 
 
 @compiled
-def _on_arc(shape: LeverShape, s: float) -> tuple[LeverOnArc, float]:
+def _on_arc(shape: ArcSeries, s: float) -> tuple[LeverOnArc, float]:
     """Return the functions of the arc and θ at s."""
     if abs(s - shape.near.middle) <= shape.near.half:
         return _at(shape.near, s, 0.0)

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.lanes import SIZE, fma, load, splat, store
-from tauto_core.motion.phase import DIGITS, PI
+from tauto_core.motion.phase import PHASE_DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray
 
 # -----------------------------------------------------------------------------
@@ -126,7 +126,7 @@ those in which the passages of a wheel that may pass zero twice are counted (`li
 _ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 
 
-class Law(NamedTuple):
+class LinearLaw(NamedTuple):
     """ż = (iω − δ) z + a u + c u̇.
 
     Attributes:
@@ -212,7 +212,7 @@ def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]
 
 
 def responses(
-    law: Law, shapes: Sequence[Shape], nodes: tuple[float, ...], width: int
+    law: LinearLaw, shapes: Sequence[Shape], nodes: tuple[float, ...], width: int
 ) -> Responses:
     """Return the constants that spans of some shapes share.
 
@@ -237,7 +237,7 @@ def responses(
 
 
 @lru_cache(maxsize=1024)
-def _rows(law: Law, shape: Shape, nodes: tuple[float, ...] | None, width: int) -> FloatArray:
+def _rows(law: LinearLaw, shape: Shape, nodes: tuple[float, ...] | None, width: int) -> FloatArray:
     """Return the rows of a span, then those of its parts, (1 + parts, w, 8).
 
     Samples at `nodes` determine u, or coefficients where there are none.
@@ -348,7 +348,7 @@ class Oscillator(NamedTuple):
     turns_per_ns_low: np.uint64
 
 
-class Spans(NamedTuple):
+class DrivenSpans(NamedTuple):
     """n spans one after the other.
 
     Attributes:
@@ -386,15 +386,15 @@ class Path(NamedTuple):
 
 
 def oscillator(exact_omega: Decimal, delta: float = 0.0) -> Oscillator:
-    """Return the oscillator of ω in `DIGITS` decimal digits [rad/s] and δ [1/s]."""
+    """Return the oscillator of ω in `PHASE_DIGITS` decimal digits [rad/s] and δ [1/s]."""
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = PHASE_DIGITS
         units = int(exact_omega / (2 * PI * 10**9) * 2**128)
     high, low = np.uint64(units >> 64), np.uint64(units % 2**64)
     return Oscillator(float(exact_omega), delta, high, low)
 
 
-def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
+def propagate(of: Oscillator, spans: DrivenSpans, state: NDArray[np.void]) -> Path:
     """Return the motion over spans, and advance the state.
 
     Args:
@@ -409,7 +409,7 @@ def propagate(of: Oscillator, spans: Spans, state: NDArray[np.void]) -> Path:
 
 
 @entry
-def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
+def _propagate(of: Oscillator, spans: DrivenSpans, state: Swing, path: Path) -> None:
     """Fill in the path: b and the frame of each span by itself, then Y from span to span."""
     k, n = 0, len(spans.end_ns)
     turns = np.empty(n + 1, np.uint64)
@@ -422,13 +422,13 @@ def _propagate(of: Oscillator, spans: Spans, state: Swing, path: Path) -> None:
             _four_products(spans, k, path.span)
             k += 4
         else:
-            store(path.span, k, product(spans, spans.shape[k], k))
+            store(path.span, k, span_product(spans, spans.shape[k], k))
             k += 1
     _sum_up(spans, state, path)
 
 
 @compiled
-def product(spans: Spans, which: int, k: int) -> Any:
+def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
     """Return b, u, u̇, ü of span k, or of a part of it, as lanes in the columns of `responses`.
 
     Args:
@@ -454,7 +454,7 @@ def product(spans: Spans, which: int, k: int) -> Any:
 
 
 @inlined
-def _are_alike(spans: Spans, k: int) -> bool:
+def _are_alike(spans: DrivenSpans, k: int) -> bool:
     """Return whether four spans from the k-th on have one shape and are determined by samples."""
     if spans.u is None:
         return False
@@ -464,8 +464,8 @@ def _are_alike(spans: Spans, k: int) -> bool:
 
 
 @inlined
-def _four_products(spans: Spans, k: int, out: FloatArray) -> None:
-    """Store the products of four spans of one shape, to the same bits as `product`.
+def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
+    """Store the products of four spans of one shape, to the same bits as `span_product`.
 
     Each row is read once for all four, and of the eight sums none waits for another: that saves
     6 % of benchmark problem d.
@@ -490,7 +490,7 @@ def _four_products(spans: Spans, k: int, out: FloatArray) -> None:
 
 
 @compiled
-def _sum_up(spans: Spans, state: Swing, path: Path) -> None:
+def _sum_up(spans: DrivenSpans, state: Swing, path: Path) -> None:
     """Fill in Y; the sum is compensated (W. Kahan, Comm. ACM 8 (1965) 40)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
     re, im, lost_re, lost_im = state.re, state.im, state.lost_re, state.lost_im

@@ -29,11 +29,11 @@ from tauto_core.motion.lanes import (
     with_lane,
 )
 from tauto_core.motion.system import (
+    ForcingPieces,
     Mode,
-    Pieces,
-    Place,
-    Run,
-    Watch,
+    SteppedRun,
+    StepPlace,
+    StepWatch,
     mode_of,
     outside_at,
     planes_of,
@@ -57,16 +57,16 @@ motion that is sampled finely enough to be interpolated rises no higher between 
 CLEAR = 2.0
 """Factor by which the square of the swing must exceed the bound at which it is just clear."""
 
-NOTHING = 1e-11
+AT_REST = 1e-11
 """Angle [rad] and rate [rad/s] below which a wheel is at rest at zero but for rounding, which the
 interpolated rate of a hung case may have.
 """
 
-HALVINGS = 40
+TURNING_HALVINGS = 40
 """Most bisections in the search for a turning point between two nodes."""
 
 
-class Angles(NamedTuple):
+class CountedAngles(NamedTuple):
     """The quantities that are counted, at an instant: ϑ or its coordinate, θ, and their rates."""
 
     felt: float
@@ -75,40 +75,40 @@ class Angles(NamedTuple):
     rate: float
 
 
-class Watched(Protocol):
+class WatchedAngles(Protocol):
     """An object with angles within a step: a NamedTuple with this method."""
 
-    def angles(self, xi: float) -> Angles:
+    def angles(self, xi: float) -> CountedAngles:
         """Return the angles at a fraction of the step."""
 
 
 class WatchAngles(NamedTuple):
     """The angles of a system that swings."""
 
-    step: Watch
+    step: StepWatch
 
-    def angles(self, xi: float) -> Angles:
+    def angles(self, xi: float) -> CountedAngles:
         """Return the angles at a fraction of the step."""
         now = self.step.instant(xi)
-        return Angles(now.coordinate, now.speed, now.angle, now.rate)
+        return CountedAngles(now.coordinate, now.speed, now.angle, now.rate)
 
 
 class WatchRide(NamedTuple):
     """The angles while friction holds the wheel at θ = angle: ϑ = θ − τ."""
 
     angle: float
-    place: Place
+    place: StepPlace
     work: Work
 
-    def angles(self, xi: float) -> Angles:
+    def angles(self, xi: float) -> CountedAngles:
         """Return the angles at a fraction of the step."""
         place = self.place
         tilt = outside_at(place.terms, place.begin + xi * place.size, self.work).tilt
-        return Angles(self.angle - tilt.value, -tilt.rate, self.angle, 0.0)
+        return CountedAngles(self.angle - tilt.value, -tilt.rate, self.angle, 0.0)
 
 
 class Found(NamedTuple):
-    """The passages of zero up to the last node looked at; `count` adds one between it and the end.
+    """The passages of zero up to the last node looked at; `count_step` adds one after it.
 
     Attributes:
         turns: upward passages of ϑ.
@@ -140,7 +140,7 @@ def ahead(felt: float, rate: float, angle: float) -> int:
 
 
 @compiled
-def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
+def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
     """Return whether an angle passes zero and comes back between two fractions a, b of a step.
 
     It is on the same side at both, moves towards zero at a and away from it at b. Its turning
@@ -156,7 +156,7 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
     """
     start = watch.angles(a)
     below = (start.angle if of_wheel else start.felt) < 0.0
-    for _ in range(HALVINGS):
+    for _ in range(TURNING_HALVINGS):
         middle = 0.5 * (a + b)
         now = watch.angles(middle)
         value = now.angle if of_wheel else now.felt
@@ -174,7 +174,9 @@ def _returns(watch: Watched, of_wheel: bool, a: float, b: float, length_s: float
 
 
 @compiled
-def passages(watch: Watched, length_s: float, before: float, stop: float, work: Work) -> Found:
+def passages(
+    watch: WatchedAngles, length_s: float, before: float, stop: float, work: Work
+) -> Found:
     """Return what passes zero within a step, followed on its polynomials.
 
     Args:
@@ -182,13 +184,13 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
         length_s: length of the step [s].
         before: fraction before which nodes are looked at.
         stop: fraction at which the motion over this step ends; beyond 1: at its end. A change of
-            side there is counted by `count`, when the place of the event is known exactly.
+            side there is counted by `count_step`, when the place of the event is known exactly.
         work: whose nodes are looked at.
     """
     old = watch.angles(0.0)
     below, behind = old.felt < 0.0, old.angle < 0.0
     # a wheel at rest in the middle leaves it, and does not pass it
-    leaving = abs(old.angle) < NOTHING and abs(old.rate) < NOTHING
+    leaving = abs(old.angle) < AT_REST and abs(old.rate) < AT_REST
     turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
     last, fractions = 0.0, load(work.fractions)
     for i in range(width(fractions) + 1):
@@ -207,7 +209,7 @@ def passages(watch: Watched, length_s: float, before: float, stop: float, work: 
             beats += 2 if _returns(watch, True, last, xi, length_s) else 0
         if not ends:
             below, behind = now.felt < 0.0, now.angle < 0.0
-            leaving = leaving and abs(now.angle) < NOTHING
+            leaving = leaving and abs(now.angle) < AT_REST
         old, last = now, xi
     return Found(turns, beats, below, behind)
 
@@ -254,11 +256,11 @@ def in_step(
     clear: bool,
     before: float,
     stop: float,
-    run: Run,
+    run: SteppedRun,
     mode: Mode,
-    pieces: Pieces,
+    pieces: ForcingPieces,
     k: int,
-    place: Place,
+    place: StepPlace,
 ) -> Found:
     """Return the passages of zero within the step last collocated.
 
@@ -276,12 +278,12 @@ def in_step(
         return signs_at_nodes(run.system.coordinates(work), below, before, work)
     set_piece(pieces, k, True, work)
     fill_integrals(run.omega, work)
-    watch = WatchAngles(Watch(run, mode, place))
+    watch = WatchAngles(StepWatch(run, mode, place))
     return passages(watch, place.size * place.length, before, stop, work)
 
 
 @compiled
-def count(clear: bool, found: Found, run: Run, terms: int, x: float) -> None:
+def count_step(clear: bool, found: Found, run: SteppedRun, terms: int, x: float) -> None:
     """Add the passages of a step to the state, which is at its end, after any event there.
 
     Args:

@@ -15,7 +15,7 @@ from tauto_core.machines import Machine
 from tauto_core.samples import FloatArray, IntArray
 
 PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
-DIGITS = 50
+PHASE_DIGITS = 50
 """Digits of decimal arithmetic with phases."""
 
 _COARSE_NS = 2**53
@@ -30,7 +30,7 @@ _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 def two_floats(exact: Decimal) -> tuple[float, float]:
     """Return a number as the sum of two floats, to about 32 digits."""
     with localcontext() as context:
-        context.prec = DIGITS
+        context.prec = PHASE_DIGITS
         high = float(exact)
         return high, float(exact - Decimal(high))
 

@@ -18,22 +18,22 @@ from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.lever import Lever, lever_shape
+from tauto_core.motion.lever import SullyLever, arc_series
 from tauto_core.motion.phase import polar, polar_rate
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
-    MARGIN,
     MIN_ANGLE,
+    TOLERANCE_SHARE,
     Moved,
     Stepped,
     tolerance_of,
 )
-from tauto_core.motion.system import Pieces
+from tauto_core.motion.system import ForcingPieces
 from tauto_core.motion.threads import Hanging, OnWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
-MAX_ANGLE = 2.0
+LONGEST_PHASE = 2.0
 """Longest step, as the phase ωh of the fastest plane [rad]."""
 
 COARSEN = 2.0**-17
@@ -46,7 +46,7 @@ _MOST_TRIAL_STEPS = 4096
 """Most steps of a trial, for threads whose own period is far longer than the wheel's."""
 
 
-class Case(NamedTuple):
+class CaseAtStart(NamedTuple):
     """The case at the start, by the direction β of the apparent vertical and its tilt τ = β − α_c.
 
     Attributes:
@@ -86,7 +86,7 @@ def _lever(machine: LeverMachine, settled: float) -> Moved:
         omega = machine.frequency
     root_j = math.sqrt(machine.turned_inertia / machine.inertia)
     kappa = machine.mass * machine.weight_arm / (machine.inertia * root_j)
-    system = Lever(lever_shape(machine, settled), root_j, kappa, _on_wheel(machine, omega))
+    system = SullyLever(arc_series(machine, settled), root_j, kappa, _on_wheel(machine, omega))
     return Moved(system, (omega,))
 
 
@@ -123,9 +123,9 @@ class RealThreads(Stepped):
     ) -> None:
         self._machine = machine
         allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, COARSEN)
-        nodes: tuple[str, ...] = threads.NODES
+        nodes: tuple[str, ...] = threads.THREAD_NODES
         if isinstance(machine, LeverMachine):
-            self._model, nodes = _lever(machine, allowed.settled), lever.NODES
+            self._model, nodes = _lever(machine, allowed.settled), lever.LEVER_NODES
         else:
             self._model = _hanging(machine)
         super().__init__(machine, len(self._model.omega), nodes, SIZE, allowed)
@@ -157,14 +157,14 @@ class RealThreads(Stepped):
             raise thread_slack(0.0)
         return self._motion(row)
 
-    def _outside(self, forcing: Forcing) -> Pieces:
+    def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces; their channels are constants where the ship lies still."""
         if forcing.neutral is not None:
             return super()._outside(forcing)
         still = np.zeros((len(forcing.length_s), 1))
-        return Pieces(forcing.length_s, still, still, still + self._machine.gravity)
+        return ForcingPieces(forcing.length_s, still, still, still + self._machine.gravity)
 
-    def _place(self, case: Case) -> None:
+    def _place(self, case: CaseAtStart) -> None:
         """Put the wheel at rest in the case at the release angle.
 
         The lever then has ṡ = 0, so that p = Aα̇ (lever_plane).
@@ -187,13 +187,13 @@ class RealThreads(Stepped):
 
     def _longest_step(self) -> float:
         """Return the longest step [s] with which no step of a swing on land must be halved."""
-        angle, fastest = MAX_ANGLE, max(self._model.omega)
+        angle, fastest = LONGEST_PHASE, max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
         # No turning points are found here, so that the drag may not ask for the direction of the
         # swing; no impulse comes, so that the pallet stays 0 and recoil with it.
         on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, law=None, impulse=math.inf)
         free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
-        step = MARGIN * self._tolerance.step
+        step = TOLERANCE_SHARE * self._tolerance.step
         tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)
         while angle > MIN_ANGLE:
             step_s = angle / fastest
@@ -206,7 +206,7 @@ class RealThreads(Stepped):
                 logged=np.zeros(count, np.bool_),
             )
             self._state = np.zeros_like(self._state)
-            self._place(Case(0.0, 0.0, 0.0, 0.0))
+            self._place(CaseAtStart(0.0, 0.0, 0.0, 0.0))
             self._run(trial, free, tolerance, step_s)
             if self._state['level'] == 0 and self._state['newton'] == 0:
                 break
@@ -244,13 +244,13 @@ class RealThreads(Stepped):
         return polar_rate(x, speed, acceleration, self._machine.frequency)
 
 
-def _case(forcing: Forcing) -> Case:
+def _case(forcing: Forcing) -> CaseAtStart:
     """Return the case at the beginning of the first span."""
     if forcing.neutral is None or forcing.tilt is None:
-        return Case(0.0, 0.0, 0.0, 0.0)
+        return CaseAtStart(0.0, 0.0, 0.0, 0.0)
     x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
     parts: list[float] = []
     for channel in (forcing.neutral, forcing.tilt):
         series = np.polynomial.Polynomial(channel[0])
         parts += [float(series(x)), float(series.deriv()(x)) * per_s]
-    return Case(*parts)
+    return CaseAtStart(*parts)

@@ -28,9 +28,9 @@ from tauto_core.motion.events import (
 )
 from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
 from tauto_core.motion.gauss_step import (
+    LEAST_SETTLED,
+    MOST_POWERS,
     PART_STEP,
-    SETTLED,
-    TERMS,
     WHOLE_STEP,
     Omega,
     Step,
@@ -41,16 +41,16 @@ from tauto_core.motion.gauss_step import (
     make_work,
     sum_exactly,
 )
-from tauto_core.motion.passages import APART, WatchRide, ahead, count, in_step, passages
+from tauto_core.motion.passages import APART, WatchRide, ahead, count_step, in_step, passages
 from tauto_core.motion.phase import since_start
 from tauto_core.motion.system import (
+    ForcingPieces,
     Instant,
     Mode,
     Outside,
-    Pieces,
-    Place,
-    Run,
-    State,
+    RunningState,
+    SteppedRun,
+    StepPlace,
     System,
     Tolerance,
     mode_of,
@@ -61,8 +61,7 @@ from tauto_core.motion.system import (
     state_of,
     state_type,
 )
-from tauto_core.samples import FloatArray
-from tauto_core.samples import State as Saved
+from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
@@ -74,7 +73,7 @@ MIN_ANGLE = 0.005
 TOLERANCE = 2e-12
 """Error allowed in a step, relative to the state, if the scene does not state one."""
 
-MARGIN = 0.3
+TOLERANCE_SHARE = 0.3
 """Share of the tolerance for which steps are laid out; the rest is for the sea."""
 
 ITERATION_SHARE = 1e-5
@@ -91,7 +90,7 @@ spring that makes the well strongly anharmonic.
 
 def settled_at(tolerance: float) -> float:
     """Return the accuracy of the stage equations, relative to the state."""
-    return max(SETTLED, ITERATION_SHARE * tolerance)
+    return max(LEAST_SETTLED, ITERATION_SHARE * tolerance)
 
 
 def carried_within(tolerance: float) -> float:
@@ -130,7 +129,7 @@ ROW = np.dtype(
 """A logged instant: fields of `Instant`, and the turns and beats since the release."""
 
 
-class Row(Protocol):
+class LoggedRow(Protocol):
     """A record of ROW in compiled code."""
 
     angle: float
@@ -185,7 +184,12 @@ class StepResult(NamedTuple):
 
 @compiled
 def _move(
-    run: Run, place: Place, stalled: bool, clear_square: float, pieces: Pieces, k: int
+    run: SteppedRun,
+    place: StepPlace,
+    stalled: bool,
+    clear_square: float,
+    pieces: ForcingPieces,
+    k: int,
 ) -> StepResult:
     """Advance over a step or to the first event, and count passages of zero on the way.
 
@@ -202,7 +206,7 @@ def _move(
         loose = system.ride_along(run, place)
         watch = WatchRide(state.held_angle, place, work)
         found = passages(watch, place.size * place.length, loose, loose, work)
-        count(False, found, run, place.terms, place.begin + loose * place.size)
+        count_step(False, found, run, place.terms, place.begin + loose * place.size)
         return StepResult(NO_EVENT, loose, 0.0)
     tolerance, mode, h = run.tolerance, mode_of(state), place.size * place.length
     expected = expects_events(system)
@@ -236,12 +240,12 @@ def _move(
         at = outside_at(place.terms, x, work)
         now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         happen(event, run, at, now)
-    count(clear, found, run, place.terms, x)
+    count_step(clear, found, run, place.terms, x)
     return StepResult(event, xi, error)
 
 
 @compiled
-def _write(run: Run, at: Outside, row: Row) -> None:
+def _write(run: SteppedRun, at: Outside, row: LoggedRow) -> None:
     """Fill a row with the system at an instant."""
     state, mode = run.state, mode_of(run.state)
     held = run.system.sticks and state.held
@@ -261,11 +265,11 @@ def release(
     system: System,
     omega: Omega,
     angle: float,
-    pieces: Pieces,
+    pieces: ForcingPieces,
     x0: float,
-    state: State,
+    state: RunningState,
     work: Work,
-    row: Row,
+    row: LoggedRow,
 ) -> float:
     """Set the state: the wheel at rest in the case at θ = angle, at x0 in the first piece.
 
@@ -276,7 +280,7 @@ def release(
     state.turns, state.beats, state.level, state.newton, state.given = 0, 0, 0, 0, 0
     state.held, state.held_angle = False, 0.0
     system.set_off(omega, angle, at, state)
-    run = Run(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work)
+    run = SteppedRun(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work)
     _write(run, at, row)
     state.beats, row.beats = -row.beats, 0
     now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
@@ -285,7 +289,7 @@ def release(
 
 @compiled
 def _span(
-    k: int, run: Run, longest_s: float, pieces: Pieces, spans: Spans, logged: bool
+    k: int, run: SteppedRun, longest_s: float, pieces: ForcingPieces, spans: Spans, logged: bool
 ) -> tuple[int, float, int]:
     """Advance over one span; return a code, the fraction of its piece, and the powers in use."""
     system, omega, state, work = run.system, run.omega, run.state, run.work
@@ -305,7 +309,7 @@ def _span(
             stretch, steps = lay_out(left, per_s, longest_s, ahead_s, state.level)
             step, done, last = 0, 0.0, stretch == left
         x = start + (start_rest + (step + done) / steps * stretch)
-        place = Place(length, terms, x, (1.0 - done) / steps * stretch)
+        place = StepPlace(length, terms, x, (1.0 - done) / steps * stretch)
         result = _move(run, place, stalled > MAX_STALLED, clear_square, pieces, k)
         if not result.error <= run.tolerance.step:
             state.level += 1
@@ -341,9 +345,9 @@ def advance(
     omega: Omega,
     tolerance: Tolerance,
     longest_s: float,
-    pieces: Pieces,
+    pieces: ForcingPieces,
     spans: Spans,
-    state: State,
+    state: RunningState,
     work: Work,
     rows: NDArray[np.void],
 ) -> tuple[int, int, float]:
@@ -363,7 +367,7 @@ def advance(
     Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and the span and the x in its piece where
     the run ended, unless it is OK.
     """
-    run = Run(system, omega, tolerance, state, work)
+    run = SteppedRun(system, omega, tolerance, state, work)
     written = 0
     for k in range(len(spans.begin)):
         logged = spans.logged[k]
@@ -444,10 +448,10 @@ class Stepped(ABC):
     def _failure(self, code: int, time_s: float) -> PropagationError:
         """Return the error of a run that ends early."""
 
-    def _outside(self, forcing: Forcing) -> Pieces:
+    def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, of which none may have too many powers."""
-        check_powers(forcing, TERMS)
-        return Pieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
+        check_powers(forcing, MOST_POWERS)
+        return ForcingPieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
         """Set the state; return the row at the start and the tension there."""
@@ -508,11 +512,11 @@ class Stepped(ABC):
             beats=rows['beats'].copy(),
         )
 
-    def state(self) -> Saved:
+    def state(self) -> State:
         """Return the running state by its names, and the phase at the start."""
         return {**state_of(self._state), 'start_angle': self._start_angle}
 
-    def restore(self, state: Saved) -> None:
+    def restore(self, state: State) -> None:
         """Go on from a state."""
         restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -16,30 +16,40 @@ from tauto_core.machines.axle_pendulum import exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.forcing import Polynomials, lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine
-from tauto_core.motion.lanes import SIZE, WIDE_SIZE, Lanes, fma, larger, load, store
+from tauto_core.motion.lanes import (
+    SIZE,
+    WIDE_SIZE,
+    Lanes,
+    Numeric,
+    NumericPair,
+    fma,
+    larger,
+    load,
+    store,
+)
 from tauto_core.motion.linear import (
     STATE,
-    Law,
+    DrivenSpans,
+    LinearLaw,
     Oscillator,
     Shape,
-    Spans,
     oscillator,
     propagate,
     responses,
     sorted_out,
 )
-from tauto_core.motion.phase import DIGITS
+from tauto_core.motion.phase import PHASE_DIGITS
 from tauto_core.motion.stepping import TOLERANCE, tolerance_of
 from tauto_core.motion.system import (
-    GRAVITY,
-    LINE,
+    APPARENT_GRAVITY,
+    DRIVE,
     Beyond,
+    ForcingPieces,
     Instant,
     Mode,
     Outside,
-    Pieces,
-    Place,
     Plane,
+    StepPlace,
     System,
     column,
     first_below,
@@ -48,7 +58,6 @@ from tauto_core.motion.system import (
     state_of,
     state_type,
 )
-from tauto_core.motion.wells import Number
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -171,26 +180,20 @@ class CaseSwing(Protocol):
 #
 # θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`); X and Y are q and q̇/ω of each mode. What
 # disturbs the planes is then of the third order in the swing, or the motion of the bearing.
-#
-# The driver's names are those of a wheel. Here its line is ÿ, its gravity g + z̈, the angle θ,
-# the coordinate φ, and the tension N/M.
 
 PLANES = 2
-NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
+CASE_NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
 """Rows of ÿ, g + z̈, N/M, θ and δ at the nodes."""
 
 OVER = 3.0
 """|θ| or |δ| at which the case counts as turned over [rad]."""
 
-ERROR_OF_LAST = 1.0
+CASE_ERROR_OF_LAST = 1.0
 """Error of a step over the square of its last Legendre coefficient, at most (`step_size`)."""
 
-Pair: TypeAlias = tuple[Number, Number]
-"""θ and φ, or their rates."""
 
-
-class Nodes(Protocol):
-    """The rows NODES."""
+class CaseNodes(Protocol):
+    """The rows CASE_NODES."""
 
     sway: FloatArray
     lift: FloatArray
@@ -199,7 +202,7 @@ class Nodes(Protocol):
     delta: FloatArray
 
 
-class _Numbers(NamedTuple):
+class _CaseNumbers(NamedTuple):
     """The constants of the equations [m]: e, c, k, and B and B′ of the modes."""
 
     e: float
@@ -209,7 +212,7 @@ class _Numbers(NamedTuple):
     B_prime: float
 
 
-class SuspendedCase(_Numbers, System):
+class SuspendedCase(_CaseNumbers, System):
     """The case as `system.System`."""
 
     @property
@@ -217,11 +220,11 @@ class SuspendedCase(_Numbers, System):
         """One, since there are no events that the driver would measure in swings."""
         return 1.0
 
-    def at_nodes(self, place: Place, work: Work) -> None:
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill ÿ and g + z̈."""
         x, nodes = nodes_of(place, work), work.nodes
-        store(nodes.sway, 0, column(LINE, place.terms, x, work))
-        store(nodes.lift, 0, column(GRAVITY, place.terms, x, work))
+        store(nodes.sway, 0, column(DRIVE, place.terms, x, work))
+        store(nodes.lift, 0, column(APPARENT_GRAVITY, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the planes, and N/M, θ and δ; d1 stays zero.
@@ -231,7 +234,7 @@ class SuspendedCase(_Numbers, System):
         """
         e, c, k, B, B_prime = self
         q, other = load(work.x, 0), load(work.x, 1)
-        nodes: Nodes = work.nodes
+        nodes: CaseNodes = work.nodes
         rate, other_rate = load(work.y, 0), load(work.y, 1)
         theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
@@ -255,7 +258,7 @@ class SuspendedCase(_Numbers, System):
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the case turns over, or its axle lifts off."""
-        nodes: Nodes = work.nodes
+        nodes: CaseNodes = work.nodes
         margin = OVER - larger(load(nodes.theta), load(nodes.delta))
         edge, slack = first_below(margin, work), first_below(load(nodes.contact), work)
         return Beyond(edge, slack, edge > 1.0, OVER)
@@ -272,7 +275,7 @@ class SuspendedCase(_Numbers, System):
         """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
-        contact = _contact(self, theta, phi - theta, rates, at.line.value, at.gravity)[0]
+        contact = _contact(self, theta, phi - theta, rates, at.drive.value, at.gravity)[0]
         margin = OVER - max(abs(theta), abs(phi - theta))
         return Instant(
             angle=theta,
@@ -288,15 +291,20 @@ class SuspendedCase(_Numbers, System):
 
 
 @inlined
-def _angles(system: SuspendedCase, q: Number, other: Number) -> Pair:
+def _angles(system: SuspendedCase, q: Numeric, other: Numeric) -> NumericPair:
     """Return θ and φ of q and q′, or the rates of these of their rates."""
     return system.c * (q + other), system.B * q + system.B_prime * other
 
 
 @inlined
 def _contact(
-    system: SuspendedCase, theta: Number, delta: Number, rates: Pair, sway: Number, lift: Number
-) -> tuple[Number, Number, Number, Number, Number]:
+    system: SuspendedCase,
+    theta: Numeric,
+    delta: Numeric,
+    rates: NumericPair,
+    sway: Numeric,
+    lift: Numeric,
+) -> tuple[Numeric, Numeric, Numeric, Numeric, Numeric]:
     """Return N/M, sin θ, cos θ, sin δ and cos δ."""
     e, c, k = system.e, system.c, system.k
     sin_theta, versine_theta = sine_versine(theta)
@@ -346,10 +354,10 @@ class AxleSwing:
         self._own, self._system = own, SuspendedCase(e, c, k, own.B, own.B_prime)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
         self._tolerance = tolerance_of(
-            max(tolerance or TOLERANCE, TOLERANCE), ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
+            max(tolerance or TOLERANCE, TOLERANCE), CASE_ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
         )
         self._state = np.zeros((), state_type(PLANES))
-        self._work = make_work(PLANES, NODES, stages)
+        self._work = make_work(PLANES, CASE_NODES, stages)
 
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
@@ -387,7 +395,7 @@ class AxleSwing:
             self._omega,
             self._tolerance,
             math.inf,
-            Pieces(length, sway, None, lift),
+            ForcingPieces(length, sway, None, lift),
             stepping.Spans(begin, end, np.ones(len(piece), np.bool_)),
             self._state,
             self._work,
@@ -451,7 +459,7 @@ class AxleModes:
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._own = modes(e, c, k * k)
         with localcontext() as context:
-            context.prec = DIGITS
+            context.prec = PHASE_DIGITS
             lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
             slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
         # ec = −BB′, so that ec + B² = B (B − B′)
@@ -486,9 +494,9 @@ class AxleModes:
         u = Polynomials(np.empty(0), np.empty(0), -1 - piece, sway)
         q, rate = np.empty((2, 2, len(piece)))
         for m, (mode, swing) in enumerate(zip(self._modes, self._swings, strict=True)):
-            law = Law(mode.of.omega, 0.0, -mode.share, 0.0)
+            law = LinearLaw(mode.of.omega, 0.0, -mode.share, 0.0)
             made = responses(law, shapes, (), bearing.sway.shape[1])
-            spans = Spans(int(bearing.begin_ns[0]), bearing.end_ns, shape, made, u)
+            spans = DrivenSpans(int(bearing.begin_ns[0]), bearing.end_ns, shape, made, u)
             rate[m], q[m] = propagate(mode.of, spans, swing).z(slice(None))
             q[m] /= mode.of.omega
         slow, fast = self._own.B, self._own.B_prime

@@ -26,25 +26,25 @@ from tauto_core.samples import FloatArray
 # derivatives side by side, the coefficients of a power of x in each row of `work.piece`: one pass
 # of Horner's scheme then evaluates them all.
 
-LINE, LINE_RATE, LINE_BEND, TILT, TILT_RATE, TILT_BEND, GRAVITY = range(7)
-"""Columns of a piece: γ, γ̇, γ̈, τ, τ̇, τ̈ and the apparent gravity."""
+DRIVE, DRIVE_RATE, DRIVE_BEND, TILT, TILT_RATE, TILT_BEND, APPARENT_GRAVITY = range(7)
+"""Columns of a piece: the drive and the tilt, each with two time derivatives, and gravity."""
 
 
-class Pieces(NamedTuple):
-    """Pieces of forcing; a channel is None where it is absent.
+class ForcingPieces(NamedTuple):
+    """ForcingPieces of forcing; a channel is None where it is absent.
 
     Attributes:
         length_s: length of each piece [s], (n,).
-        line, tilt, gravity: γ [rad], τ [rad] and g_eff [m/s2]: coefficients of x^j, (n, powers).
+        drive, tilt, gravity: coefficients of x^j of the channels of `Outside`, (n, powers).
     """
 
     length_s: FloatArray
-    line: FloatArray | None
+    drive: FloatArray | None
     tilt: FloatArray | None
     gravity: FloatArray | None
 
 
-class Place(NamedTuple):
+class StepPlace(NamedTuple):
     """Where a step is.
 
     Attributes:
@@ -60,7 +60,7 @@ class Place(NamedTuple):
     size: float
 
 
-class Channel(NamedTuple):
+class ChannelAt(NamedTuple):
     """A channel at an instant: its value, and its first and second time derivative."""
 
     value: float
@@ -72,13 +72,15 @@ class Outside(NamedTuple):
     """The motion of the ship at an instant; zeros where a channel is absent.
 
     Attributes:
-        line: γ, the direction of the thread's neutral line [rad] (`Forcing.neutral`).
-        tilt: τ, the angle of that line in the case [rad].
-        gravity: g_eff, the apparent gravity [m/s2].
+        drive: what moves the system. For a machine it is the direction of its thread's neutral
+            line [rad]: γ of a wheel, β of the apparent vertical for a lever or a swinging thread
+            (`Forcing.neutral`). For a suspended case it is ÿ of its bearing [m/s2].
+        tilt: τ, the angle of the neutral line in the case [rad]; absent for a suspended case.
+        gravity: the apparent gravity [m/s2]: g_eff of a machine, g + z̈ of a suspended case.
     """
 
-    line: Channel
-    tilt: Channel
+    drive: ChannelAt
+    tilt: ChannelAt
     gravity: float
 
 
@@ -106,7 +108,7 @@ def _set_channel(
 
 
 @compiled
-def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
+def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
     """Lay out piece k, of at most `work.TERMS` powers; return its length [s] and its powers.
 
     The number of powers is made even, since `outside_at` takes two at a time.
@@ -117,17 +119,17 @@ def set_piece(pieces: Pieces, k: int, tilted: bool, work: Work) -> tuple[float, 
         tilted: whether τ will be asked for; otherwise its columns are left as they are.
         work: its `piece` is filled.
     """
-    line, tilt, gravity = pieces.line, pieces.tilt, pieces.gravity
+    drive, tilt, gravity = pieces.drive, pieces.tilt, pieces.gravity
     per_s = 1.0 / pieces.length_s[k]
-    terms = max(_terms(line), _terms(tilt), _terms(gravity))
+    terms = max(_terms(drive), _terms(tilt), _terms(gravity))
     terms += terms % 2
-    _set_channel(line, k, LINE, per_s, terms, work)
+    _set_channel(drive, k, DRIVE, per_s, terms, work)
     if tilted:
         _set_channel(tilt, k, TILT, per_s, terms, work)
     if gravity is not None:
         own, size = gravity.shape[1], width(work.piece)
         for j in range(terms):
-            work.piece[j * size + GRAVITY] = gravity[k, j] if j < own else 0.0
+            work.piece[j * size + APPARENT_GRAVITY] = gravity[k, j] if j < own else 0.0
     return pieces.length_s[k], terms
 
 
@@ -143,14 +145,14 @@ def outside_at(terms: int, x: float, work: Work) -> Outside:
         even = fma(even, square, load(work.piece, j))
     all_ = fma(odd, x, even)
     return Outside(
-        Channel(lane(all_, LINE), lane(all_, LINE_RATE), lane(all_, LINE_BEND)),
-        Channel(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
-        lane(all_, GRAVITY),
+        ChannelAt(lane(all_, DRIVE), lane(all_, DRIVE_RATE), lane(all_, DRIVE_BEND)),
+        ChannelAt(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
+        lane(all_, APPARENT_GRAVITY),
     )
 
 
 @inlined
-def nodes_of(place: Place, work: Work) -> Lanes:
+def nodes_of(place: StepPlace, work: Work) -> Lanes:
     """Return x at the nodes of a step."""
     return load(work.fractions) * place.size + place.begin
 
@@ -216,13 +218,15 @@ class Instant(NamedTuple):
     """The system at an instant.
 
     Attributes:
-        angle, rate, bend: θ of the wheel in its case [rad], θ̇ and θ̈.
-        tension: tension of the thread, or a quantity of the same sign.
+        angle, rate, bend: θ [rad], θ̇ and θ̈: of the wheel in its case, or of a suspended case's
+            contact.
+        tension: tension of the thread, or force in a suspended case's contact, or a quantity of
+            the same sign.
         margin: a quantity that is positive within the range of the system, and only there.
         torque: torque of the thread on the wheel, over I [rad/s2].
         coordinate, speed, acceleration: the quantity whose upward passages of zero are counted as
             turns of the phase, and its first two time derivatives: ϑ of the wheel, s of the lever,
-            u of the swinging thread.
+            u of the swinging thread, φ of a suspended case.
     """
 
     angle: float
@@ -271,7 +275,7 @@ class Tolerance(NamedTuple):
 
 
 def state_type(planes: int) -> np.dtype[Any]:
-    """Return the type of the record `State` for so many planes."""
+    """Return the type of the record `RunningState` for so many planes."""
     whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
     return np.dtype(
         [
@@ -296,7 +300,7 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
         record[name] = state[name]
 
 
-class State(Protocol):
+class RunningState(Protocol):
     """The running state: a record of `state_type` in compiled code.
 
     Attributes:
@@ -379,7 +383,7 @@ class System(Protocol):
         """Whether τ matters within a span, and not at its end alone; known when compiling."""
         return True
 
-    def at_nodes(self, place: Place, work: Work) -> None:
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill the system's rows with what the ship does at the nodes of a step."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
@@ -394,7 +398,7 @@ class System(Protocol):
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return the same quantity at an instant."""
 
-    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return the bound over piece k with which `clear` compares the square of the swing."""
         return 0.0
 
@@ -405,11 +409,11 @@ class System(Protocol):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the system at an instant."""
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Set the state at θ = angle, θ̇ = 0: held by friction, or the direction it moves in."""
         raise TypeError('nothing happens to this system on its way')
 
-    def ride_along(self, run: Run, place: Place) -> float:
+    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case; return the fraction of the step where it goes."""
         raise TypeError('friction does not hold this system')
 
@@ -425,33 +429,35 @@ class System(Protocol):
         """Return θ alone."""
         raise TypeError('nothing happens to this system on its way')
 
-    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+    ) -> None:
         """Let the escapement's impulse change the planes."""
         raise TypeError('nothing happens to this system on its way')
 
     def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
+        self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
         """Return the time to a little after the next expected event [s], or inf."""
         return math.inf
 
 
-class Run(NamedTuple):
+class SteppedRun(NamedTuple):
     """What all steps of a run share; a named tuple costs nothing in compiled code."""
 
     system: System
     omega: Omega
     tolerance: Tolerance
-    state: State
+    state: RunningState
     work: Work
 
 
-class Watch(NamedTuple):
+class StepWatch(NamedTuple):
     """The step last collocated, evaluated anywhere within it by its stage polynomials."""
 
-    run: Run
+    run: SteppedRun
     mode: Mode
-    place: Place
+    place: StepPlace
 
     def planes(self, xi: float) -> tuple[Plane, ...]:
         """Return X and Y of each plane at a fraction of the step, after `fill_integrals`."""
@@ -476,7 +482,7 @@ class Watch(NamedTuple):
 
 
 @inlined
-def mode_of(state: State) -> Mode:
+def mode_of(state: RunningState) -> Mode:
     """Return the mode of a state."""
     return Mode(float(state.side), float(state.direction), float(state.pallet))
 

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
 from tauto_core.motion.events import BEYOND, is_due, phase_to
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import Lanes, fma, largest, least, load, store
+from tauto_core.motion.lanes import (
+    Lanes,
+    Numeric,
+    NumericPair,
+    fma,
+    largest,
+    least,
+    load,
+    store,
+)
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
-    GRAVITY,
-    LINE,
-    LINE_RATE,
+    APPARENT_GRAVITY,
+    DRIVE,
+    DRIVE_RATE,
     TILT_RATE,
     Beyond,
+    ForcingPieces,
     Instant,
     Mode,
     Outside,
-    Pieces,
-    Place,
     Plane,
-    State,
+    RunningState,
+    StepPlace,
     System,
     column,
     difference,
@@ -33,7 +42,7 @@ from tauto_core.motion.system import (
     outside_at,
     planes_of,
 )
-from tauto_core.motion.wells import Number, law_torque, term
+from tauto_core.motion.wells import law_torque, term
 from tauto_core.samples import FloatArray
 
 WELL_WITHIN = 0.05
@@ -95,14 +104,14 @@ class ThreadSystem(System):
         """Whether the drag has a kink at the turning points."""
         return self.on_wheel.law is not None or self.on_wheel.quadratic > 0.0
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         state.direction = -1 if now.bend < 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)
 
     def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
+        self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
         """Return the time to a little after the next impulse to expect [s], or inf.
 
@@ -125,7 +134,7 @@ class ThreadSystem(System):
 
 
 @inlined
-def resistance(on_wheel: OnWheel, mode: Mode, rate: Number) -> Number:
+def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
     """Return the torques of drag and recoil, reversed, over I: c₁ θ̇ + c₂ d θ̇² + R s."""
     drag = rate * fma(on_wheel.quadratic * mode.direction, rate, on_wheel.viscous)
     return drag + term(on_wheel.recoil, mode.pallet) + law_torque(on_wheel.law, rate, mode)
@@ -140,12 +149,12 @@ def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> B
 
 
 @compiled
-def case_bounds(pieces: Pieces, k: int) -> tuple[float, float]:
+def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
     """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k.
 
     They are the sums of the coefficients' magnitudes, which no polynomial exceeds for 0 ≤ x ≤ 1.
     """
-    vertical, tilt = pieces.line, pieces.tilt
+    vertical, tilt = pieces.drive, pieces.tilt
     if vertical is None or tilt is None:
         return 0.0, 0.0
     value = slope = 0.0
@@ -165,22 +174,19 @@ def case_bounds(pieces: Pieces, k: int) -> tuple[float, float]:
 # The accelerated axle enters by the apparent gravity alone (theory E2), so that no derivative of
 # the ship's motion is needed but α̇, the rate of the case, for the drag.
 
-NODES = 'vertical', 'gravity', 'alpha_rate'
+THREAD_NODES = 'vertical', 'gravity', 'alpha_rate'
 """Rows of β, g_eff and α̇ at the nodes."""
 
-Pair: TypeAlias = tuple[Number, Number]
-"""One number for each plane, or one for the wheel and one for the thread."""
 
-
-class Nodes(Protocol):
-    """The rows NODES."""
+class ThreadNodes(Protocol):
+    """The rows THREAD_NODES."""
 
     vertical: FloatArray
     gravity: FloatArray
     alpha_rate: FloatArray
 
 
-class _Numbers(NamedTuple):
+class _ThreadNumbers(NamedTuple):
     """The constants of the equations.
 
     Attributes:
@@ -206,15 +212,15 @@ class _Numbers(NamedTuple):
     on_wheel: OnWheel
 
 
-class Hanging(_Numbers, ThreadSystem):
+class Hanging(_ThreadNumbers, ThreadSystem):
     """The swinging thread as `system.System`."""
 
-    def at_nodes(self, place: Place, work: Work) -> None:
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill β, g_eff and α̇."""
         x, nodes = nodes_of(place, work), work.nodes
-        store(nodes.vertical, 0, column(LINE, place.terms, x, work))
-        store(nodes.gravity, 0, column(GRAVITY, place.terms, x, work))
-        store(nodes.alpha_rate, 0, difference(LINE_RATE, TILT_RATE, place.terms, x, work))
+        store(nodes.vertical, 0, column(DRIVE, place.terms, x, work))
+        store(nodes.gravity, 0, column(APPARENT_GRAVITY, place.terms, x, work))
+        store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what the accelerations add to the rotation of the planes; d1 stays zero."""
@@ -238,7 +244,7 @@ class Hanging(_Numbers, ThreadSystem):
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         return psi - delta
 
-    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing."""
         value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
@@ -257,11 +263,11 @@ class Hanging(_Numbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and thread at an instant."""
-        line, tilt = at.line, at.tilt
+        line, tilt = at.drive, at.tilt
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         rate = rates[0] - (line.rate - tilt.rate)
-        drag = resistance(self.on_wheel, mode, rate)
+        drag = drag_on_wheel(self.on_wheel, mode, rate)
         lean = delta - line.value
         psi_bend, delta_bend, tension, free = _pushed(
             self, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
@@ -280,8 +286,8 @@ class Hanging(_Numbers, ThreadSystem):
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return Ẋ and ωẎ of each mode."""
-        psi_rate = now.rate + (at.line.rate - at.tilt.rate)
-        psi_bend = now.bend + (at.line.bend - at.tilt.bend)
+        psi_rate = now.rate + (at.drive.rate - at.tilt.rate)
+        psi_bend = now.bend + (at.drive.bend - at.tilt.bend)
         rates = _modes(self, psi_rate, psi_rate - now.speed)
         bends = _modes(self, psi_bend, psi_bend - now.acceleration)
         return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
@@ -289,9 +295,11 @@ class Hanging(_Numbers, ThreadSystem):
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ψ − α."""
         psi, _ = _angles(self, planes[0].x, planes[1].x)
-        return psi - (at.line.value - at.tilt.value)
+        return psi - (at.drive.value - at.tilt.value)
 
-    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+    ) -> None:
         """Let an impulse change both rates: the taut thread by −r/l of what the wheel takes.
 
         The energy goes into ½(I + m r²u²)θ̇².
@@ -308,14 +316,14 @@ class Hanging(_Numbers, ThreadSystem):
 
 
 @inlined
-def _angles(system: Hanging, first: Number, second: Number) -> Pair:
+def _angles(system: Hanging, first: Numeric, second: Numeric) -> NumericPair:
     """Return ψ and δ of the coordinates of the modes, or the rates of these of their rates."""
     wheel, thread = system.wheel, system.thread
     return wheel[0] * first + wheel[1] * second, thread[0] * first + thread[1] * second
 
 
 @inlined
-def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[Pair, Pair]:
+def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[NumericPair, NumericPair]:
     """Return ψ, δ and their rates at the stages."""
     angles = _angles(system, load(work.x, 0), load(work.x, 1))
     return angles, _angles(system, omega[0] * load(work.y, 0), omega[1] * load(work.y, 1))
@@ -324,14 +332,14 @@ def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[Pair, Pair]:
 @inlined
 def _pushed(
     system: Hanging,
-    psi: Number,
-    delta: Number,
-    rates: Pair,
-    cosine: Number,
-    sine: Number,
-    g: Number,
-    drag: Number,
-) -> tuple[Number, Number, Number, Number]:
+    psi: Numeric,
+    delta: Numeric,
+    rates: NumericPair,
+    cosine: Numeric,
+    sine: Numeric,
+    g: Numeric,
+    drag: Numeric,
+) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
     Args:
@@ -354,7 +362,7 @@ def _pushed(
 
 
 @inlined
-def _modes(system: Hanging, psi: Number, delta: Number) -> Pair:
+def _modes(system: Hanging, psi: Numeric, delta: Numeric) -> NumericPair:
     """Return the coordinates of the modes of ψ and δ, or the rates of these of their rates."""
     first, second = system.to_first, system.to_second
     return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
@@ -366,8 +374,8 @@ def _at_stages(
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
-    nodes: Nodes = work.nodes
+    nodes: ThreadNodes = work.nodes
     sine, versine = sine_versine(delta - load(nodes.vertical))
-    drag = resistance(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
+    drag = drag_on_wheel(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
     gravity = load(nodes.gravity)
     return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)

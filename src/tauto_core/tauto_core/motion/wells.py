@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -44,6 +44,7 @@ from tauto_core.machines.parts import DragLaw, Ebb
 from tauto_core.motion.gauss_step import sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
+    Numeric,
     filled,
     fma,
     is_lanes,
@@ -74,9 +75,10 @@ from tauto_core.samples import FloatArray
 MAX_TERMS = 20
 """Largest number of terms; with more, steps would take longer than with ϑ as the coordinate."""
 
-MARGIN = 1.5
-"""How far beyond the release the polynomials reach: as far as a sea or an escapement commonly
-drives the wheel. Beyond it the functions take longer, to the same accuracy.
+REACH_PER_RELEASE = 1.5
+"""How far beyond the release the polynomials reach, of a cam's arc and of a lever's: as far as a
+sea or an escapement commonly drives the wheel. Beyond it the functions take longer, to the same
+accuracy.
 """
 
 _ASINH = [(-0.25) ** n * math.comb(2 * n, n) / (2 * n + 1) for n in range(1, 18)]
@@ -92,7 +94,7 @@ _AGREED = 4e-15
 """Largest difference there, as a share of the function's largest value."""
 
 
-SETTLED = 4e-16
+ARC_SETTLED = 4e-16
 """Change of ϑ, as a share of s, at which Newton's method ends: two roundings."""
 
 
@@ -134,7 +136,7 @@ def angle_of(arc: float, k: float) -> float:
         root = math.sqrt(1.0 + (k * angle) * (k * angle))
         step = (0.5 * (angle * root + math.asinh(k * angle) / k) - size) / root
         angle -= step
-        if abs(step) <= SETTLED * size:
+        if abs(step) <= ARC_SETTLED * size:
             break
     return math.copysign(angle, arc)
 
@@ -148,7 +150,7 @@ def angles_of(arcs: FloatArray, k: float) -> FloatArray:
         root = np.sqrt(1.0 + (k * angles) ** 2)
         return 0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes, root
 
-    angles = bracketed_newton(excess, beyond, (0.0, math.inf), absolute=SETTLED * sizes)
+    angles = bracketed_newton(excess, beyond, (0.0, math.inf), absolute=ARC_SETTLED * sizes)
     return np.copysign(angles, arcs)
 
 
@@ -162,7 +164,7 @@ def arc_shape(machine: Machine) -> ArcShape | None:
     if rate is None or machine.carried_mass == 0.0 or machine.stiffness > 0.0:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
-    reach = min(machine.cam.range_rad, MARGIN * abs(machine.release_angle) + 0.1)
+    reach = min(machine.cam.range_rad, REACH_PER_RELEASE * abs(machine.release_angle) + 0.1)
     return _fitted(k, arc_of(reach, k) ** 2, rate)
 
 
@@ -228,10 +230,7 @@ def _polynomial(nodes: FloatArray, values: FloatArray) -> FloatArray:
 # `arc_length` defines them and fits polynomials in u = s²/limit to them; beyond the limit they
 # are computed by their definitions.
 
-Number: TypeAlias = Any
-"""A float, or lanes of them."""
-
-SHORTENING, SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+SHORTENING, SHORTENING_SLOPE, LEVER, ANGLE = 0, 1, 2, 3
 """Rows of `ArcShape.terms`."""
 
 
@@ -265,7 +264,7 @@ def angle_along(shape: ArcShape, arc: float) -> float:
 
 
 @inlined
-def shortening_and_angle(shape: ArcShape, s: Number) -> tuple[Number, Number]:
+def shortening_and_angle(shape: ArcShape, s: Numeric) -> tuple[Numeric, Numeric]:
     """Return n and ϑ at the arc s; of one s, n by its definition."""
     if is_lanes(s):
         found = on_arc(shape, s)
@@ -299,14 +298,14 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
     terms, square = shape.terms, u * u
     last = terms.shape[1] - 1
     n, n_odd = _pair(terms, SHORTENING, last, s)
-    n_slope, n_slope_odd = _pair(terms, SLOPE, last, s)
+    n_slope, n_slope_odd = _pair(terms, SHORTENING_SLOPE, last, s)
     lever, lever_odd = _pair(terms, LEVER, last, s)
     angle, angle_odd = _pair(terms, ANGLE, last, s)
     # four polynomials side by side, even and odd powers of each apart: eight chains of
     # multiplications, none of which waits for another
     for j in range(last - 3, -1, -2):
         n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
-        n_slope, n_slope_odd = _next(terms, SLOPE, j, square, n_slope, n_slope_odd)
+        n_slope, n_slope_odd = _next(terms, SHORTENING_SLOPE, j, square, n_slope, n_slope_odd)
         lever, lever_odd = _next(terms, LEVER, j, square, lever, lever_odd)
         angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
     lever = fma(lever_odd, u, lever)
@@ -335,7 +334,7 @@ def _next(
 # -----------------------------------------------------------------------------
 # The lever arm of the thread in compiled code: t, dt/dϑ and the lift at any cam angle.
 #
-# The laws are those of `curves.levers`, as plain numbers. A `Number` is a float or `Lanes`; one
+# The laws are those of `curves.levers`, as plain numbers. A `Numeric` is a float or `Lanes`; one
 # formula serves both wherever it can.
 
 
@@ -348,9 +347,9 @@ class Arm(NamedTuple):
         lift: ∫t dϑ, by which weight or spring is drawn [m].
     """
 
-    t: Number
-    t_prime: Number
-    lift: Number
+    t: Numeric
+    t_prime: Numeric
+    lift: Numeric
 
 
 @compiled
@@ -415,7 +414,7 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
 
 
 @compiled
-def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
+def _arc(lever: ArcLever, side: float, q: Numeric) -> Arm:
     """Return the arm of a cheek of circular arc; `side` is the sign of ϑ that is felt."""
     sine, versine = sine_versine(q)
     cosine = 1.0 - versine
@@ -427,7 +426,7 @@ def _arc(lever: ArcLever, side: float, q: Number) -> Arm:
 
 
 @inlined
-def lever_arm(lever: LeverArm, side: float, q: Number) -> Arm:
+def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
     """Return the arm at the cam angle q.
 
     The law of a kinked cam on one `side` is continued smoothly over the kink, so that a step may
@@ -451,7 +450,7 @@ def lever_arm(lever: LeverArm, side: float, q: Number) -> Arm:
 
 
 @inlined
-def excess(lever: LeverArm, q: Number, t: Number, pull: Number, square: float) -> Number:
+def excess(lever: LeverArm, q: Numeric, t: Numeric, pull: Numeric, square: float) -> Numeric:
     """Return ω²q − pull·t, the excess of the harmonic torque over that of the well."""
     if isinstance(lever, LinearLever):
         # the difference of two large terms would lose digits
@@ -498,20 +497,20 @@ class PerInertia(NamedTuple):
 
 
 @inlined
-def term(coefficient: float | None, value: Number) -> Number:
+def term(coefficient: float | None, value: Numeric) -> Numeric:
     """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
     return -0.0 if coefficient is None else coefficient * value
 
 
 @inlined
-def pull_of(per_inertia: PerInertia, lift: Number, gravity: Number) -> Number:
+def pull_of(per_inertia: PerInertia, lift: Numeric, gravity: Numeric) -> Numeric:
     """Return the pull on the thread over I, F/I, by the lift and the apparent gravity."""
     pull = term(per_inertia.force, 1.0) + term(per_inertia.stiffness, lift)
     return pull + term(per_inertia.weight, gravity)
 
 
 @inlined
-def resistance(per_inertia: PerInertia, rate: Number, mode: Mode) -> Number:
+def resistance(per_inertia: PerInertia, rate: Numeric, mode: Mode) -> Numeric:
     """Return the torque of drag and recoil against the motion over I, by θ̇."""
     d = mode.direction
     drag = term(per_inertia.viscous, rate) + term(per_inertia.quadratic, d * (rate * rate))
@@ -520,25 +519,25 @@ def resistance(per_inertia: PerInertia, rate: Number, mode: Mode) -> Number:
 
 
 @inlined
-def law_torque(law: DragLaw | None, rate: Number, mode: Mode) -> Number:
+def law_torque(law: DragLaw | None, rate: Numeric, mode: Mode) -> Numeric:
     """Return the torque over I of a drag with a law of its own; −0.0 without one."""
     return -0.0 if law is None else law.torque(rate, mode.direction)
 
 
 @inlined
-def mass_of(mu: float | None, t: Number) -> Number:
+def mass_of(mu: float | None, t: Numeric) -> Numeric:
     """Return M/I = 1 + μ t²."""
     return 1.0 + term(mu, t * t)
 
 
 @inlined
-def speed_of(mu: float | None, t: Number, w: Number, line_rate: Number) -> Number:
+def speed_of(mu: float | None, t: Numeric, w: Numeric, line_rate: Numeric) -> Numeric:
     """Return q̇ from the momentum w."""
     return w - line_rate if mu is None else (w - line_rate) / (1.0 + mu * (t * t))
 
 
 @inlined
-def ride(mu: float | None, t: Number, t_prime: Number, speed: Number) -> Number:
+def ride(mu: float | None, t: Numeric, t_prime: Numeric, speed: Numeric) -> Numeric:
     """Return μ t t′ q̇²: the mass that moves with the thread, on a lever arm that changes."""
     return term(mu, t * t_prime * (speed * speed))
 

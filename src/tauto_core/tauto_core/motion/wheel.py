@@ -15,11 +15,12 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion import stepping
 from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
-from tauto_core.motion.gauss_step import Gauss, Omega, Planes, Work, gauss
+from tauto_core.motion.gauss_step import Gauss, Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
     Lanes,
+    Numeric,
     fma,
     larger,
     largest,
@@ -33,27 +34,27 @@ from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST,
     ERROR_OF_LAST_STRONG,
-    MARGIN,
     MIN_ANGLE,
+    TOLERANCE_SHARE,
     Moved,
     Stepped,
     step_error,
     tolerance_of,
 )
 from tauto_core.motion.system import (
-    GRAVITY,
-    LINE_RATE,
+    APPARENT_GRAVITY,
+    DRIVE_RATE,
     NOWHERE,
     TILT_RATE,
     Beyond,
+    ForcingPieces,
     Instant,
     Mode,
     Outside,
-    Pieces,
-    Place,
     Plane,
-    Run,
-    State,
+    RunningState,
+    SteppedRun,
+    StepPlace,
     column,
     columns,
     first_below,
@@ -65,7 +66,6 @@ from tauto_core.motion.wells import (
     ArcShape,
     Arm,
     Impulse,
-    Number,
     PerInertia,
     angle_along,
     angles_of,
@@ -89,12 +89,12 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 # -----------------------------------------------------------------------------
 # What the ship does at the nodes of a step, as far as the wheel feels it.
 
-NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
+WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
 """Rows of γ̇, γ̈, τ̇ and g_eff at the nodes."""
 
 
-class Nodes(Protocol):
-    """The rows NODES of `work.nodes`; those of absent channels are not set."""
+class WheelNodes(Protocol):
+    """The rows WHEEL_NODES of `work.nodes`; those of absent channels are not set."""
 
     line_rate: FloatArray
     line_bend: FloatArray
@@ -102,7 +102,7 @@ class Nodes(Protocol):
     gravity: FloatArray
 
 
-class Felt(NamedTuple):
+class FeltChannels(NamedTuple):
     """Which channels of the ship's motion act: True, or None, which is known when compiling."""
 
     line: bool | None
@@ -111,17 +111,17 @@ class Felt(NamedTuple):
 
 
 @compiled
-def fill_nodes(felt: Felt, drag: bool, place: Place, work: Work) -> None:
+def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> None:
     """Fill the rows of the channels there are; τ̇ only if it is felt."""
     x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
     if felt.line is not None:
-        rate, bend = columns(LINE_RATE, terms, x, work)
+        rate, bend = columns(DRIVE_RATE, terms, x, work)
         store(nodes.line_rate, 0, rate)
         store(nodes.line_bend, 0, bend)
     if drag and felt.tilt is not None:
         store(nodes.tilt_rate, 0, column(TILT_RATE, terms, x, work))
     if felt.gravity is not None:
-        store(nodes.gravity, 0, column(GRAVITY, terms, x, work))
+        store(nodes.gravity, 0, column(APPARENT_GRAVITY, terms, x, work))
 
 
 @inlined
@@ -217,7 +217,7 @@ class Wheel(NamedTuple):
     per_inertia: PerInertia
     lever: LeverArm
     shape: ArcShape | None
-    felt: Felt
+    felt: FeltChannels
     impulse: float
     pace: float
     range: float
@@ -265,7 +265,7 @@ class Wheel(NamedTuple):
         """Whether θ or θ̇ matter within a span."""
         return self.feels_drag or self.feels_impulse
 
-    def at_nodes(self, place: Place, work: Work) -> None:
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
         fill_nodes(self.felt, self.feels_drag, place, work)
 
@@ -312,7 +312,7 @@ class Wheel(NamedTuple):
         """Return whether the step leaves the cam, or its thread goes slack."""
         return beyond(self, mode, omega, work)
 
-    def clear_square(self, omega: Omega, pieces: Pieces, k: int) -> float:
+    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
 
         θ = ϑ + τ may pass zero only while |ϑ| is at most the bound T of |τ|. If the momentum is so
@@ -322,7 +322,7 @@ class Wheel(NamedTuple):
         """
         per = 1.0 / (pieces.length_s[k] * omega[0])
         reach, reach_rate = bounds_of(pieces.tilt, k, per)
-        _, line_rate = bounds_of(pieces.line, k, per)
+        _, line_rate = bounds_of(pieces.drive, k, per)
         mass = mass_of(self.per_inertia.carried, lever_arm(self.lever, 1.0, reach).t)
         momentum = mass * reach_rate + line_rate
         return CLEAR * (mass * reach * reach + momentum * momentum)
@@ -335,10 +335,10 @@ class Wheel(NamedTuple):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the wheel at an instant."""
         tilt, w = at.tilt, omega[0] * planes[0].y
-        q, speed = angle_and_speed(self, planes[0].x, w, at.line.rate, mode.side)
+        q, speed = angle_and_speed(self, planes[0].x, w, at.drive.rate, mode.side)
         rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
         acceleration, tension = _pushed(
-            self.per_inertia, arm, mode, speed, rate, at.line.bend, at.gravity
+            self.per_inertia, arm, mode, speed, rate, at.drive.bend, at.gravity
         )
         return Instant(
             angle=q + tilt.value,
@@ -363,17 +363,17 @@ class Wheel(NamedTuple):
         k = self.shape.k
         n = 1.0 / math.sqrt(1.0 + (k * q) * (k * q))
         n_slope = -(k * k) * q * (n * n) * (n * n)
-        return (Plane(speed / n, speed / n * at.line.rate * n_slope - n * against),)
+        return (Plane(speed / n, speed / n * at.drive.rate * n_slope - n * against),)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ϑ + τ."""
         return angle_at(self, planes[0].x) + at.tilt.value
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: State) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle, held by friction or about to go."""
         set_off_or_hold(self, omega, angle, at, state)
 
-    def ride_along(self, run: Run, place: Place) -> float:
+    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case; return the fraction at which it breaks loose, or 1.
 
         The torque is looked at twice as often as a step has nodes, or at the end alone where it is
@@ -416,7 +416,9 @@ class Wheel(NamedTuple):
         fastest = largest(0.0 * load(work.x) + line_rate)
         return mode.side * (omega[0] * planes[0].y) > fastest
 
-    def strike(self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: State) -> None:
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+    ) -> None:
         """Let an impulse change the momentum."""
         per_inertia, q = self.per_inertia, now.coordinate
         if per_inertia.impulse is None:
@@ -425,12 +427,12 @@ class Wheel(NamedTuple):
         given, d = state.given, mode.direction
         speed = now.speed + kick(per_inertia.impulse, per_inertia.carried, t, now.rate, d, given)
         plane = state.planes[0]
-        _, momentum = coordinate_and_momentum(self, q, speed, at.line.rate, mode.side)
+        _, momentum = coordinate_and_momentum(self, q, speed, at.drive.rate, mode.side)
         plane.y = momentum / omega[0]
         plane.y_rest = 0.0
 
     def ahead_s(
-        self, omega: Omega, length: float, terms: int, x: float, state: State, work: Work
+        self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
         """Return the time to a little after the next expected impulse or kink [s], or inf.
 
@@ -464,11 +466,11 @@ def _pushed(
     per_inertia: PerInertia,
     arm: Arm,
     mode: Mode,
-    speed: Number,
-    rate: Number,
-    line_bend: Number,
-    gravity: Number,
-) -> tuple[Number, Number]:
+    speed: Numeric,
+    rate: Numeric,
+    line_bend: Numeric,
+    gravity: Numeric,
+) -> tuple[Numeric, Numeric]:
     """Return ϑ̈ and the tension over I, from ϑ̇ (`speed`), θ̇ (`rate`), γ̈ and g_eff.
 
     (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − μtt′ϑ̇²; the tension is F + m d²h/dt², with
@@ -489,8 +491,8 @@ def angle_at(wheel: Wheel, x: float) -> float:
 
 @inlined
 def angle_and_speed(
-    wheel: Wheel, x: Number, w: Number, line_rate: Number, side: float
-) -> tuple[Number, Number]:
+    wheel: Wheel, x: Numeric, w: Numeric, line_rate: Numeric, side: float
+) -> tuple[Numeric, Numeric]:
     """Return ϑ and ϑ̇ from coordinate and momentum, at the nodes of a step or at an instant."""
     if wheel.shape is None:
         t = lever_arm(wheel.lever, side, x).t
@@ -523,7 +525,7 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
     t, t_prime, lift = lever_arm(wheel.lever, mode.side, angle - tilt.value)
     carried = term(per_inertia.carried, t * (t_prime * tilt.rate * tilt.rate - t * tilt.bend))
     pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
-    return at.line.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
+    return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
 
 
 # -----------------------------------------------------------------------------
@@ -534,7 +536,9 @@ BISECTIONS = 60
 
 
 @compiled
-def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+def set_off_or_hold(
+    wheel: Wheel, omega: Omega, angle: float, at: Outside, state: RunningState
+) -> None:
     """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
     coulomb = wheel.per_inertia.coulomb
     q = angle - at.tilt.value
@@ -551,10 +555,12 @@ def set_off_or_hold(wheel: Wheel, omega: Omega, angle: float, at: Outside, state
 
 
 @compiled
-def _place_at_rest(wheel: Wheel, omega: Omega, angle: float, at: Outside, state: State) -> None:
+def _place_at_rest(
+    wheel: Wheel, omega: Omega, angle: float, at: Outside, state: RunningState
+) -> None:
     """Put the wheel at rest in the moving case at θ = angle."""
     q, plane = angle - at.tilt.value, state.planes[0]
-    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.line.rate, float(state.side))
+    x, w = coordinate_and_momentum(wheel, q, -at.tilt.rate, at.drive.rate, float(state.side))
     plane.x, plane.x_rest = x, 0.0
     plane.y, plane.y_rest = w / omega[0], 0.0
 
@@ -640,13 +646,13 @@ def longest_step(
     stages = stages_of(machine, shape)
     # an impulse may come every half swing
     most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
-    constants, angles = gauss(stages), [most]
+    constants, angles = gauss_constants(stages), [most]
     while angles[-1] > MIN_ANGLE:
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:
         last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
-        return step_error(factor, last, False) <= MARGIN * tolerance
+        return step_error(factor, last, False) <= TOLERANCE_SHARE * tolerance
 
     # the coefficient falls with the length of the step; the shortest is taken whatever its error
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
@@ -726,7 +732,7 @@ class Collocation(Stepped):
         # 2^8 times; a factor of two is left to spare.
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
         allowed = tolerance_of(tolerance, factor, coarsen)
-        super().__init__(machine, 1, NODES, stages, allowed)
+        super().__init__(machine, 1, WHEEL_NODES, stages, allowed)
         self.longest_step_s = longest_step(
             machine, self._shape, self._omega, factor=factor, tolerance=allowed.step
         )
@@ -764,7 +770,7 @@ class Collocation(Stepped):
             per_inertia,
             machine.cam.lever,
             self._shape,
-            Felt(*(None if channel is None else True for channel in channels)),
+            FeltChannels(*(None if channel is None else True for channel in channels)),
             impulse=escapement.angle if escapement else math.inf,
             pace=self._omega,
             range=machine.cam.range_rad,

@@ -16,8 +16,8 @@ import pytest
 
 from tauto_core.kernels import entry
 from tauto_core.motion.gauss_step import (
+    LEAST_SETTLED,
     PLANE,
-    SETTLED,
     WHOLE_STEP,
     Step,
     collocate,
@@ -57,7 +57,7 @@ def run(system: Any, omega: Any, h: float, steps: int, state: Any, work: Any) ->
     worst, newton = 0.0, 0
     for _ in range(steps):
         step = Step(system, None, omega, h, WHOLE_STEP, state, work)
-        last, solved = collocate(step, SETTLED)
+        last, solved = collocate(step, LEAST_SETTLED)
         worst = last if last > worst else worst
         newton += 1 if solved else 0
         if not last < math.inf:

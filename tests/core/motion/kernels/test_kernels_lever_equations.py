@@ -16,9 +16,9 @@ from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.lever import NODES
+from tauto_core.motion.lever import LEVER_NODES
 from tauto_core.motion.real_threads import RealThreads
-from tauto_core.motion.system import Channel, Mode, Outside, Plane
+from tauto_core.motion.system import ChannelAt, Mode, Outside, Plane
 
 LEVER = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
@@ -46,10 +46,10 @@ def test_stages_and_instants_of_the_lever_have_the_same_rates(drag):
     engine = RealThreads(machine)
     lever, omega = engine._model
     random = np.random.default_rng(8)
-    work, out = make_work(1, NODES), np.empty((SIZE, 4))
+    work, out = make_work(1, LEVER_NODES), np.empty((SIZE, 4))
     edge = float(machine.arc(machine.release_angle)) / np.sqrt(machine.inertia)
     for _ in range(20):
-        line, tilt = (Channel(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+        line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
         at = Outside(line, tilt, 9.8 + random.normal())
         work['x'], work['y'] = random.uniform(-edge, edge, SIZE), random.normal(0.0, 1.0, SIZE)
         nodes = work['nodes']

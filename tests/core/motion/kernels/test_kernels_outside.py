@@ -10,8 +10,8 @@ from numpy.polynomial import Polynomial
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
-from tauto_core.motion.gauss_step import TERMS, make_work
-from tauto_core.motion.system import Pieces, outside_at, set_piece
+from tauto_core.motion.gauss_step import MOST_POWERS, make_work
+from tauto_core.motion.system import ForcingPieces, outside_at, set_piece
 from tauto_core.motion.wheel import Collocation
 from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, newton_basis
 
@@ -35,7 +35,7 @@ def pieces(seed, *terms):
     """Lengths of three pieces and channels of so many powers; they fall as those of waves do."""
     random = np.random.default_rng(seed)
     falling = [random.standard_normal((3, n)) * 0.5 ** np.arange(n) for n in terms]
-    return Pieces(random.uniform(0.1, 3.0, 3), *falling)
+    return ForcingPieces(random.uniform(0.1, 3.0, 3), *falling)
 
 
 def wanted(channel, k, x, length):
@@ -43,12 +43,14 @@ def wanted(channel, k, x, length):
     return [series(x), series.deriv(1)(x) / length, series.deriv(2)(x) / length**2]
 
 
-@pytest.mark.parametrize('terms', [(TERMS, TERMS, 20), (1, 1, 1), (7, 2, 4), (2, 3, 9)])
+@pytest.mark.parametrize(
+    'terms', [(MOST_POWERS, MOST_POWERS, 20), (1, 1, 1), (7, 2, 4), (2, 3, 9)]
+)
 @pytest.mark.parametrize('x', [0.0, 0.3, 1.0])
 def test_all_channels_and_their_derivatives_at_once(terms, x):
     """A long piece before a short one: nothing of it may be left."""
     work = make_work(1, ())
-    found(pieces(1, TERMS, TERMS, TERMS), 0, 0.7, work)
+    found(pieces(1, MOST_POWERS, MOST_POWERS, MOST_POWERS), 0, 0.7, work)
     forcing = pieces(2, *terms)
     for k in range(3):
         length = forcing[0][k]
@@ -61,10 +63,10 @@ def test_all_channels_and_their_derivatives_at_once(terms, x):
 
 def test_absent_channels_are_zero():
     length, line, _, _ = pieces(3, 6, 6, 6)
-    said = found(Pieces(length, line, None, None), 1, 0.4, make_work(1, ()))
+    said = found(ForcingPieces(length, line, None, None), 1, 0.4, make_work(1, ()))
     np.testing.assert_allclose(said[:3], wanted(line, 1, 0.4, length[1]), rtol=1e-13)
     assert not said[3:7].any()
-    assert not found(Pieces(length, None, None, None), 1, 0.4, make_work(1, ()))[:7].any()
+    assert not found(ForcingPieces(length, None, None, None), 1, 0.4, make_work(1, ()))[:7].any()
 
 
 def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_are_refused():
@@ -72,7 +74,7 @@ def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_
         newton_basis(MAX_STRIDE, ROLL_BEFORE, slopes=True).shape[0],
         newton_basis(MAX_STRIDE, FORCE_BEFORE, slopes=False).shape[0],
     ]
-    assert max(widths) <= TERMS
+    assert max(widths) <= MOST_POWERS
     machine = compile_machine(scene_of())
     whole = Forcing(
         length_s=np.ones(1),
@@ -80,7 +82,9 @@ def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_
         end=np.ones(1),
         end_ns=np.array([10**9]),
         logged=np.ones(1, bool),
-        neutral=np.zeros((1, TERMS + 1)),
+        neutral=np.zeros((1, MOST_POWERS + 1)),
     )
-    with pytest.raises(ValueError, match=rf'neutral has {TERMS + 1} powers of x, at most {TERMS}'):
+    with pytest.raises(
+        ValueError, match=rf'neutral has {MOST_POWERS + 1} powers of x, at most {MOST_POWERS}'
+    ):
         Collocation(machine).advance(whole)

@@ -21,8 +21,8 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.system import Channel, Mode, Outside, Plane
-from tauto_core.motion.wheel import NODES, Collocation, disturbance_on_land, holding_torque
+from tauto_core.motion.system import ChannelAt, Mode, Outside, Plane
+from tauto_core.motion.wheel import WHEEL_NODES, Collocation, disturbance_on_land, holding_torque
 
 HEAVY = {
     'cam': {'kind': 'involute', 'base_radius': 0.012},
@@ -81,7 +81,7 @@ def acceleration(machine: Machine, q: Any, speed: Any, at: Outside, mode: Mode) 
     rate, drag, escapement = speed + at.tilt.rate, machine.drag, machine.escapement
     pull = machine.force + machine.stiffness * machine.cam.lift(q)
     pull = pull + machine.pulling_mass * at.gravity
-    against = machine.inertia * at.line.bend + pull * t
+    against = machine.inertia * at.drive.bend + pull * t
     if drag is not None:
         d = mode.direction
         against += drag.viscous * rate + drag.quadratic * d * rate * rate + drag.coulomb * d
@@ -114,10 +114,10 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
     wheel, omega = system_of(machine)
     assert (wheel.shape is not None) == (name in ON_ARC)
     random = np.random.default_rng(5)
-    work, out = make_work(1, NODES), np.empty((SIZE, 8))
+    work, out = make_work(1, WHEEL_NODES), np.empty((SIZE, 8))
     mu = machine.carried_mass / machine.inertia
     for _ in range(20):
-        line, tilt = (Channel(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+        line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
         at = Outside(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
         mode = Mode(*random.choice([-1.0, 1.0], 3))
         q = np.abs(random.uniform(0.02, 1.2, SIZE))
@@ -156,7 +156,7 @@ def test_the_torque_that_holds_a_wheel_is_what_is_missing_to_its_rest_in_the_cas
     wheel, _ = system_of(machine)
     random = np.random.default_rng(6)
     for _ in range(20):
-        line, tilt = (Channel(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+        line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
         at = Outside(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
         side, pallet = random.choice([-1.0, 1.0], 2)
         q = side * random.uniform(0.02, 1.2)
@@ -174,7 +174,7 @@ def test_trial_steps_on_land_are_disturbed_as_steps_are(name):
     machine = compile_machine(scene_of(trochlea=kinds[name.split(',')[0]], **drag))
     wheel, omega = system_of(machine)
     random = np.random.default_rng(7)
-    work = make_work(1, NODES)
+    work = make_work(1, WHEEL_NODES)
     work['nodes']['gravity'] = machine.gravity
     for side in (1.0, -1.0):
         work['x'], work['y'] = side * random.uniform(0.02, 1.2, SIZE), random.normal(0, 1, SIZE)
