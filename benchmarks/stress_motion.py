@@ -36,7 +36,7 @@ from tauto_core.motion import events
 from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.stepping import TOLERANCE
-from tauto_core.motion.wheel import NODES, Collocation
+from tauto_core.motion.wheel import WHEEL_NODES, Collocation
 from tauto_core.samples import JOINT_STATES, PHASE, FloatArray
 from tauto_core.scene import ComponentsShip, Scene
 from tauto_core.scene.errors import PropagationError
@@ -552,7 +552,7 @@ def order() -> list[Row]:
 def _order(method: Method) -> list[Row]:
     machine = machine_of({**WELLS['spring'], 'release_angle': 1.3})
     engine = Collocation(machine)
-    engine._work = make_work(1, NODES, method.stages)
+    engine._work = make_work(1, WHEEL_NODES, method.stages)
     engine._tolerance = engine._tolerance._replace(step=math.inf)
     engine.longest_step_s = math.inf
     with mp.workdps(method.digits):

@@ -68,7 +68,7 @@ class ClosedForm(ABC):
 # A wheel released at rest at ϑ = A moves as s = s(A) cos ωt along the arc s = ∫√M dϑ, with M the
 # moment of inertia and ω² = F t'(0)/I (A §XV–XIX: isochronous with a simple pendulum of length I
 # g/(P r)). Where nothing but the wheel has inertia, s is proportional to ϑ; with the cam
-# corrected for a weight it is not (theory D).
+# corrected for a weight it is not (D in cams.md).
 #
 # t · ω/π is reduced to half turns with ω/π in twice the working precision, so that even after a
 # hundred days the phase is exact to its own rounding.
@@ -322,7 +322,7 @@ def inverse(risen: Rising, value: FloatArray) -> FloatArray:
 # -----------------------------------------------------------------------------
 # Sully's lever on a steady platform: exact at any time, at no cost per swing.
 #
-# As in `action_angle`, but the well is not even. With V = V(A) cos²W a half swing, from one
+# As in `ActionAngle`, but the well is not even. With V = V(A) cos²W a half swing, from one
 # turning point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one
 # Chebyshev series, integrated term by term and inverted.
 

@@ -39,7 +39,7 @@ from tauto_core.motion.system import (
 )
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
-"""Kinds of events, in the order in which they are sought. `event_search` uses the negative of a
+"""Kinds of events, in the order in which they are sought. `WatchEvent` uses the negative of a
 kind for the instant at which its value stops falling.
 """
 

@@ -181,12 +181,12 @@ def _sum(series: list[float], x: float) -> float:
 # A body on a curve in a fluid, half swing after half swing, without a step inside any.
 #
 # The fluid shortens each half swing, so that they must be computed one after the other; the
-# body's place within one is then known at once (`swing_laws`). A half swing begins at rest at a
+# body's place within one is then known at once (`place`). A half swing begins at rest at a
 # signed arc. The state is this arc and the instant, a whole number of nanoseconds and a fraction,
 # so that the instant keeps its digits however long the run.
 #
 # `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` what the weight in the fluid
-# exerts along the curve [N]; the phase is that of theory E4, (s, −ṡ/ω) with ω = √(g/f).
+# exerts along the curve [N]; the phase is that of E4 in reading.md, (s, −ṡ/ω) with ω = √(g/f).
 
 
 @dataclass

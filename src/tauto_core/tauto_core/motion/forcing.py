@@ -162,7 +162,7 @@ def check_powers(forcing: Forcing, most: int) -> None:
 class Motion:
     """The regulator's motion at n logged instants, all (n,).
 
-    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (theory E4).
+    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (E4 in reading.md).
     """
 
     angle: FloatArray

@@ -5,8 +5,8 @@ where their iteration does not converge, and the step with its error, end and in
 
 Eight stages make the method symmetric, symplectic and of order 16 in the length of the step,
 sixteen of order 32. The error falls with the strength of the disturbance, too: undisturbed motion
-is exact. The state is kept in twofold numbers (`rotation`) and rotated in twofold precision, so
-that rounding errors of n steps grow like √n. The equations are those of `stages`.
+is exact. The state is kept in twofold numbers and rotated in twofold precision, so
+that rounding errors of n steps grow like √n. The equations stand above `fill_rotations`.
 
 Source: M. Antoñana, J. Makazaga, A. Murua, Reducing and monitoring round-off error propagation for
 symplectic implicit Runge–Kutta schemes, Numer. Algorithms 76 (2017).
@@ -144,8 +144,8 @@ class Work(Protocol):
         expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
         quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
             last Legendre coefficient.
-        piece: the polynomials of the ship's motion, a power of x in each row of eight (`outside`).
-        u, v, k1, k2, x, y, d1, d2: the variables of `stages`, a row for each plane; k1 and k2 are
+        piece: the polynomials of the ship's motion, a power of x in each row of eight (`system`).
+        u, v, k1, k2, x, y, d1, d2: those of the stages, a row for each plane; k1 and k2 are
             the slopes of u and v, d1 and d2 stay zero unless a system writes them.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
         cosine, sine: of ωt at the stages, a row for each plane: of WHOLE_STEP, then of PART_STEP.
@@ -363,7 +363,7 @@ def rotation(angle: Any) -> Any:
 #     U_i = U₀ + h Σ_j a_ij U̇_j,            V_i likewise.
 #
 # They are solved by fixed-point iteration, whose rate of convergence is h times the strength of
-# the disturbance, or by Newton's method (`stage_newton`) where that is too large. What disturbs
+# the disturbance, or by Newton's method (`newton`) where that is too large. What disturbs
 # is said by `System.disturb`: it reads the rows x and y of the record `work` and writes d1 and
 # d2.
 #

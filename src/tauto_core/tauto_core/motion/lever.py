@@ -42,11 +42,11 @@ from tauto_core.scene.errors import PropagationError
 # -----------------------------------------------------------------------------
 # Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
 #
-# θ is the angle of the wheel, β that of the lever (β_l in theory E2.3), I and J their moments of
-# inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one: with j = J/I the
-# pair n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). What steps need are n, w, χ' =
-# dχ/ds, cos β, sin β and θ. As functions of s they are smooth up to a dead point and beyond it,
-# where functions of θ are singular.
+# θ is the angle of the wheel, β that of the lever (β_l in E2.3, machine_at_sea.md), I and J
+# their moments of inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one:
+# with j = J/I the pair n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). What steps need
+# are n, w, χ' = dχ/ds, cos β, sin β and θ. As functions of s they are smooth up to a dead point
+# and beyond it, where functions of θ are singular.
 
 ARC_FUNCTIONS = 0, 1, 2, 3, 4, 5
 """Rows of the series: n, w, χ', cos β, sin β, θ."""
@@ -84,7 +84,7 @@ class Series(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """The same as sums of terms · x^k, which take half as many operations."""
+    """The functions of `Series` as sums of terms · x^k, which take half as many operations."""
 
     middle: float
     half: float

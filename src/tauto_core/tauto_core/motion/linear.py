@@ -9,7 +9,7 @@ f = a u + c u̇ of a polynomial u over the span, so that b is the product of con
 numbers that determine u (`responses`). ωt is reduced exactly from the whole nanoseconds of t, so
 that only the rounding of the sums grows with the number of spans, and that sum is compensated.
 
-The wheel in a linear well (`forced_harmonic`) and both modes of a suspended case (`axle_modes`)
+The wheel in a linear well (`forced_harmonic`) and both modes of a suspended case (`AxleModes`)
 obey this equation.
 """
 
@@ -120,7 +120,7 @@ TURN = 0.35
 """Longest part of a span that is integrated at once, as |iω − δ| times its length [rad].
 
 The exponential is then exact to rounding in a Gauss–Legendre rule of 24 points. The parts are also
-those in which the passages of a wheel that may pass zero twice are counted (`linear_passages`).
+those in which the passages of a wheel that may pass zero twice are counted (`forced_harmonic`).
 """
 
 _ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)

@@ -1,10 +1,10 @@
 """The passages of zero that a clock counts: upward ones of ϑ as turns, all of θ as beats.
 
 ϑ, the angle the cam feels, or the coordinate that stands for it, and θ, the wheel's angle in its
-case, differ by the tilt of the neutral line in the case (theory E2). Where the swing is large
-beside that tilt, clear of it, both pass zero once each half swing, and the signs of ϑ at the nodes
-of a step are enough. Elsewhere an angle may reach zero and turn back between two nodes, and is
-followed on the polynomials of the step.
+case, differ by the tilt of the neutral line in the case (E2 in machine_at_sea.md). Where the swing
+is large beside that tilt, clear of it, both pass zero once each half swing, and the signs of ϑ at
+the nodes of a step are enough. Elsewhere an angle may reach zero and turn back between two nodes,
+and is followed on the polynomials of the step.
 
 An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less those by
 which θ is `ahead` of ϑ, so that θ is not needed while the swing is clear of the tilt.
@@ -216,7 +216,9 @@ def passages(
 
 @compiled
 def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
-    """Return the same as `passages` by the signs at the nodes, for a swing clear of the tilt.
+    """Return what passes zero within a step by the signs at its nodes, for a clear swing.
+
+    There the swing is clear of the tilt, so that `passages` would find the same.
 
     Args:
         coordinates: ϑ or its coordinate at the nodes.

@@ -1,4 +1,4 @@
-"""The oscillator phase, theory E4, and its exact reduction to half turns.
+"""The oscillator phase (E4 in docs/theory/reading.md) and its exact reduction to half turns.
 
 φ is the unwrapped angle of (s, −ṡ/ω) less its value at the start, with s = ∫√M dϑ the arc length
 of the well and ω its small-amplitude frequency. A turn is added at every upward passage of ϑ = 0.
@@ -78,7 +78,7 @@ def polar(
 ) -> FloatArray:
     """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad].
 
-    A turn ends where x passes zero upwards, which is where turns are counted (theory E4). A
+    A turn ends where x passes zero upwards, which is where turns are counted (E4 in reading.md). A
     release lies there only where it is at rest at zero and starts upwards. So rounding cannot put
     any other release on either side of the joint. At rest at zero the angle is that of the motion
     just after, which the acceleration starts.

@@ -167,7 +167,7 @@ class RealThreads(Stepped):
     def _place(self, case: CaseAtStart) -> None:
         """Put the wheel at rest in the case at the release angle.
 
-        The lever then has ṡ = 0, so that p = Aα̇ (lever_plane).
+        The lever then has ṡ = 0, so that p = Aα̇ (`lever`).
         """
         machine, (system, omega) = self._machine, self._model
         case_rate, planes = case.vertical_rate - case.tilt_rate, self._state['planes']

@@ -1,6 +1,6 @@
 """The driver: advances a system over spans of forcing, from event to event, and its steps.
 
-Each span is divided into stretches, these into equal steps (`layout`). A step is collocated,
+Each span is divided into stretches, these into equal steps (`lay_out`). A step is collocated,
 halved if its error is too large, searched for events, and cut short at the first. The end of the
 range and a slack thread end the run. What moves is known by the methods of `system.System` alone.
 """
@@ -291,18 +291,31 @@ def release(
 def _span(
     k: int, run: SteppedRun, longest_s: float, pieces: ForcingPieces, spans: Spans, logged: bool
 ) -> tuple[int, float, int]:
-    """Advance over one span; return a code, the fraction of its piece, and the powers in use."""
+    """Advance over one span; return a code, the fraction of its piece, and the powers in use.
+
+    A span is a row of stretches, and a stretch is a row of equal steps, which ends a little after
+    the next expected event or with the span. Each round of the loop takes one step, or what is
+    left of it, and then one of four things happens:
+
+        too large an error    nothing was done; the rest of the stretch is halved once more
+        no event              go on with the next step
+        an event              the stretch ends here, whatever is left of it
+        the end of the range  return
+    """
     system, omega, state, work = run.system, run.omega, run.state, run.work
-    worst, events, stalled = 0.0, 0, 0
-    # The place x in the piece is kept as the start of a stretch, twofold, the number of the step
-    # in it and the share done of that step: one double would lose its digits in a span of a day.
+    # The place in the piece is  x = start + start_rest + (step + done)/steps · stretch:  where the
+    # stretch begins, as two doubles, the number of the step in it, and the share done of that
+    # step. One running sum would lose its digits in a span of a day.
     start, start_rest, stretch, steps, step, done = spans.begin[k], 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
+    # worst: largest error so far; stalled, events: events in a row that made no way, or little
+    worst, events, stalled = 0.0, 0, 0
     length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
-    per_s, last = 1.0 / length, False
+    per_s, last = 1.0 / length, False  # last: whether the stretch ends with the span
     clear_square = system.clear_square(omega, pieces, k)
     while not last or step < steps:
         if step == steps:
+            # the stretch is done, at the beginning an empty one: lay out the next from here
             start, start_rest = sum_exactly(start, start_rest + stretch)
             ahead_s = system.ahead_s(omega, length, terms, start, state, work)
             left = (end - start) - start_rest
@@ -312,6 +325,8 @@ def _span(
         place = StepPlace(length, terms, x, (1.0 - done) / steps * stretch)
         result = _move(run, place, stalled > MAX_STALLED, clear_square, pieces, k)
         if not result.error <= run.tolerance.step:
+            # twice as many steps of half the length, from the place where this one began; they
+            # stay that short in the spans to come, until the errors are small again
             state.level += 1
             if state.level > MAX_LEVEL:
                 return NO_CONVERGENCE, place.begin, terms
@@ -319,6 +334,7 @@ def _span(
             step, steps, done = 2 * step + half, 2 * steps, 2.0 * done - half
             continue
         worst = max(worst, result.error)
+        # the fraction is that of the rest of the step
         reached = 1.0 if result.fraction >= 1.0 else done + result.fraction * (1.0 - done)
         stalled = stalled + 1 if reached == done else 0
         turned = result.fraction * place.size * length * system.pace
@@ -329,6 +345,7 @@ def _span(
         if result.event >= AT_EDGE:
             return EDGE if result.event == AT_EDGE else SLACK, x, terms
         if result.event != NO_EVENT and not at_end:
+            # cut the stretch off here, so that the next round lays out another one
             stretch *= (step + done) / steps
             steps, step, last = 0, 0, False
         if events > MAX_EVENTS:

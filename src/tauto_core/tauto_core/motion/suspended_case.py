@@ -173,12 +173,12 @@ class CaseSwing(Protocol):
 # The suspended case at any angles, as a system of two rotating planes: those of its modes.
 #
 # With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (C.2) and (C.3)
-# become in a bearing that moves (theory E3)
+# become in a bearing that moves (E3 in suspension.md)
 #
 #     N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
 #     φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ.
 #
-# θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`); X and Y are q and q̇/ω of each mode. What
+# θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`); X and Y are q and q̇/ω of each mode. What
 # disturbs the planes is then of the third order in the swing, or the motion of the bearing.
 
 PLANES = 2
@@ -189,7 +189,7 @@ OVER = 3.0
 """|θ| or |δ| at which the case counts as turned over [rad]."""
 
 CASE_ERROR_OF_LAST = 1.0
-"""Error of a step over the square of its last Legendre coefficient, at most (`step_size`)."""
+"""Error of a step over the square of its last Legendre coefficient, at most (`stepping`)."""
 
 
 class CaseNodes(Protocol):
@@ -429,7 +429,7 @@ class AxleSwing:
 #
 #     (E3.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
 #
-# With θ = c (q + q′) and φ = Bq + B′q′ (`machines.modes`) each mode is an oscillator of its own,
+# With θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`) each mode is an oscillator of its own,
 # q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/b, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
 # same holds of q′ with B′ and b′.
 

@@ -171,8 +171,8 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
 #
 # The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i
 # Y_i, i = 1, 2. All that is not linear in (A.3), and all that the ship does, disturbs the planes.
-# The accelerated axle enters by the apparent gravity alone (theory E2), so that no derivative of
-# the ship's motion is needed but α̇, the rate of the case, for the drag.
+# The accelerated axle enters by the apparent gravity alone (E2 in machine_at_sea.md), so that no
+# derivative of the ship's motion is needed but α̇, the rate of the case, for the drag.
 
 THREAD_NODES = 'vertical', 'gravity', 'alpha_rate'
 """Rows of β, g_eff and α̇ at the nodes."""

@@ -3,8 +3,8 @@
 The arc as its coordinate, the lever arm of the thread, and the terms over the inertia.
 
 The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
-w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (theory E2) no second derivative of the ship's
-motion is needed:
+w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (E2 in machine_at_sea.md) no second derivative of
+the ship's motion is needed:
 
     q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
     ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I               θ̇ = q̇ + τ̇
@@ -12,9 +12,9 @@ motion is needed:
 with t(q) the lever arm [m], t′ = dt/dq, pull = F/I, γ the neutral line, τ = γ − α_c its tilt in
 the case, θ = q + τ, d the sign of θ̇ and s that of the last impulse, both constant between events.
 
-A heavy weight on a linear lever arm has a `shape` (`arc_length`): there the coordinate is the arc
+A heavy weight on a linear lever arm has a `shape` (`arc_shape`): there the coordinate is the arc
 s of the well and the momentum p = ṡ + γ̇n, n = dϑ/ds. Below, x and w are the coordinate and the
-momentum of either kind. As in `system` and `outside`, `rate` is θ̇, `speed` q̇ and `line` γ.
+momentum of either kind. As in `system`, `rate` is θ̇, `speed` q̇, and `drive` γ.
 
 Absent terms are `None`, and are not in the compiled code.
 """
@@ -227,7 +227,7 @@ def _polynomial(nodes: FloatArray, values: FloatArray) -> FloatArray:
 # -----------------------------------------------------------------------------
 # The functions of the arc s in compiled code, for a heavy weight on a linear lever arm.
 #
-# `arc_length` defines them and fits polynomials in u = s²/limit to them; beyond the limit they
+# The part above defines them and fits polynomials in u = s²/limit to them; beyond the limit they
 # are computed by their definitions.
 
 SHORTENING, SHORTENING_SLOPE, LEVER, ANGLE = 0, 1, 2, 3
@@ -334,7 +334,7 @@ def _next(
 # -----------------------------------------------------------------------------
 # The lever arm of the thread in compiled code: t, dt/dϑ and the lift at any cam angle.
 #
-# The laws are those of `curves.levers`, as plain numbers. A `Numeric` is a float or `Lanes`; one
+# The laws are those of `curves.cam`, as plain numbers. A `Numeric` is a float or `Lanes`; one
 # formula serves both wherever it can.
 
 

@@ -614,7 +614,7 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
 
 
 def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
-    """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`arc_length`)."""
+    """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`ArcShape`)."""
     return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
 
 
