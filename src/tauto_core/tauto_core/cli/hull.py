@@ -133,7 +133,7 @@ def _coefficients(
 
         length, beam, draught, block = (size or 0.0 for size in sizes.values())
         panels = hull_bem.form_mesh(hulls.Shape(length, beam, draught, block))
-        name = f'parametric form {length:g} by {beam:g} by {draught:g} m'
+        name = 'parametric form'
     long, wide, _ = np.ptp(panels.vertices, axis=0)
     hulls.check_froude(speed, float(long))
     # no hull of such a beam rolls faster or slower, whatever her form
