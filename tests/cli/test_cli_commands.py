@@ -336,7 +336,7 @@ def test_measured_motion_that_cannot_be_used_exits_2(tmp_path: Path) -> None:
     scene.write_text(f'{head}ship: {{kind: recorded, recorded: {recorded}}}\n')
     result = tauto('sail', scene, '--out', tmp_path / 'bag')
     assert result.exit_code == 2
-    assert "roll.csv, line 2: roll_deg = 'calm'" in result.stderr
+    assert "roll.csv: line 2, roll_deg = 'calm'" in result.stderr
     assert not (tmp_path / 'bag').exists()
 
 

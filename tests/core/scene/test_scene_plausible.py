@@ -119,7 +119,7 @@ def test_a_machine_or_ship_beyond_all_that_are_known_is_refused(
         check_known(changed(name, key, value))
     assert (refused.value.key, refused.value.value) == (key, value)
     assert 'the most that any known machine or voyage has' in refused.value.problem
-    assert refused.value.remedy.count('To sail it all the same, say --anyway.') == 1
+    assert refused.value.remedy.count('To sail it all the same, say anyway=True.') == 1
 
 
 @pytest.mark.parametrize(('name', 'key', 'value'), SAFE)

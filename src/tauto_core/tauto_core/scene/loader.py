@@ -182,7 +182,8 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         problem, remedy = _syntax(error), 'Correct the YAML there.'
         raise SceneError(origin, '', text, problem, remedy) from None
     if not isinstance(content, dict):
-        found = 'nothing' if content is None else f'a {_kind(content)}'
+        names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
+        found = 'nothing' if content is None else f'a {names[type(content)]}'
         problem = f'holds {found}, but a scene is a mapping of keys to values'
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
     return content
@@ -240,15 +241,9 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
         return None
     if kind == 'bool':
         return text.lower() == 'true'
-    return _integer(text) if kind == 'int' else _float(text)
-
-
-def _integer(text: str) -> int:
-    # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
-    return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
-
-
-def _float(text: str) -> float:
+    if kind == 'int':
+        # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
+        return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
     return float(re.sub(r'^([-+]?)\.(inf|nan)$', r'\1\2', text.lower()))
 
 
@@ -260,11 +255,6 @@ def _syntax(error: yaml.YAMLError) -> str:
     if mark is None:
         return f'YAML syntax: {said}'
     return f'YAML syntax, line {mark.line + 1}, column {mark.column + 1}: {said}'
-
-
-def _kind(content: object) -> str:
-    names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
-    return names[type(content)]
 
 
 DEFAULT_SCENE = 'measured'
@@ -312,8 +302,9 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
         raise UsageError(
             f'scene: must be a shipped name or a YAML file, and is of type {kind}. Name one'
         )
-    file = _scene_file(name_or_path)
     origin = str(name_or_path)
+    shipped = origin in shipped_scenes()
+    file = _SHIPPED / f'{origin}.yaml' if shipped else Path(name_or_path)
     content = read_mapping(_read(file, origin), origin)
     given = {key: value for key, value in overrides.items() if value is not None}
     content = {'name': file.stem} | content
@@ -474,18 +465,15 @@ def _scene_error(origin: str, found: tuple[Problem, ...]) -> SceneError:
     return SceneError(origin, first.key, first.value, first.problem, first.remedy, further=further)
 
 
-def _scene_file(name_or_path: str | Path) -> Path:
-    if str(name_or_path) in shipped_scenes():
-        return _SHIPPED / f'{name_or_path}.yaml'
-    return Path(name_or_path)
-
-
 def _read(file: Path, origin: str) -> str:
     try:
         with file.open('rb') as stream:
             raw = stream.read(_LARGEST_FILE + 1)
     except (FileNotFoundError, NotADirectoryError):
-        problem, remedy = 'there is no such file or shipped scene', _nearest_scene(origin)
+        near = difflib.get_close_matches(origin, shipped_scenes(), 1)
+        guess = f'Did you mean {near[0]}? ' if near else ''
+        problem = 'there is no such file or shipped scene'
+        remedy = f'{guess}Shipped scenes: {", ".join(shipped_scenes())}.'
     except IsADirectoryError:
         problem, remedy = 'is a folder', 'Name the YAML file in it.'
         if any(file.glob('*.mcap')):
@@ -508,12 +496,6 @@ def _decoded(raw: bytes, origin: str) -> str:
         problem = f'is not UTF-8 text (byte {error.start})'
         remedy = 'Name a YAML file, saved as UTF-8.'
         raise SceneError(origin, '', origin, problem, remedy) from None
-
-
-def _nearest_scene(name: str) -> str:
-    near = difflib.get_close_matches(name, shipped_scenes(), 1)
-    guess = f'Did you mean {near[0]}? ' if near else ''
-    return f'{guess}Shipped scenes: {", ".join(shipped_scenes())}.'
 
 
 def _resolve_paths(content: dict[str, Any], folder: Path) -> None:

@@ -455,7 +455,8 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
         tag = getattr(section, 'starter', None)
         if out and tag is not None:
             values = {'kind': kind_of(cast(type[Kind], section)), **tag}
-        lines += _entry(edge, name, None, _summary(section), out=out)
+        first_sentences = ' '.join((section.__doc__ or '').split('\n\n')[0].split())
+        lines += _entry(edge, name, None, first_sentences, out=out)
         lines += _lines(section, values, key, f'{edge}#  ' if out else f'{edge}  ')
     return lines
 
@@ -491,11 +492,6 @@ def _said(model: type[BaseModel], name: str, field: FieldInfo) -> str:
         models = next(kinds.models for kinds in _folders(Scene) if model in kinds.models)
         return f'one of {", ".join(map(kind_of, models))}'
     return field.description or ''
-
-
-def _summary(model: type[BaseModel]) -> str:
-    """Return the first sentence of a section's description."""
-    return ' '.join((model.__doc__ or '').split('\n\n')[0].split())
 
 
 def _entry(edge: str, name: str, value: Any, said: str, *, out: bool) -> list[str]:

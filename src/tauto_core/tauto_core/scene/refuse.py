@@ -95,16 +95,12 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     elif kind == 'literal_error':
         problem = f'must be {context["expected"]}{_found(value)}'
     elif kind in ('too_long', 'too_short'):
-        problem = f'has {context["actual_length"]} items, the limit is {_limit(context)}'
+        least, most = context.get('min_length'), context.get('max_length')
+        limit = f'at most {most}' if least is None else f'at least {least}'
+        problem = f'has {context["actual_length"]} items, the limit is {limit}'
     else:
         problem = detail['msg'][:1].lower() + detail['msg'][1:]
     return Problem(key, value, problem, _give(key, field))
-
-
-def _limit(context: dict[str, Any]) -> str:
-    if 'min_length' in context:
-        return f'at least {context["min_length"]}'
-    return f'at most {context["max_length"]}'
 
 
 def _found(value: object) -> str:
@@ -458,7 +454,8 @@ def _log_grid(times: Times) -> Iterator[Problem]:
     }
     apart = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
     off_steps = interval_ns % step_ns
-    if off_steps or (apart == lengths and _all_whole(lengths.values())):
+    # lengths in whole seconds fit a log as it is by default
+    if off_steps or (apart == lengths and all(each.is_integer() for each in lengths.values())):
         said = (
             f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
         )
@@ -477,11 +474,6 @@ def _log_grid(times: Times) -> Iterator[Problem]:
             f'is not a whole number of log intervals (log.interval {interval!r} s)',
             f'Use {_multiple(nanoseconds(value), interval_ns)}, or change log.interval.',
         )
-
-
-def _all_whole(lengths: Iterable[float]) -> bool:
-    """Return whether lengths are whole seconds, so that they fit a log as it is by default."""
-    return all(value.is_integer() for value in lengths)
 
 
 def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
