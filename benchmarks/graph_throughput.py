@@ -44,8 +44,9 @@ from rclpy.qos import QoSProfile
 from rclpy.task import Future
 
 from tauto_core.bags import encode, header_stamp_ns
-from tauto_core.samples import NS_PER_S, READING, SHIP_IMU
+from tauto_core.samples import READING, SHIP_IMU
 from tauto_core.scene import load_scene
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.graph import GraphPlan, run_graph
 from tauto_nodes.ports import port

@@ -40,8 +40,6 @@ from tauto_core.navigation.stability import stability
 from tauto_core.navigation.verdict import TOO_SHORT
 from tauto_core.samples import (
     CORRECTED,
-    DAY_S,
-    NS_PER_S,
     OBSERVATION,
     READING,
     SHIP_IMU,
@@ -52,6 +50,7 @@ from tauto_core.samples import (
     scalars,
 )
 from tauto_core.scene import Scene, load_scene, shipped_scenes
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import Observations
 from tauto_core.ship.imu import imu_from_roll, imu_samples
 from tauto_core.ship.motions.sea import SeaShip
@@ -188,7 +187,7 @@ def drawn(seed: int) -> float:
     k = rng.normal([c.value for c in model.coefficients], [c.sigma for c in model.coefficients])
     offset, rate = rng.normal(0.0, np.sqrt([start.xx, start.yy]))
     roll, _, _, heave = sea.motion
-    x = np.column_stack((-0.125 * (heave / scene.gravity) ** 2, roll * roll))
+    x = np.column_stack((-0.125 * (heave / scene.g) ** 2, roll * roll))
     grown = np.zeros((len(x), 2))
     np.cumsum(0.125 * (x[1:] + x[:-1]), axis=0, out=grown[1:])
     every = 2400
@@ -205,7 +204,7 @@ def drawn(seed: int) -> float:
     stamps = scene.starts_at_ns + np.rint(at * NS_PER_S).astype(np.int64)
     dial = stamps + np.rint(error * NS_PER_S).astype(np.int64)
     reading = TimeSamples(stamps, '', dial, same('dial', len(stamps)))
-    pull = scene.gravity + heave + BIAS + NOISE * rng.normal(size=len(heave))
+    pull = scene.g + heave + BIAS + NOISE * rng.normal(size=len(heave))
     imu = imu_from_roll(
         scene.starts_at_ns + np.rint(sea.at_s[::2] * NS_PER_S).astype(np.int64),
         roll[::2],
@@ -216,7 +215,7 @@ def drawn(seed: int) -> float:
     now, model = way_of(scene, imu, reading, observed(scene))
     at_names = [0, 1, 3, 4]
     # the sensor's noise acts as a constant rate, which belongs to the true rate
-    told = walk[-1, 1] + k[0] * NOISE**2 / (8.0 * scene.gravity**2)
+    told = walk[-1, 1] + k[0] * NOISE**2 / (8.0 * scene.g**2)
     truth = np.array([error[-1], told, *k])
     units = np.array([1.0, DAY_S, 1.0, 1.0])
     wrong = units * (means(now, model.names)[0, at_names] - truth)
@@ -250,7 +249,7 @@ class Machine:
         sea = Sea(rng, 10.0, heights)
         stamps = self.scene.starts_at_ns + np.rint(sea.at_s * NS_PER_S).astype(np.int64)
         roll, rate, acceleration, heave = sea.motion
-        height, gravity = self.scene.ship.height, self.scene.gravity
+        height, gravity = self.scene.ship.height, self.scene.g
         imu = imu_samples(stamps, roll, rate, acceleration, heave, height, gravity)
         self._stage.restore(self._fresh)
         reading = self._stage.feed({SHIP_IMU: imu})[READING]

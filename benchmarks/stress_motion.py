@@ -330,7 +330,7 @@ def _felt(scene: Scene, time: float) -> tuple[float, float, float, float, float]
                 angle = w * time + part.phase + 0.5 * math.pi * k
                 sums[k] += part.amplitude * w**k * math.cos(angle)
     turning = ship.height * cmath.exp(1j * roll[0])
-    force = turning * 1j * (1j * roll[2] - roll[1] ** 2) + 1j * (scene.gravity + heave[2])
+    force = turning * 1j * (1j * roll[2] - roll[1] ** 2) + 1j * (scene.g + heave[2])
     jerk = turning * 1j * (1j * roll[3] - 3 * roll[1] * roll[2] - 1j * roll[1] ** 3)
     jerk += 1j * heave[3]
     return roll[0], roll[1], cmath.phase(force / 1j), (jerk / force).imag, abs(force)

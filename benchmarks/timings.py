@@ -31,8 +31,8 @@ import numpy as np
 from tauto_core import fleet
 from tauto_core.navigation import ClockModel, Known, filter_phases, prior
 from tauto_core.navigation.drift import Track
-from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene import Scene, load_scene
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
 
 # -----------------------------------------------------------------------------

@@ -10,7 +10,7 @@ from typing import Any
 
 from benchmarks.work_precision.peers.tauto import Tauto
 from benchmarks.work_precision.problems import PASSAGE_S, problems
-from tauto_core.samples import DAY_S
+from tauto_core.scene.times import DAY_S
 
 SETTING = '10 Hz 1e-12'
 ROUNDS = 3

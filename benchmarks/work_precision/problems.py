@@ -26,9 +26,9 @@ from typing import TypeAlias
 
 from tauto_core.machines import compile_ideal
 from tauto_core.machines.axle_pendulum import modes
-from tauto_core.samples import DAY_S, FloatArray
+from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene, SeaShip
-from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 from tauto_core.ship.motions.sea import sea_motion
 
 PASSAGE_S = 81.0 * DAY_S

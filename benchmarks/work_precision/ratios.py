@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.work_precision.problems import Problem, problems
-from tauto_core.samples import DAY_S
+from tauto_core.scene.times import DAY_S
 
 LAND_ERROR_RAD = 1e-9
 UNIT_ROUNDING = 2.0**-53

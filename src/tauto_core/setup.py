@@ -8,6 +8,7 @@ PACKAGE = 'tauto_core'
 
 TEST = [
     'bokeh>=3.4',
+    'boule>=0.4',  # normal gravity, by another formula
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',

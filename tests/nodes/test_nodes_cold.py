@@ -15,7 +15,8 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu
 from test_nodes_faults import START_NS
 
-from tauto_core.samples import NS_PER_S, READING, SHIP_IMU
+from tauto_core.samples import READING, SHIP_IMU
+from tauto_core.scene.times import NS_PER_S
 from tauto_nodes.ports import port
 
 RATE_HZ = 100

@@ -14,7 +14,6 @@ from tauto_core.navigation import DriftStage, estimate_names
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
-    NS_PER_S,
     OBSERVATION,
     READING,
     SHIP_IMU,
@@ -25,6 +24,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene, load_scene, scene_yaml
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import sail
 from tauto_nodes.ports import port
 from tauto_nodes.recorder import RecorderNode

@@ -24,8 +24,9 @@ from tauto_core.kernels import optimised
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.suspended_case import BearingMotion
-from tauto_core.samples import JOINT_STATES, NS_PER_S, SHIP_IMU, Batches, JointSamples
+from tauto_core.samples import JOINT_STATES, SHIP_IMU, Batches, JointSamples
 from tauto_core.scene import Scene
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.voyage import QUIET_CHUNK
 

@@ -22,8 +22,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.work_precision.problems import CaseProblem, Problem, WheelProblem, problems
-from tauto_core.samples import DAY_S
 from tauto_core.scene.errors import TautoError
+from tauto_core.scene.times import DAY_S
 
 DURATIONS_S = (60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 864_000.0, 6_998_400.0)
 """At which the states are known, as far as a problem lasts [s]."""

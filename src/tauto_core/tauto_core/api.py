@@ -255,7 +255,7 @@ def cam(
     if reach_rad is not None:
         (reach_rad,) = numbers('reach_rad', [reach_rad])
     with naming(_origin(scene), loaded.name):
-        curve = loaded.trochlea.made_cam(loaded.gravity)
+        curve = loaded.trochlea.made_cam(loaded.g)
         if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
             raise UsageError(
                 f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '

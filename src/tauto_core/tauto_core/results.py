@@ -22,12 +22,10 @@ from tauto_core.navigation import (
 from tauto_core.navigation.covariates import dial_model, expected_walk_per_s
 from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
-    DAY_S,
     ESTIMATE,
     JOINT_STATES,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
-    NS_PER_S,
     OBSERVATION,
     PHASE,
     READING,
@@ -37,6 +35,7 @@ from tauto_core.samples import (
     TimeSamples,
 )
 from tauto_core.scene import Scene
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.wording import figure, least, significant, span, to_sigma, with_sigma
 
 # -----------------------------------------------------------------------------

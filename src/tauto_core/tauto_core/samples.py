@@ -19,9 +19,6 @@ from numpy.typing import NDArray
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 
-NS_PER_S = 1_000_000_000
-DAY_S = 86_400.0
-
 SCENE = 'scene'
 SHIP_IMU = 'ship/imu'
 SHIP_FIX = 'ship/fix'

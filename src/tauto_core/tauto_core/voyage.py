@@ -31,7 +31,6 @@ from tauto_core.samples import (
     JOINT_STATES,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
-    NS_PER_S,
     OBSERVATION,
     PHASE,
     READING,
@@ -51,6 +50,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoError, naming
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.imu import attitude
 

@@ -19,14 +19,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from tauto_core.plots.chart import Line
 from tauto_core.plots.machine import draw_machine
-from tauto_core.samples import (
-    JOINT_STATES,
-    NS_PER_S,
-    SHIP_IMU,
-    FloatArray,
-    ImuSamples,
-    JointSamples,
-)
+from tauto_core.samples import JOINT_STATES, SHIP_IMU, FloatArray, ImuSamples, JointSamples
+from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError
 from tauto_nodes.node import Diagnostics, GraphNode
 from tauto_nodes.ports import TopicPort, message_class, port

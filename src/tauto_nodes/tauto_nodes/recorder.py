@@ -15,9 +15,10 @@ import numpy as np
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, header_stamp_ns
 from tauto_core.bags.write import CUT_SHORT
-from tauto_core.samples import NS_PER_S, TextSamples
+from tauto_core.samples import TextSamples
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import bag_metadata
 from tauto_nodes import ParameterError
 from tauto_nodes.node import Diagnostics, GraphNode

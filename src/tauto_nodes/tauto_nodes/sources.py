@@ -18,7 +18,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, Bag, encode, read_bag
-from tauto_core.samples import NS_PER_S
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import ShipSource
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.node import Diagnostics, GraphNode

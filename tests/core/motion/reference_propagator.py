@@ -387,7 +387,7 @@ class ShipAt:
                 for sum_ in (sea.roll, sea.heave)
             )
         self._roll, self._heave = _terms(roll, range(5)), _terms(heave, range(2, 5))
-        self._height, self._gravity = ship.height, scene.gravity
+        self._height, self._gravity = ship.height, scene.g
 
     def force(self, t: float) -> tuple[FloatArray, complex, complex, complex]:
         """Return the roll's derivatives up to the fourth, and ÿ + i(g + z̈) with two of its own."""
@@ -442,11 +442,11 @@ class CaseAt:
         hung = scene.suspension
         if hung.large_angles:
             raise ValueError('only the small angles of a case are known here')
-        self._ship, self._gravity = ShipAt(scene), scene.gravity
+        self._ship, self._gravity = ShipAt(scene), scene.g
         self._e, self._c = hung.support_radius - hung.axle_radius, hung.depth
         self._k2 = hung.gyration_radius**2
         tilt = -self._ship.force(0.0)[1].real / self._gravity
-        fast = math.sqrt(case_modes(hung).squared_frequencies(scene.gravity)[1])
+        fast = math.sqrt(case_modes(hung).squared_frequencies(scene.g)[1])
         dense = solve_ivp(
             lambda t, y: self._slopes(t, y)[0],
             (0.0, end_s),

@@ -11,8 +11,9 @@ from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
 
 from tauto_core.machines import LeverMachine, Machine, SteadySwing, compile_machine, steady_swing
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
-from tauto_core.samples import JOINT_STATES, NS_PER_S, PHASE
+from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Scene
+from tauto_core.scene.times import NS_PER_S
 
 STIFFNESS = FORCE * LEVER_RATE
 SWINGS = 20

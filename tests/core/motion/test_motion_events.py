@@ -355,7 +355,7 @@ def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
     )
     w = 2 * math.pi / period
     # z̈ = −a w² cos wt: the ship falls fastest at the start and is released before it does
-    assert amplitude * w * w > scene.gravity
+    assert amplitude * w * w > scene.g
     with pytest.raises(PropagationError, match='slack') as caught:
         run(scene)
     assert caught.value.time_s == pytest.approx(0.0, abs=1e-9)
@@ -367,7 +367,7 @@ def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
             'height': 0.0,
         },
     )
-    falls = (math.pi - math.acos(scene.gravity / (amplitude * w * w))) / w
+    falls = (math.pi - math.acos(scene.g / (amplitude * w * w))) / w
     with pytest.raises(PropagationError, match='slack') as caught:
         run(later)
     assert caught.value.time_s == pytest.approx(falls, abs=1e-9)

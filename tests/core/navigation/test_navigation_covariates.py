@@ -56,10 +56,10 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.samples import DAY_S as DAY
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import walk_per_s
+from tauto_core.scene.times import DAY_S as DAY
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.source import Observations

@@ -20,17 +20,9 @@ from tauto_core.navigation import (
     projection,
 )
 from tauto_core.results import Summary
-from tauto_core.samples import (
-    DAY_S,
-    ESTIMATE,
-    NS_PER_S,
-    OBSERVATION,
-    READING,
-    FloatArray,
-    TimeSamples,
-    same,
-)
+from tauto_core.samples import ESTIMATE, OBSERVATION, READING, FloatArray, TimeSamples, same
 from tauto_core.scene import load_scene
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.voyage import sail
 
 QUIET = ClockModel(0.5, 1e-4, white_fm_s=0.0, random_walk_fm_per_s=0.0)

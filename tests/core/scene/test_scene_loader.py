@@ -96,7 +96,7 @@ def test_regulators_beat_seconds() -> None:
             continue
         rate = {'involute': 'base_radius', 'hole': 'lever_rate', 'circular_arc': 'root_depth'}
         lever = getattr(cam, rate[cam.kind])
-        pull = power.mass * scene.gravity if power.kind == 'weight' else power.force
+        pull = power.mass * scene.g if power.kind == 'weight' else power.force
         period = 2.0 * math.pi * math.sqrt(scene.trochlea.inertia / (pull * lever))
         assert period == pytest.approx(1.0, rel=0.3), name
 
@@ -110,7 +110,7 @@ def test_weight_scenes_are_regulated_at_their_swing() -> None:
         assert power.kind == 'weight'
         inertia, mass, radius = scene.trochlea.inertia, power.mass, cam.base_radius
         eps = mass * radius**2 * scene.trochlea.release_angle**2 / inertia
-        small = 2.0 * math.pi * math.sqrt(inertia / (mass * scene.gravity * radius))
+        small = 2.0 * math.pi * math.sqrt(inertia / (mass * scene.g * radius))
         period = small * (1.0 + eps / 4.0 - 3.0 * eps**2 / 64.0 + 5.0 * eps**3 / 256.0)
         assert scene.clock.nominal_period == pytest.approx(period, rel=3e-9)
 

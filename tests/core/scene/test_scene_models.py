@@ -46,7 +46,7 @@ def test_what_is_left_out_is_not_simulated() -> None:
     assert scene.voyage is None
     assert scene.ship == StillShip()
     assert scene.trochlea.inertia == 0.0004
-    assert scene.gravity == 9.80665
+    assert scene.g == 9.80665
 
 
 def test_recoil_past_the_middle_drives_without_an_impulse() -> None:

@@ -88,7 +88,7 @@ def test_the_period_goes_with_the_height_by_the_steepness():
     scene = scene_of(OWN, days=30.0)
     for state in states_of(scene):
         period = state.sea.peak_period
-        steepness = math.tau * state.height / (scene.gravity * period**2)
+        steepness = math.tau * state.height / (scene.g * period**2)
         assert steepness == pytest.approx(0.03, rel=1e-14)
 
 
@@ -145,7 +145,7 @@ def test_the_ports_have_their_sea_and_the_way_its_regions():
     assert 0.3 not in heights[2:-1]
     assert [states[k].speed for k in (0, 1, -1)] == [0.0, 0.0, 0.0]
     assert len({state.speed for state in states[2:-1]}) == 1
-    steep = [math.tau * each.height / (scene.gravity * each.sea.peak_period**2) for each in states]
+    steep = [math.tau * each.height / (scene.g * each.sea.peak_period**2) for each in states]
     first = states[2:-1][0], states[2:-1][-1]
     assert steep[2] == pytest.approx(CLIMATES['north_atlantic_winter'].steepness, rel=1e-13)
     assert steep[-2] == pytest.approx(CLIMATES['trades'].steepness, rel=1e-13)

@@ -105,7 +105,7 @@ def test_components_after_100_days_are_those_of_the_scene():
             )
 
         rho, rate, acceleration = (harmonic(scene.ship.components, n) for n in range(3))
-        up = scene.gravity + harmonic(scene.ship.heave, 2)
+        up = scene.g + harmonic(scene.ship.heave, 2)
         z0 = scene.ship.height
         y = -z0 * (acceleration * mpmath.cos(rho) - rate**2 * mpmath.sin(rho))
         z = up - z0 * (acceleration * mpmath.sin(rho) + rate**2 * mpmath.cos(rho))

@@ -380,7 +380,7 @@ def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
     def moved(t, y):
         theta, phi, theta1, phi1, psi, psi1 = y
         lateral, upwards = acceleration(t)
-        weight, delta = scene.gravity + upwards, phi - theta
+        weight, delta = scene.g + upwards, phi - theta
         contact = weight * math.cos(theta) - lateral * math.sin(theta)
         contact += e * theta1**2 + c * phi1**2 * math.cos(delta)
         contact /= 1.0 + (c / k * math.sin(delta)) ** 2
@@ -391,7 +391,7 @@ def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
         return theta1, phi1, theta2 / e, phi2, psi1, torque / inertia
 
     lateral, upwards = acceleration(0.0)
-    tilt = math.atan2(-lateral, scene.gravity + upwards)
+    tilt = math.atan2(-lateral, scene.g + upwards)
     batches: list[Batches] = []
     sail(scene, watch=batches.append)
     found_in = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]

@@ -70,7 +70,7 @@ def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
     imu = ShipMotion(scene).produce(10**6)
     still = slice(0, 1800 * 20)
     assert (imu.angular_velocity[still] == 0.0).all()
-    assert (imu.linear_acceleration[still] == [0.0, 0.0, scene.gravity]).all()
+    assert (imu.linear_acceleration[still] == [0.0, 0.0, scene.g]).all()
     found = scene.ship.channels(scene).heave
     (heave,) = SampledFades(found, scene.step_ns).between(3600 * 20, 7200 * 20, 0)
     assert np.var(heave) == pytest.approx(2.5**2 / 16.0, rel=1.0 / 6.0)
@@ -94,7 +94,7 @@ def test_the_motion_at_the_clock_is_the_second_derivative_of_what_is_sent():
     twice = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0 * 1e6
     roll_2, heave_2 = (np.correlate(x, twice) for x in (roll, heave))
     rate = np.correlate(roll, np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 * 1e3)
-    g, z0, rho = scene.gravity, 3.0, roll[2:-2]
+    g, z0, rho = scene.g, 3.0, roll[2:-2]
     wanted_y = (g + heave_2) * np.sin(rho) - z0 * roll_2
     wanted_z = (g + heave_2) * np.cos(rho) - z0 * rate**2
     np.testing.assert_allclose(imu.linear_acceleration[:, 1], wanted_y, rtol=0, atol=3e-9)

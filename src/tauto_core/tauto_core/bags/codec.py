@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.bags.table import MESSAGE_TYPES, TOPICS, Field, MessageType
-from tauto_core.samples import NS_PER_S, IntArray, JointSamples, Samples, count, join
+from tauto_core.samples import IntArray, JointSamples, Samples, count, join
 from tauto_core.scene.errors import BagError
+from tauto_core.scene.times import NS_PER_S
 
 # -----------------------------------------------------------------------------
 # The layout of one CDR payload: the places of its numbers, given its strings and lengths.

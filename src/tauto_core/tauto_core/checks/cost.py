@@ -23,13 +23,14 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_collocation, propagator_name, steps_in
-from tauto_core.samples import NS_PER_S, PHASE, SHIP_IMU, Batches, FloatArray
+from tauto_core.samples import PHASE, SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, Solver
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
-from tauto_core.scene.times import LEGIBLE
+from tauto_core.scene.times import LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import case_modes, felt_parts, felt_step_ns, samples_a_piece
+from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
 
 if TYPE_CHECKING:
@@ -724,7 +725,7 @@ def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
 def _shortest_wave_s(scene: Scene) -> float | None:
     frequencies = scene_waves(scene).frequency.tolist()
     if scene.suspension is not None:
-        squares = case_modes(scene.suspension).squared_frequencies(scene.gravity)
+        squares = case_modes(scene.suspension).squared_frequencies(scene.g)
         frequencies.append(math.sqrt(squares[1]))
     return math.tau / max(frequencies) if frequencies else None
 
@@ -818,11 +819,23 @@ def scene_waves(scene: Scene) -> Waves:
         )
     rolls, heaves = math.tau / roll[1], math.tau / heave[1]
     none = np.zeros(len(heaves))
+    if (
+        ship.is_computed
+        and isinstance(moved.six, SixMotions)
+        and isinstance(moved.six.sway, Harmonics)
+    ):
+        # all six have the frequencies of the waves as the ship meets them
+        return Waves(
+            rolls,
+            roll[0],
+            moved.six.sway.amplitude * rolls**2 / scene.g,
+            heave[0] * rolls**2 / scene.g,
+        )
     return Waves(
         np.concatenate([rolls, heaves]),
         np.concatenate([roll[0], none]),
-        np.concatenate([abs(ship.height) * roll[0] * rolls**2 / scene.gravity, none]),
-        np.concatenate([0.0 * rolls, heave[0] * heaves**2 / scene.gravity]),
+        np.concatenate([abs(ship.height) * roll[0] * rolls**2 / scene.g, none]),
+        np.concatenate([0.0 * rolls, heave[0] * heaves**2 / scene.g]),
     )
 
 

@@ -91,8 +91,8 @@ def lengths_between(
     if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
         waves = scene_waves(scene)
         square = _share(waves, waves.frequency**2)
-        longest = scene.gravity / square if square else None
-        return scene.gravity / _ideal_frequency(machine) ** 2, longest
+        longest = scene.g / square if square else None
+        return scene.g / _ideal_frequency(machine) ** 2, longest
     return None
 
 
@@ -110,7 +110,7 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
         machine.base_radius,
         k_squared,
         waves.frequency,
-        scene.gravity,
+        scene.g,
         scene.duration,
     )
     stretch = machine.small_period * _ideal_frequency(machine) / math.tau - 1.0
@@ -133,9 +133,9 @@ def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
         return None
     own, waves = case_modes(hung), scene_waves(scene)
     _, answer = answers(
-        own, hung.depth, hung.gyration_radius**2, waves.frequency, scene.gravity, scene.duration
+        own, hung.depth, hung.gyration_radius**2, waves.frequency, scene.g, scene.duration
     )
-    slow, fast = own.squared_frequencies(scene.gravity)
+    slow, fast = own.squared_frequencies(scene.g)
     periods = math.tau / math.sqrt(slow), math.tau / math.sqrt(fast)
     wheel = any(abs(period / machine.small_period - 1.0) < NEAR_PERIOD for period in periods)
     return _following(waves, answer, periods, wheel=wheel)

@@ -21,7 +21,6 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_propagator, propagator_name
-from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import (
     ABSENT,
@@ -32,7 +31,7 @@ from tauto_core.scene.errors import (
     PropagationError,
     SceneError,
 )
-from tauto_core.scene.times import LAST_STAMP_S
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.buffer import felt_parts
 from tauto_core.ship.imu import attitude

@@ -56,10 +56,11 @@ def hull(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find how a hull moves in waves, and what that costs a clock by heading and place.
+    """Find how a hull moves in waves, and its cost to a clock.
 
-    Boundary elements solve for the water about her (capytaine, the extra `hull`); a shape that
-    comes with Tauto needs none. --length beside --shape scales it.
+    The cost is given by heading and place. Boundary elements solve for the water about her
+    (capytaine, the extra `hull`); a shape that comes with Tauto needs none. --length beside
+    --shape scales it.
     """
     from tauto_core.files import check_place
     from tauto_core.ship import hull as hulls

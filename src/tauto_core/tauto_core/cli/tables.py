@@ -15,8 +15,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from tauto_core.results import SIGNS, answer, groups
-from tauto_core.samples import DAY_S
-from tauto_core.scene.times import LEGIBLE
+from tauto_core.scene.times import DAY_S, LEGIBLE
 from tauto_core.wording import counted, figure, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:

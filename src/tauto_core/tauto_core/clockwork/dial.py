@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.samples import NS_PER_S, FloatArray, IntArray, State
+from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene import Scene
+from tauto_core.scene.times import NS_PER_S
 
 # -----------------------------------------------------------------------------
 # The reading of the dial, with whole half turns and the fraction kept apart.

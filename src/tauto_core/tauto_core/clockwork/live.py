@@ -21,7 +21,6 @@ from tauto_core.clockwork.trochlea import TrochleaStage
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.samples import (
     JOINT_STATES,
-    NS_PER_S,
     READING,
     SHIP_IMU,
     Batches,
@@ -36,7 +35,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.times import MAX_GAP_S
+from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.imu import REFUSALS, Continuity, attitude, content_reasons
 
 # -----------------------------------------------------------------------------

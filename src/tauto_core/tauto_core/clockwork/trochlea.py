@@ -14,7 +14,6 @@ from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_e
 from tauto_core.motion import Motion, make_propagator, steps_in
 from tauto_core.samples import (
     JOINT_STATES,
-    NS_PER_S,
     PHASE,
     READING,
     SHIP_IMU,
@@ -31,7 +30,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.times import MAX_GAP_S
+from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
 from tauto_core.ship.imu import screen
 from tauto_core.wording import significant
@@ -82,9 +81,10 @@ class TrochleaStage:
         self._buffer = MotionBuffer(
             apparent_vertical=self._machine.follows_apparent_vertical,
             apparent_gravity=self._machine.feels_gravity,
+            plane='ship' if scene.trochlea is None else scene.trochlea.thread_plane,
             still=self._still,
             step_ns=felt_step_ns(scene),
-            max_gap_s=None if self._still else MAX_GAP_S,
+            max_gap_s=None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S),
             stride=samples_a_piece(scene, steps_in(self._propagator)),
             smooth=anchor == 'scene' and scene.ship.is_computed,
             by_samples=self._propagator.name == 'forced_harmonic',

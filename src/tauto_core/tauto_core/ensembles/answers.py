@@ -14,7 +14,8 @@ import numpy as np
 
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
-from tauto_core.samples import DAY_S, FloatArray
+from tauto_core.samples import FloatArray
+from tauto_core.scene.times import DAY_S
 from tauto_core.wording import span
 
 if TYPE_CHECKING:

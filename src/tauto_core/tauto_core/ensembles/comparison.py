@@ -21,9 +21,10 @@ from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import write_figure
 from tauto_core.results import Summary
-from tauto_core.samples import DAY_S, NS_PER_S, READING, FloatArray, Samples, TimeSamples
+from tauto_core.samples import READING, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import span
 

@@ -19,8 +19,9 @@ from tauto_core.machines.sections import (
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
-from tauto_core.samples import DAY_S, FloatArray
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
+from tauto_core.scene.times import DAY_S
 from tauto_core.wording import printed
 
 if TYPE_CHECKING:
@@ -140,8 +141,8 @@ class SceneParts(Protocol):
         ...
 
     @property
-    def gravity(self) -> float:
-        """g [m/s2]."""
+    def g(self) -> float:
+        """Acceleration of gravity at the start [m/s2]."""
         ...
 
     @property
@@ -177,7 +178,7 @@ def compile_machine(scene: SceneParts) -> AnyMachine | FluidPendulum:
         SceneError: a machine that cannot be built, or a release beyond its range.
     """
     if scene.regulator is not None:
-        return compile_fluid_pendulum(scene.name, scene.gravity, scene.regulator)
+        return compile_fluid_pendulum(scene.name, scene.g, scene.regulator)
     return compile_trochlea(scene)
 
 
@@ -193,7 +194,7 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):
-        parts = trochlea.parts(scene.gravity, scene.drag, scene.escapement)
+        parts = trochlea.parts(scene.g, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
     # else the tilt of the apparent vertical changes the angle
     is_known = scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0
@@ -227,7 +228,7 @@ def free_swings(
         return isochronism(compile_trochlea(scene), amplitudes, nominal_period_s)
     from tauto_core.machines.fluid_pendulum import descent_isochronism
 
-    pendulum = compile_fluid_pendulum(scene.name, scene.gravity, scene.regulator)
+    pendulum = compile_fluid_pendulum(scene.name, scene.g, scene.regulator)
     return descent_isochronism(pendulum, amplitudes, nominal_period_s)
 
 
@@ -241,7 +242,7 @@ def compile_ideal(scene: SceneParts) -> Machine:
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):
-        return trochlea.thread.ideal(trochlea.parts(scene.gravity, scene.drag, scene.escapement))
+        return trochlea.thread.ideal(trochlea.parts(scene.g, scene.drag, scene.escapement))
 
 
 def _trochlea(scene: SceneParts) -> Trochlea:

@@ -55,6 +55,18 @@ class Trochlea(Section):
         'at most ten turns'
     )
 
+    plane: Literal['free', 'vertical', 'ship'] | None = Field(
+        default=None,
+        description='plane in which the thread can follow the apparent vertical of a ship that '
+        'pitches: free, any; vertical, held upright by gimbals; ship, athwart and fixed to her; '
+        'when left out free for a weight on a vertical thread, else ship',
+    )
+
+    @property
+    def thread_plane(self) -> Literal['free', 'vertical', 'ship']:
+        """The plane in which the thread can follow the apparent vertical."""
+        return self.plane or ('free' if self.thread.upright else 'ship')
+
     def parts(
         self,
         gravity: float,
@@ -119,6 +131,14 @@ class Trochlea(Section):
         if self.cam.corrects not in ('', self.power.acts_as):
             yield self._not_corrected(gravity)
         yield from self.thread.problems(self.power, drag, escapement)
+        if self.plane == 'free' and not self.thread.upright:
+            yield Problem(
+                'trochlea.plane',
+                'free',
+                f'does not go with trochlea.thread.kind {self.thread.kind}, which is guided or '
+                'swings in one plane',
+                'Use vertical (gimbals), or ship.',
+            )
         # at rest in the middle only recoil pushes the wheel
         recoil = 0.0 if escapement is None else escapement.recoil
         drag = self.parts(gravity, drag, escapement).drag

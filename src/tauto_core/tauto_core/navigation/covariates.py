@@ -26,8 +26,6 @@ from tauto_core.navigation.kalman import (
 )
 from tauto_core.navigation.longitude import BEFORE_ALL, in_order
 from tauto_core.samples import (
-    DAY_S,
-    NS_PER_S,
     READING,
     SHIP_IMU,
     FloatArray,
@@ -42,7 +40,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
-from tauto_core.scene.times import MAX_GAP_S, step_of_rate
+from tauto_core.scene.times import DAY_S, MAX_GAP_S, NS_PER_S, step_of_rate
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
 from tauto_core.ship.motion_kind import ShipKind
@@ -139,7 +137,7 @@ class Regressors:
     def __init__(self, scene: Scene, *, live: bool) -> None:
         known = {'heave': self._heave, 'roll': _roll}
         self._columns = [known[name] for name in scene.drift.covariates or ()]
-        self._gravity = self._mean = scene.gravity
+        self._gravity = self._mean = scene.g
         self._continuity: Continuity | None = None
         if live:
             longest_ns = max(round(MAX_GAP_S * NS_PER_S), 2 * scene.step_ns * scene.lies_still)
@@ -661,7 +659,7 @@ class _Tried(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
-    run, ship, gravity = _Run(tried.scene), tried.scene.ship, tried.scene.gravity
+    run, ship, gravity = _Run(tried.scene), tried.scene.ship, tried.scene.g
     assert isinstance(ship, ComponentsShip)
     calm = run.error_s(ship)
     found = []

@@ -37,9 +37,7 @@ from tauto_core.navigation.kalman import (
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
 from tauto_core.samples import (
     CORRECTED,
-    DAY_S,
     ESTIMATE,
-    NS_PER_S,
     OBSERVATION,
     READING,
     Batches,
@@ -54,6 +52,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import schedule
 from tauto_core.wording import counted
 

@@ -33,7 +33,6 @@ from tauto_core.navigation.longitude import BEFORE_ALL, in_order
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
-    NS_PER_S,
     OBSERVATION,
     READING,
     Batches,
@@ -44,6 +43,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
+from tauto_core.scene.times import NS_PER_S
 
 # -----------------------------------------------------------------------------
 # The fixed-interval smoother: the drift at each instant, estimated from all observations.

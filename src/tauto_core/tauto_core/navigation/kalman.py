@@ -31,8 +31,9 @@ from typing import Any, Generic, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.samples import DAY_S, NS_PER_S, FloatArray, IntArray
+from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import EstimationError
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import LUNAR
 
 # -----------------------------------------------------------------------------

@@ -13,11 +13,9 @@ from numpy.typing import NDArray
 from tauto_core.clockwork.dial import DialSetting
 from tauto_core.samples import (
     CORRECTED,
-    DAY_S,
     ESTIMATE,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
-    NS_PER_S,
     READING,
     SHIP_FIX,
     Batches,
@@ -36,6 +34,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError
 from tauto_core.scene.sections import WIDEST_AWARD_NMI
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import Passage
 from tauto_core.ship.passage import wrap, wrap_degrees
 

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.curves.numerics import bracketed_newton
-from tauto_core.samples import NS_PER_S, FloatArray, IntArray, TimeSamples
+from tauto_core.samples import FloatArray, IntArray, TimeSamples
 from tauto_core.scene.errors import EstimationError
+from tauto_core.scene.times import NS_PER_S
 
 # -----------------------------------------------------------------------------
 # Estimated variances of power-law noise: their expectation and their scatter.

@@ -20,17 +20,9 @@ from tauto_core.navigation.longitude import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.samples import (
-    DAY_S,
-    NS_PER_S,
-    FixSamples,
-    FloatArray,
-    IntArray,
-    JointSamples,
-    TimeSamples,
-    count,
-)
+from tauto_core.samples import FixSamples, FloatArray, IntArray, JointSamples, TimeSamples, count
 from tauto_core.scene import Scene
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import LANDFALL, LUNAR
 from tauto_core.wording import span
 

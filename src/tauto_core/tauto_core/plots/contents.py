@@ -22,18 +22,10 @@ from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_ene
 from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
 from tauto_core.plots.machine import cam_lines, draw_machine
 from tauto_core.results import not_whole
-from tauto_core.samples import (
-    DAY_S,
-    NS_PER_S,
-    READING,
-    SHIP_IMU,
-    FloatArray,
-    ImuSamples,
-    TimeSamples,
-    take,
-)
+from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError, UsageError
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
@@ -176,7 +168,7 @@ def _roughest(voyage: Voyage, end_s: float) -> Window:
         return Window(0.0, end_s)
     if SHIP_IMU in voyage.samples:
         moved = seaway(voyage, 0.0, end_s + 1.0)
-        size = np.square(moved.roll_rad) + np.square(moved.vertical_m_s2 / voyage.scene.gravity)
+        size = np.square(moved.roll_rad) + np.square(moved.vertical_m_s2 / voyage.scene.g)
         sums = np.concatenate(([0.0], np.cumsum(size)))
         last = np.searchsorted(moved.time_s, moved.time_s + PART_S, side='right')
         whole = moved.time_s + PART_S <= moved.time_s[-1]

@@ -135,7 +135,7 @@ def cut(
         said = _lever_words(shape, left, right, thread_mm)
         _write_drawings(draw_uneven(at_left, at_right, rate, scene.name, said), files)
         return CamCut(written, reach, acts_from_rad)
-    cam = scene.trochlea.made_cam(scene.gravity)
+    cam = scene.trochlea.made_cam(scene.g)
     _check_reach(reach, cam.range_rad)
     try:
         both = cheeks(cam, points, reach, thread_mm / MM_PER_M)
@@ -180,7 +180,7 @@ def few_points(
             angle, arm, (x, y) = shape.theta(at), shape.lever_arm(at), shape.contact(at)
             radius = shape.radius_of_curvature(at)
         else:
-            cam = scene.trochlea.made_cam(scene.gravity)
+            cam = scene.trochlea.made_cam(scene.g)
             _check_reach(reach, cam.range_rad)
             angle = np.linspace(0.0, reach, 11)
             arm, (x, y) = cam.lever_arm(angle), cam.contact(angle)

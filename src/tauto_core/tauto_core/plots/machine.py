@@ -59,7 +59,7 @@ def cam_extent(scene: Scene) -> float:
     assert scene.trochlea is not None
     ends = [machine.range_rad, math.tau]
     if scene.trochlea.cam.kind != 'lever_corrected':
-        curve = scene.trochlea.made_cam(scene.gravity)
+        curve = scene.trochlea.made_cam(scene.g)
         ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
     swing = _swing(machine)
     if swing > 0.0:
@@ -341,7 +341,7 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     if scene.trochlea.cam.kind == 'lever_corrected':
         left, right = _lever_cheeks(scene, reach)
     else:
-        cut = cheeks(scene.trochlea.made_cam(scene.gravity), 200, reach)
+        cut = cheeks(scene.trochlea.made_cam(scene.g), 200, reach)
         right = MM * np.array([cut.x, -cut.y])
         left = right * np.array([[-1.0], [1.0]])
     tip = float(right[1, 0])

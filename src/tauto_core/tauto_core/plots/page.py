@@ -126,7 +126,7 @@ def _winding(scene: Scene) -> dict[str, Any] | None:
     """Return the contact of the thread with the cheek for positive angles of the wheel."""
     if scene.trochlea is None or scene.trochlea.cam.kind == 'lever_corrected':
         return None
-    cam: Cam = scene.trochlea.made_cam(scene.gravity)
+    cam: Cam = scene.trochlea.made_cam(scene.g)
     angle = np.linspace(0.0, cam.drawn_rad, 101)
     x, y = cam.contact(angle)
     arm = cam.lever_arm(angle)

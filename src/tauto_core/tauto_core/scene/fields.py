@@ -10,9 +10,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from typing import Annotated, Any, ClassVar, TypeAlias, Union, cast
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, Union, cast
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetCoreSchemaHandler, Strict
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    Strict,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+)
 from pydantic_core import CoreSchema
 
 from tauto_core.scene.times import LAST_STAMP_S
@@ -34,6 +45,24 @@ Text: TypeAlias = Annotated[
 Latitude: TypeAlias = Annotated[float, Strict(), Field(ge=-90.0, le=90.0)]
 Longitude: TypeAlias = Annotated[float, Strict(), Field(ge=-180.0, le=180.0)]
 Position: TypeAlias = tuple[Latitude, Longitude]
+
+
+def _number_or_normal(value: object, number: ValidatorFunctionWrapHandler) -> object:
+    return value if value == 'normal' else number(value)
+
+
+if TYPE_CHECKING:
+    Gravity: TypeAlias = float | Literal['normal']
+else:
+    # A union would report what is wrong with a value for each of its members.
+    Gravity = Annotated[
+        Positive,
+        WrapValidator(_number_or_normal),
+        PlainSerializer(lambda value: value),
+        WithJsonSchema(
+            {'anyOf': [{'type': 'number', 'exclusiveMinimum': 0.0}, {'const': 'normal'}]}
+        ),
+    ]
 
 
 class Section(BaseModel):

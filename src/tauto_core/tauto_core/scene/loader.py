@@ -265,6 +265,7 @@ _PATHS = (
     ('ship', 'recorded', 'path'),
     ('ship', 'sea', 'path'),
     ('ship', 'rao', 'path'),
+    ('ship', 'hull', 'path'),
     ('ship', 'weather', 'path'),
     ('ship', 'roll', 'decay', 'path'),
 )

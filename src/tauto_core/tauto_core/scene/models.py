@@ -6,20 +6,21 @@ kind has its own rules; the rules here are those that connect several of them.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, Strict, model_validator
 from pydantic_core import PydanticCustomError
 
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
-from tauto_core.samples import DAY_S
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import OneOf, Positive, Section, Text
+from tauto_core.scene.fields import Gravity, OneOf, Positive, Section, Text
 from tauto_core.scene.refuse import SECTIONS, Times, out_of_proportion
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage
-from tauto_core.scene.times import LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
@@ -35,8 +36,10 @@ class Scene(Section):
     seed: Annotated[int, Strict(), Field(ge=0, le=2**63 - 1)] = Field(
         default=1726, description='seed of all random numbers, 0 to 2**63 - 1'
     )
-    gravity: Positive = Field(
-        default=STANDARD_GRAVITY, description='acceleration of gravity [m/s2]'
+    gravity: Gravity | Literal['normal'] = Field(
+        default=STANDARD_GRAVITY,
+        description='acceleration of gravity [m/s2], or normal: that of each place on the voyage, '
+        "with Eötvös' term; normal when left out where there is a voyage",
     )
     trochlea: Trochlea | None = Field(
         default=None,
@@ -71,6 +74,14 @@ class Scene(Section):
     log: Log = Field(default=Log(), description='mapping: interval, motion')
     solver: Solver | None = Field(default=None, description='mapping: tolerance')
 
+    @model_validator(mode='before')
+    @classmethod
+    def _gravity_of_the_voyage(cls, keys: Any) -> Any:
+        """Take normal gravity where there is a voyage and nothing else is said."""
+        if isinstance(keys, dict) and keys.get('voyage') and keys.get('gravity') is None:
+            return {**keys, 'gravity': 'normal'}
+        return keys
+
     @model_validator(mode='after')
     def _refuse_impossible_combinations(self) -> Scene:
         found = tuple(self._problems())
@@ -79,6 +90,15 @@ class Scene(Section):
                 'combination', '{summary}', {'summary': str(found[0]), 'problems': found}
             )
         return self
+
+    @property
+    def g(self) -> float:
+        """Acceleration of gravity at the start [m/s²], for which the dial is regulated."""
+        if self.gravity != 'normal':
+            return self.gravity
+        if self.voyage is None:  # refused, but all that is wrong with the scene is found first
+            return STANDARD_GRAVITY
+        return float(normal_gravity(math.radians(self.voyage.departure[0])))
 
     @property
     def starts_at_ns(self) -> int:
@@ -97,13 +117,14 @@ class Scene(Section):
 
     @property
     def lies_still(self) -> bool:
-        """Whether the ship does not move."""
-        return self.ship.lies_still
+        """Whether nothing moves the clock: neither waves nor gravity that changes on the way."""
+        weight = self.trochlea is not None and self.trochlea.power.pull.pulling_mass > 0.0
+        return self.ship.lies_still and not (self.gravity == 'normal' and weight)
 
     @property
     def step_ns(self) -> int:
         """Time between samples of ship/imu [ns]; a still ship sends one per log interval."""
-        return self.log_interval_ns if self.lies_still else step_of_rate(self.ship.rate)
+        return self.log_interval_ns if self.ship.lies_still else step_of_rate(self.ship.rate)
 
     @property
     def samples(self) -> int:
@@ -155,6 +176,13 @@ class Scene(Section):
         yield from self.drift.problems()
         if self.suspension is not None:
             yield from self.suspension.problems(still=self.lies_still)
+        if self.voyage is None and self.gravity == 'normal':
+            yield Problem(
+                'gravity',
+                'normal',
+                'is that of a latitude, and there is no voyage that gives one',
+                'Give a number [m/s2], such as 9.80665, or write `voyage: …`.',
+            )
         if self.voyage is not None:
             yield from self.voyage.problems()
         elif self.drift.lunars is not None:
@@ -186,7 +214,7 @@ class Scene(Section):
                 )
         if self.trochlea is not None:
             yield from self.trochlea.problems(
-                self.gravity, self.drag, self.escapement, still=self.lies_still
+                self.g, self.drag, self.escapement, still=self.lies_still
             )
         if self.escapement is not None:
             yield from self.escapement.problems()

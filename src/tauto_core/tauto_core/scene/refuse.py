@@ -14,12 +14,12 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from tauto_core.samples import NS_PER_S
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import OneOf
 from tauto_core.scene.times import (
     LAST_STAMP_S,
     MAX_GAP_S,
+    NS_PER_S,
     exact_nanoseconds,
     exact_step,
     nanoseconds,
@@ -229,6 +229,8 @@ def _locate(
     for part in parts:
         if isinstance(part, int):
             key += f'[{part}]'
+            continue
+        if part.startswith('function-'):  # a validator of the field, not a key
             continue
         models = models_of(field)
         if field is not None and _is_union(field):

@@ -9,10 +9,9 @@ from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, Strict
 
-from tauto_core.samples import DAY_S
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.fields import Flag, Instant, Number, Position, Positive, Section
-from tauto_core.scene.times import nanoseconds
+from tauto_core.scene.times import DAY_S, nanoseconds
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 # The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.

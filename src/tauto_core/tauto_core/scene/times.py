@@ -1,10 +1,11 @@
-"""Times as whole nanoseconds, and default numbers of scenes; nothing here loads pydantic."""
+"""Times as whole nanoseconds, default numbers of scenes; no NumPy, no pydantic."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 
-from tauto_core.samples import NS_PER_S
+NS_PER_S = 1_000_000_000
+DAY_S = 86_400.0
 
 # -----------------------------------------------------------------------------
 # Default numbers of scenes, apart from the models so that using them loads no pydantic.

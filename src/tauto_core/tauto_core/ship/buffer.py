@@ -19,10 +19,12 @@ from numpy.typing import NDArray
 
 from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples, IntArray, PlanarImu, State, take
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, take
 from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import contiguous, read_force, read_roll
+from tauto_core.ship.six_motions import Plane, force_in_plane
 
 # -----------------------------------------------------------------------------
 # Polynomials that represent the ship's motion between its samples.
@@ -218,7 +220,7 @@ def felt_parts(scene: Scene) -> int:
     if hung is None:
         return 1
     step_s = scene.step_ns / NS_PER_S
-    squares = case_modes(hung).squared_frequencies(scene.gravity)
+    squares = case_modes(hung).squared_frequencies(scene.g)
     slow, fast = (math.sqrt(square) for square in squares)
     needed_hz = fast / LARGEST_TURN
     if hung.large_angles:
@@ -246,7 +248,7 @@ def felt_parts(scene: Scene) -> int:
             'Use a rate whose step is a round number of nanoseconds, for example 20.0 Hz.',
         )
     e, c = hung.support_radius - hung.axle_radius, hung.depth
-    b = scene.gravity / limit**2
+    b = scene.g / limit**2
     wider = math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
     remedy = (
         f'Use a gyration_radius of at least {wider:.6g} m, or ' if wider < math.inf else 'Use '
@@ -317,6 +319,7 @@ class MotionBuffer:
             quarter of it (or of the last step, where shorter) after the last one are left out.
         max_gap_s: longest time between samples that is interpolated [s]; None where samples only
             set the pace.
+        plane: the plane in which the thread can follow the force.
         stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
             instant falls inside.
         smooth: whether the motion is free of noise. The first pieces may then span as many samples
@@ -333,6 +336,7 @@ class MotionBuffer:
         still: bool,
         step_ns: int,
         max_gap_s: float | None,
+        plane: Plane = 'ship',
         stride: int = 1,
         smooth: bool = False,
         by_samples: bool = False,
@@ -342,6 +346,7 @@ class MotionBuffer:
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
         self._still = still
+        self._plane: Plane = plane
         self._step_ns = step_ns
         self._max_gap_ns = _LATEST_NS if max_gap_s is None else round(max_gap_s * 1e9)
         self._stride = stride
@@ -405,7 +410,7 @@ class MotionBuffer:
             velocity = None if rate is None else contiguous(imu.angular_velocity)
             kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
             if force:
-                kernels.force_of(contiguous(imu.linear_acceleration), tilt, gravity)
+                kernels.force_of(contiguous(force_in_plane(imu, self._plane)), tilt, gravity)
         self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt

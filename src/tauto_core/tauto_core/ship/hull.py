@@ -26,8 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.files import write_whole
-from tauto_core.samples import DAY_S, FloatArray
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
+from tauto_core.scene.times import DAY_S
 from tauto_core.ship.sea import spline
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -286,6 +287,9 @@ class HullCoefficients:
             raise HullError('path', str(path), problem, 'Name another file.') from None
 
 
+_MAKE_ONE = 'Make one with `tauto hull`.'
+
+
 def load_hull(path: Path) -> HullCoefficients:
     """Return the coefficients of an .npz file that `tauto hull` has written.
 
@@ -295,25 +299,40 @@ def load_hull(path: Path) -> HullCoefficients:
     Raises:
         HullError: no such file, or its content is not that of a hull.
     """
-    remedy = 'Make one with `tauto hull`.'
     try:
-        with np.load(BytesIO(path.read_bytes()), allow_pickle=False) as file:
-            held = {name: file[name] for name in file.files}
+        content = path.read_bytes()
     except FileNotFoundError:
-        raise HullError('path', str(path), 'there is no such file', remedy) from None
+        raise HullError('path', str(path), 'there is no such file', _MAKE_ONE) from None
     except OSError as error:
         said = error.strerror or 'it is damaged'
-        raise HullError('path', str(path), f'cannot be read: {said}', remedy) from None
+        raise HullError('path', str(path), f'cannot be read: {said}', _MAKE_ONE) from None
+    return hull_of_file(content, str(path))
+
+
+def hull_of_file(content: bytes, path: str) -> HullCoefficients:
+    """Return the coefficients that a file of `tauto hull` contains.
+
+    Args:
+        content: of the file.
+        path: names the file in errors.
+
+    Raises:
+        HullError: it is not that of a hull.
+    """
+    remedy = _MAKE_ONE
+    try:
+        with np.load(BytesIO(content), allow_pickle=False) as file:
+            held = {name: file[name] for name in file.files}
     except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, *_DAMAGED):
         problem = 'cannot be read: it is no .npz file, or damaged'
-        raise HullError('path', str(path), problem, remedy) from None
+        raise HullError('path', path, problem, remedy) from None
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
     missing = [name for name in (*wanted, 'excitation') if name not in held]
     if missing:
-        raise HullError('path', str(path), f'holds no {", ".join(missing)}', remedy)
+        raise HullError('path', path, f'holds no {", ".join(missing)}', remedy)
     if held['format'] != _FORMAT:
         problem = f'has the format {held["format"]}; this version reads {_FORMAT}'
-        raise HullError('path', str(path), problem, remedy)
+        raise HullError('path', path, problem, remedy)
     try:
         length, beam, draught, volume, x, z, area, flotation, across, along = (
             float(size) for size in held['sizes']
@@ -335,7 +354,7 @@ def load_hull(path: Path) -> HullCoefficients:
             excitation=held['excitation'].astype(np.complex128),
         )
     except (TypeError, ValueError):
-        raise HullError('path', str(path), 'holds something else than a hull', remedy) from None
+        raise HullError('path', path, 'holds something else than a hull', remedy) from None
 
 
 # -----------------------------------------------------------------------------
@@ -393,18 +412,16 @@ class Shape:
 
 
 SHAPES: dict[str, Shape] = {
-    # Swan class, 1766: gundeck 96 ft 7 in, beam 26 ft 9 in (R. Winfield, British Warships in the
-    # Age of Sail 1714-1792, 2007, chapter 7). Draught and coefficients are assumed; she displaces
-    # 400 t with them, 300 tons burthen.
+    # Length of the gundeck and beam of the Swan class of 1766 (96 ft 7 in, 26 ft 9 in, 300 tons
+    # burthen, as encyclopaedias give them). Draught and coefficients are assumed.
     'sloop': Shape(29.4, 8.15, 3.4, 0.50, 0.78, 'a sloop of war of the 1760s'),
-    # A 60-gun ship as built in 1732: gundeck 144 ft, beam 41 ft 5 in (Winfield, chapter 4); she
-    # carried Harrison's watch to Jamaica in 1761. Draught and block coefficient are assumed.
+    # A two-decker of 60 guns such as the Deptford, which carried Harrison's watch to Jamaica in
+    # 1761. All numbers are assumed for a ship of that size.
     'deptford': Shape(44.0, 12.6, 5.0, 0.59, None, "a ship of the Deptford's size, 1732"),
-    # Granado, 1742: 91 ft on the main deck, 26 ft in the beam (National Maritime Museum,
+    # Granado, 1742: 91 ft on the main deck, 26 ft in the beam (Royal Museums Greenwich, model
     # SLR0331). Draught and coefficients are assumed: full, to carry mortars.
     'ketch': Shape(27.7, 7.95, 3.1, 0.56, 0.82, 'a bomb ketch of the 1740s'),
-    # The parent of the Delft series (Gerritsma, Onnink, Versluis, Int. Shipbuilding Progress 28,
-    # 1981) at 10 m: L/B 3.155, B/T 3.992, C_B 0.365; waterplane from its area. Without keel.
+    # Proportions of a beamy cruiser-racer without her keel; all numbers are assumed.
     'yacht': Shape(10.0, 3.17, 0.794, 0.365, 0.69, 'a sailing yacht of the 1970s, without keel'),
 }
 

@@ -88,7 +88,7 @@ def imu_from_roll(
     """
     half = 0.5 * np.ascontiguousarray(roll)
     n = len(stamp_ns)
-    imu = _sensed(stamp_ns, np.zeros((n, 4)), np.zeros((n, 3)), np.zeros((n, 3)))
+    imu = sensed(stamp_ns, np.zeros((n, 4)), np.zeros((n, 3)), np.zeros((n, 3)))
     imu.orientation[:, 0] = np.sin(half)
     imu.orientation[:, 3] = np.cos(half)
     imu.angular_velocity[:, 0] = roll_rate
@@ -97,7 +97,7 @@ def imu_from_roll(
     return imu
 
 
-def _sensed(
+def sensed(
     stamp_ns: IntArray, orientation: FloatArray, angular_velocity: FloatArray, force: FloatArray
 ) -> ImuSamples:
     """Return samples with the covariances of this module."""
@@ -162,7 +162,7 @@ def imu_samples(
         angular_velocity,
         force,
     )
-    return _sensed(stamp_ns, orientation[:n], angular_velocity[:n], force[:n])
+    return sensed(stamp_ns, orientation[:n], angular_velocity[:n], force[:n])
 
 
 def attitude(imu: ImuSamples) -> Attitude:

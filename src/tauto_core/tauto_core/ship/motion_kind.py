@@ -12,6 +12,7 @@ from pydantic import Field
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.fields import Kind, Number, Positive
 from tauto_core.scene.sections import Voyage
+from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Fades, Harmonics
 
 FOLDER = 'tauto_core.ship.motions'
@@ -31,8 +32,8 @@ class Surroundings(Protocol):
         ...
 
     @property
-    def gravity(self) -> float:
-        """g [m/s2]."""
+    def g(self) -> float:
+        """Acceleration of gravity at the start [m/s2]."""
         ...
 
     @property
@@ -69,6 +70,7 @@ class Channels:
         force_z: specific force along the ship's z [m/s2].
         metadata: describes what the motion was computed from.
         warnings: anything unusual about it.
+        six: all motions of a ship with a hull, at the clock; `roll` and `heave` are among them.
     """
 
     roll: Harmonics | Fades | None = None
@@ -77,6 +79,7 @@ class Channels:
     force_z: Harmonics | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    six: SixMotions[Harmonics] | SixMotions[Fades] | None = None
 
 
 class WorstSea(NamedTuple):
@@ -111,7 +114,10 @@ class ShipKind(Kind):
     is_computed: ClassVar[bool] = True
 
     rate: Positive = Field(default=20.0, description='sampling rate of the motion [Hz]')
-    height: Number = Field(default=3.0, description='height of the clock above the roll axis [m]')
+    height: Number = Field(
+        default=3.0,
+        description='height of the clock above the roll axis [m]; with a hull over the waterline',
+    )
     kind: str
 
     @property

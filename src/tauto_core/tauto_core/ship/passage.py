@@ -13,10 +13,10 @@ from numpy.polynomial import chebyshev
 from numpy.polynomial.legendre import leggauss
 
 from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes
-from tauto_core.samples import NS_PER_S, FloatArray, IntArray
+from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, Voyage, key_of_place
-from tauto_core.scene.times import nanoseconds
+from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import Surroundings
 
 # -----------------------------------------------------------------------------
@@ -27,7 +27,7 @@ from tauto_core.ship.motion_kind import Surroundings
 
 EQUATOR_M = 6_378_137.0
 FLATTENING = 1.0 / 298.257223563
-_SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
+SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
 
 # by then cos(σ) over half a turn, and the third harmonic of the flattening, are below rounding
 _GEODESIC_NODES = 32
@@ -111,8 +111,8 @@ class GeodesicLeg:
         across = math.hypot(x, y)
         north, east = dz * across - z * (x * dx + y * dy) / across, (x * dy - y * dx) / across
         # N/M = (1 − e² sin²φ)/(1 − e²)
-        to_north = north * (1.0 - _SQUARED_ECCENTRICITY)
-        return math.atan2(east * (1.0 - _SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
+        to_north = north * (1.0 - SQUARED_ECCENTRICITY)
+        return math.atan2(east * (1.0 - SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
 
 
 @lru_cache(maxsize=64)  # a scene asks for its legs several times, a fleet for each ship
@@ -234,13 +234,13 @@ def _mean_curvature_m(first: float, turn: float, part: FloatArray) -> FloatArray
 
 def _curvature_m(latitude_rad: FloatArray) -> FloatArray:
     """Return the meridian's radius of curvature [m]: a (1 − e²)/(1 − e² sin²φ)^(3/2)."""
-    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
-    return np.asarray(EQUATOR_M * (1.0 - _SQUARED_ECCENTRICITY) / (squeezed * np.sqrt(squeezed)))
+    squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    return np.asarray(EQUATOR_M * (1.0 - SQUARED_ECCENTRICITY) / (squeezed * np.sqrt(squeezed)))
 
 
 def _parallel_m(latitude_rad: FloatArray) -> FloatArray:
     """Return the radius of a parallel [m]: a cos φ/√(1 − e² sin²φ)."""
-    squeezed = 1.0 - _SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
     return np.asarray(EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed))
 
 

@@ -108,7 +108,6 @@ def _tridiagonal(
 
 
 LOWEST = 0.5
-HIGHEST = 4.0
 _STREAM = 1  # keeps the sea apart from observations, which use SeedSequence([seed, k])
 
 
@@ -181,11 +180,11 @@ def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
 def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
     """Return the lowest and the highest frequency of the components [Hz].
 
-    Half to four times the peak frequency (all but 0.5 % of a Bretschneider sea's energy); for a
-    measured spectrum all rows between the outermost ones with energy.
+    Half to `cutoff` times the peak frequency (4: all but 0.5 % of a Bretschneider sea's energy);
+    for a measured spectrum all rows between the outermost ones with energy.
     """
     if isinstance(sea, Sea):
-        return LOWEST / sea.peak_period, HIGHEST / sea.peak_period
+        return LOWEST / sea.peak_period, sea.cutoff / sea.peak_period
     waves = np.flatnonzero(sea.energy_density)
     first, last = max(int(waves[0]) - 1, 0), min(int(waves[-1]) + 1, len(sea.frequency) - 1)
     return sea.frequency[first], sea.frequency[last]
@@ -214,7 +213,9 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
         edges_hz = np.geomspace(*band_hz(sea), sea.components + 1)
         edges = 2.0 * np.pi * edges_hz
     else:
-        edges = 2.0 * np.pi / sea.peak_period * np.geomspace(LOWEST, HIGHEST, sea.components + 1)
+        edges = (
+            2.0 * np.pi / sea.peak_period * np.geomspace(LOWEST, sea.cutoff, sea.components + 1)
+        )
     width = np.diff(edges)
     omega = edges[:-1] + width * random.random(sea.components)
     phase = 2.0 * np.pi * random.random(sea.components)
@@ -270,7 +271,7 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
     natural = 2.0 * np.pi / roll.natural_period
     answer = (
         natural**2
-        * roll.slope_coefficient
+        * (roll.slope_coefficient or 0.0)
         / (natural**2 - met**2 + 2j * roll.damping_ratio * natural * met)
     )
     across = math.sin(course.heading)

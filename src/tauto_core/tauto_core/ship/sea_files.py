@@ -8,6 +8,7 @@ from __future__ import annotations
 import glob
 import math
 import warnings
+from base64 import b64encode
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -32,7 +33,7 @@ from tauto_core.scene.tables import (
     unit_factor,
     utc,
 )
-from tauto_core.ship.sections import ComponentCount, Heading
+from tauto_core.ship.sections import ComponentCount, Heading, HullWeights
 from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 
 # -----------------------------------------------------------------------------
@@ -51,6 +52,30 @@ _OPERATOR_FORM = (
     f'Give a CSV file with the columns {HEADING}, {OMEGA}, {", ".join(ROLL_COLUMNS)} and, for the '
     f'heave, {", ".join(HEAVE_COLUMNS)}.'
 )
+
+
+class HullFile(HullWeights):
+    """A hull from a file of `tauto hull`; the scene that runs contains the file."""
+
+    path: Text = Field(description='.npz file that `tauto hull` has written')
+
+
+def read_hull(asked: HullFile) -> dict[str, Any]:
+    """Return the keys of `ship.hull`, with the contents of the file as `table`.
+
+    Raises:
+        SceneError: a file that cannot be read, or is not that of a hull.
+    """
+    from tauto_core.ship.hull import HullError, hull_of_file
+
+    content = data_path(asked.path).read_bytes()
+    try:
+        hull_of_file(content, asked.path)
+    except HullError as error:
+        found = error.problem
+        raise SceneError(asked.path, found.key, ABSENT, found.problem, found.remedy) from None
+    table = b64encode(content).decode('ascii')
+    return {**asked.model_dump(exclude={'path'}, exclude_none=True), 'table': table}
 
 
 class RaoFile(Section):
@@ -672,6 +697,7 @@ _S = TypeVar('_S', bound=Section)
 FILE_FORMS: dict[str, type[Section]] = {
     'sea': SpectrumFile,
     'rao': RaoFile,
+    'hull': HullFile,
     'roll': RollFromDecay,
     'weather': RecordFile,
 }
@@ -682,8 +708,8 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the keys of a ship with tables and numbers in place of the files of its sea.
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
-    heading, `ship.roll` with a decay its period and damping ratio, `ship.weather` of a record its
-    rows. The rest is not changed.
+    heading, `ship.hull` with a path the contents of the file, `ship.roll` with a decay its period
+    and damping ratio, `ship.weather` of a record its rows. The rest is not changed.
 
     Args:
         ship: keys and values as read, not checked yet.
@@ -698,6 +724,8 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
         read['sea'] = _read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
     if _holds(ship, 'rao', 'path'):
         read['rao'] = _read(RaoFile, read_operator, ship, 'rao.path', origin)
+    if _holds(ship, 'hull', 'path'):
+        read['hull'] = _read(HullFile, read_hull, ship, 'hull.path', origin)
     if _holds(ship, 'roll', 'decay'):
         read['roll'] = _read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':

@@ -21,6 +21,13 @@ ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
 Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 
+CUTOFF = 4.0
+"""Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
+energy, but not of its accelerations, which have no limit without a hull (theory G7)."""
+Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=1.5, le=32.0)]
+CUTOFF_MEANS = 'highest frequency of the components over that of the peak, 1.5 to 32'
+
+
 class Sea(Section):
     """Long-crested sea with a standard spectrum, represented by a number of components."""
 
@@ -33,6 +40,7 @@ class Sea(Section):
         default=3.3, description='peak enhancement factor of jonswap, 1 to 10; 3.3 when left out'
     )
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
+    cutoff: Cutoff = Field(default=CUTOFF, description=CUTOFF_MEANS)
 
     @model_serializer(mode='wrap')
     def _without_foreign_gamma(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
@@ -83,10 +91,64 @@ class Roll(Section):
 
     natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
-    slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')
+    slope_coefficient: NonNegative | None = Field(
+        default=None,
+        description='effective wave-slope coefficient κ_e; a hull has its own answer to the slope',
+    )
     fitted_to: Text | None = Field(
         default=None, description='decay test from which period and damping ratio were found'
     )
+
+
+class HullWeights(Section):
+    """Length of a hull, and how the weights lie in her (theory G7)."""
+
+    length: Positive | None = Field(
+        default=None, description='length of the waterline, to which the shape is scaled [m]'
+    )
+    k_xx: Positive | None = Field(
+        default=None, description='radius of gyration in roll [m]; 0.38 of the beam when left out'
+    )
+    k_yy: Positive | None = Field(
+        default=None, description='in pitch [m]; 0.25 of the length when left out'
+    )
+    k_zz: Positive | None = Field(
+        default=None, description='in yaw [m]; 0.25 of the length when left out'
+    )
+    centre_of_gravity: Number | None = Field(
+        default=None,
+        description="height of the ship's centre of gravity over the waterline [m]; when left out "
+        'that which gives her roll its period',
+    )
+
+
+class HullSection(HullWeights):
+    """Hull of a ship: a named shape, or the coefficients of a file, and her weights."""
+
+    shape: Text | None = Field(
+        default=None, description='sloop, deptford, ketch or yacht: parametric forms'
+    )
+    table: Annotated[str, Strict(), Field(max_length=1_000_000)] | None = Field(
+        default=None, description='contents of the file of a `path`, in base64'
+    )
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield a problem unless it has either a shape or a table."""
+        if (self.shape is None) == (self.table is None):
+            yield Problem(
+                'ship.hull',
+                ABSENT,
+                f'has {"neither" if self.shape is None else "both"} a shape '
+                f'{"nor" if self.shape is None else "and"} a path',
+                'Give `shape: sloop`, or `path: …` of a file that `tauto hull` has written.',
+            )
+
+
+class ClockSection(Section):
+    """Where the clock is in the ship; its height is `ship.height`."""
+
+    forward: Number = Field(default=0.0, description='forward of amidships [m]')
+    port: Number = Field(default=0.0, description='to port of the centreline [m]')
 
 
 class Rao(Section):

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from tauto_core.samples import (
-    NS_PER_S,
-    FloatArray,
-    ImuSamples,
-    IntArray,
-    PlanarImu,
-    State,
-    TimeSamples,
-)
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, TimeSamples
 from tauto_core.scene import Scene
-from tauto_core.scene.times import nanoseconds
+from tauto_core.scene.times import NS_PER_S, nanoseconds
+from tauto_core.ship.gravity import GravityOnTheWay
 from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
 from tauto_core.ship.passage import Passage
+from tauto_core.ship.six_motions import Turned, imu_from_motions
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
 # -----------------------------------------------------------------------------
@@ -172,6 +167,16 @@ class ShipMotion:
         self._heave = _sampled(channels.heave, scene)
         self._force_y = _sampled(channels.force_y, scene)
         self._force_z = _sampled(channels.force_z, scene)
+        self._gravity: GravityOnTheWay | None = None
+        # a measured force has the gravity of its own place
+        if scene.gravity == 'normal' and scene.voyage is not None and channels.force_z is None:
+            self._gravity = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
+        six = channels.six
+        self._six: list[SampledHarmonics | SampledFades] | None = None
+        if six is not None:
+            # in the order of `SixMotions`
+            moved = (getattr(six, each.name) for each in fields(six))
+            self._six = [found for each in moved if (found := _sampled(each, scene)) is not None]
         # in weather the acceleration of roll needs the other two, so one pass makes all three
         with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
         self._orders = (0, 1, 2) if with_bend else (0, 1)
@@ -196,7 +201,9 @@ class ShipMotion:
         stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
-            return imu_from_roll(stamps, zero, zero, zero, zero + scene.gravity)
+            return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
+        if self._six is not None:
+            return self._in_hull(stamps, first, last)
         roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
@@ -207,9 +214,13 @@ class ShipMotion:
             if turning is not None and not bend:
                 bend.extend(turning.between(first, last, 2))
             up = None if heave is None else heave.between(first, last, 2)[0]
+            if self._gravity is not None:
+                # gravity that changes on the way is a slow acceleration beside the heave
+                more = self._weighs(stamps) - scene.g
+                up = more if up is None else up + more
             return (bend[0] if bend else None), up
 
-        imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.gravity)
+        imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.g)
         return imu if self._is_planar else message(imu)
 
     def roll_at_start(self) -> float:
@@ -217,6 +228,22 @@ class ShipMotion:
         if self._roll is None:
             return 0.0
         return float(self._roll.between(0, 1, 0)[0][0])
+
+    def _in_hull(self, stamps: IntArray, first: int, last: int) -> ImuSamples:
+        """Return the samples of a ship with six motions."""
+        assert self._six is not None
+        moved = [each.between(first, last, 2)[0] for each in self._six[:3]]
+        turned = [each.between(first, last, 0, 1) for each in self._six[3:]]
+        angle, rate = (Turned(*(each[order] for each in turned)) for order in (0, 1))
+        return imu_from_motions(
+            stamps, angle, rate, (moved[0], moved[1], moved[2]), self._weighs(stamps)
+        )
+
+    def _weighs(self, stamps: IntArray) -> FloatArray:
+        """Return gravity, less Eötvös' term, at some stamps [m/s²]."""
+        if self._gravity is None:
+            return np.full(len(stamps), self._scene.g)
+        return self._gravity.at(stamps - self._starts_at_ns)
 
     def state(self) -> State:
         """Return all that the next output depends on."""
@@ -240,7 +267,7 @@ def _stays_finite(
     if roll is None:
         return True
     angle, rate, bend = (roll.most(order) for order in range(3))
-    force = scene.gravity + (0.0 if heave is None else heave.most(2))
+    force = scene.g + (0.0 if heave is None else heave.most(2))
     force += abs(scene.ship.height) * (bend + rate * rate)
     return max(angle, rate, force) < SQUARABLE
 

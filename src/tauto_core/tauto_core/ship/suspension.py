@@ -287,7 +287,7 @@ class Suspension:
         hung = scene.suspension
         self._large = hung.large_angles
         e = hung.support_radius - hung.axle_radius
-        self._case = HungCase(e, hung.depth, hung.gyration_radius, scene.gravity)
+        self._case = HungCase(e, hung.depth, hung.gyration_radius, scene.g)
         tolerance = scene.solver.tolerance if scene.solver else None
         self._swing: CaseSwing = (
             AxleSwing(*self._case, tolerance=tolerance) if self._large else AxleModes(*self._case)

@@ -14,7 +14,8 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.samples import NS_PER_S, FloatArray
+from tauto_core.samples import FloatArray
+from tauto_core.scene.times import NS_PER_S
 
 SUM_BLOCK = 512
 TOGETHER = 8

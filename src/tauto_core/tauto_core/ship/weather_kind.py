@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, Strict
 
-from tauto_core.samples import NS_PER_S
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag, Kind
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Surroundings
-from tauto_core.ship.sections import ComponentCount, Sea
+from tauto_core.ship.sections import CUTOFF, CUTOFF_MEANS, ComponentCount, Cutoff, Sea
 from tauto_core.ship.waves import Fades, Harmonics
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class WeatherKind(Kind):
     components: ComponentCount = Field(
         default=64, description='number of components of each sea, 1 to 4096'
     )
+    cutoff: Cutoff = Field(default=CUTOFF, description=CUTOFF_MEANS)
     follow_route: Flag = Field(
         default=False,
         description='true: the speed is that of the voyage, and where the direction of the waves '
@@ -207,6 +208,7 @@ class WeatherSetting:
             significant_wave_height=height,
             peak_period=period,
             components=weather.components,
+            cutoff=weather.cutoff,
             **({'gamma': weather.gamma} if shape == 'jonswap' else {}),
         )
         if weather.follow_route:
@@ -256,28 +258,22 @@ def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
 
 
 def fades_of(
-    states: Sequence[WeatherState],
-    motion_of: Callable[[int], tuple[Harmonics, Harmonics | None]],
-    *,
-    heave: bool,
-) -> tuple[Fades, Fades | None]:
-    """Return roll and heave that change from state to state; heave is None if not asked for.
+    states: Sequence[WeatherState], motions_of: Callable[[int], Sequence[Harmonics]], count: int
+) -> list[Fades]:
+    """Return motions that change from state to state.
 
     Args:
         states: in the order of their times.
-        motion_of: function that gives roll and heave of a state with waves, by its number.
-        heave: whether heave is asked for.
+        motions_of: function that gives the motions of a state with waves, by its number.
+        count: how many motions there are.
     """
     at_ns, sums = tuple(state.at_ns for state in states), sums_of(states)
-    made = lru_cache(maxsize=4)(motion_of)
+    made = lru_cache(maxsize=4)(motions_of)
 
-    def roll_of(number: int) -> Harmonics | None:
-        return None if states[number].sea is None else made(number)[0]
+    def motion(index: int, number: int) -> Harmonics | None:
+        return None if states[number].sea is None else made(number)[index]
 
-    def heave_of(number: int) -> Harmonics | None:
-        return None if states[number].sea is None else made(number)[1]
-
-    return Fades(at_ns, sums, roll_of), Fades(at_ns, sums, heave_of) if heave else None
+    return [Fades(at_ns, sums, partial(motion, index)) for index in range(count)]
 
 
 def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import Field
 
-from tauto_core.samples import NS_PER_S, FloatArray, ImuSamples
+from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
 from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
@@ -32,7 +32,7 @@ from tauto_core.scene.tables import (
     read_table,
     unit_factor,
 )
-from tauto_core.scene.times import whole_intervals
+from tauto_core.scene.times import NS_PER_S, whole_intervals
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
 from tauto_core.ship.sea import spline

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 import math
+from base64 import b64decode
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, Strict
+from pydantic import Field, Strict, field_validator
 
-from tauto_core.samples import NS_PER_S, FloatArray
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag, OneOf
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.sea import band_hz, elevation, height_and_period, operator_answer, roll_answer
-from tauto_core.ship.sections import Heading, Rao, Roll, Sea, SpectrumTable
+from tauto_core.ship.sections import (
+    ClockSection,
+    Heading,
+    HullSection,
+    Rao,
+    Roll,
+    Sea,
+    SpectrumTable,
+)
+from tauto_core.ship.six_motions import SixMotions, hull_answer
 from tauto_core.ship.waves import Encounter, Harmonics
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
 from tauto_core.ship.weather_kind import (
@@ -28,6 +40,9 @@ from tauto_core.ship.weather_kind import (
     seas_at_once,
     told,
 )
+
+if TYPE_CHECKING:
+    from tauto_core.ship.hull import Hull
 
 MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which
@@ -44,12 +59,14 @@ class SeaMotion:
         roll: [rad], starboard down positive.
         heave: [m], upwards; None: not asked for.
         left_out: share of the waves' energy outside the response operator.
+        six: all motions at the clock, of a ship with a hull.
     """
 
     elevation: Harmonics
     roll: Harmonics
     heave: Harmonics | None
     left_out: float
+    six: SixMotions[Harmonics] | None = None
 
 
 class SeaShip(ShipKind):
@@ -57,7 +74,8 @@ class SeaShip(ShipKind):
 
     The waves are those of one sea, `sea`, or of a sequence of seas, `weather`. Roll follows from a
     roll equation, `roll`, or from a response amplitude operator, `rao`. Heave equals the
-    elevation, or follows from `rao`.
+    elevation, or follows from `rao`. A `hull` gives all six motions; period and damping of her
+    roll are those of `roll`.
     """
 
     rank = 3
@@ -89,6 +107,14 @@ class SeaShip(ShipKind):
         description='mapping: natural_period, damping_ratio (or decay), slope_coefficient',
     )
     rao: Rao | None = Field(default=None, description='mapping: path, heading')
+    hull: HullSection | None = Field(
+        default=None,
+        description='mapping: shape (or path), length; or the name of a shape: all six motions, '
+        'from the coefficients of a hull',
+    )
+    clock: ClockSection | None = Field(
+        default=None, description='mapping: forward, port: where the clock is in the hull'
+    )
     heading: Heading | None = Field(
         default=None,
         description='with roll: direction in which the waves run, from the bow to port [rad]: 0 '
@@ -98,6 +124,11 @@ class SeaShip(ShipKind):
         default=0.0, description='speed of the ship, at most 50 [m/s]'
     )
     heave: Flag = Field(default=False, description='true: heave is simulated')
+
+    @field_validator('hull', mode='before')
+    @classmethod
+    def _shape_alone(cls, given: Any) -> Any:
+        return {'shape': given} if isinstance(given, str) else given
 
     @property
     def relative_heading(self) -> float:
@@ -124,7 +155,11 @@ class SeaShip(ShipKind):
             return weather_channels(scene, self)
         sea = sea_motion(scene, self)
         return Channels(
-            sea.roll, sea.heave, metadata=self.metadata(scene), warnings=sea_warnings(sea.left_out)
+            sea.roll,
+            sea.heave,
+            six=sea.six,
+            metadata=self.metadata(scene),
+            warnings=sea_warnings(sea.left_out),
         )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
@@ -200,6 +235,9 @@ class SeaShip(ShipKind):
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with another slope coefficient, or response operator."""
         if self.roll is not None:
+            assert (
+                self.roll.slope_coefficient is not None
+            )  # `rolls_by_factor` is false with a hull
             slope = factor * self.roll.slope_coefficient
             roll = self.roll.model_copy(update={'slope_coefficient': slope})
             return self.model_copy(update={'roll': roll})
@@ -253,17 +291,102 @@ class SeaShip(ShipKind):
                 'does not go with ship.rao, which has its own heading',
                 'Give it as ship.rao.heading.',
             )
+        yield from _hull(self)
         if self.rao is not None:
             yield from self.rao.problems(heave=self.heave)
 
     def left_out(self) -> tuple[str, ...]:
-        """Return the heave where it is not asked for."""
-        return () if self.heave else ('heave',)
+        """Return the heave where it is not asked for, and what a ship without a hull lacks."""
+        if self.hull is not None:
+            return ()
+        return ('surge', 'sway', 'pitch', 'yaw') if self.heave else ('heave', 'pitch', 'yaw')
+
+
+def _hull(ship: SeaShip) -> Iterator[Problem]:
+    if ship.hull is None:
+        if ship.roll is not None and ship.roll.slope_coefficient is None:
+            yield Problem(
+                'ship.roll.slope_coefficient',
+                ABSENT,
+                'is missing, and there is no hull that answers to the slope of the waves',
+                'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
+            )
+        if ship.clock is not None:
+            yield Problem(
+                'ship.clock',
+                ABSENT,
+                'is a place in a hull, and there is none',
+                'Write `hull: …` in ship, or leave it out.',
+            )
+        return
+    yield from ship.hull.problems()
+    if ship.rao is not None:
+        yield Problem(
+            'ship.hull',
+            ABSENT,
+            'does not go with ship.rao: the motions follow from one of them',
+            'Leave one of them out.',
+        )
+
+
+@lru_cache(maxsize=16)
+def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
+    from tauto_core.ship.hull import Hull, hull_of_file, named_hull
+
+    if keys.shape is not None:
+        coefficients = named_hull(keys.shape)
+    else:
+        coefficients = hull_of_file(b64decode(keys.table or ''), 'ship.hull.table')
+    if keys.length is not None:
+        coefficients = coefficients.scaled(keys.length)
+    return Hull(
+        coefficients,
+        roll_period=roll.natural_period,
+        roll_damping_ratio=roll.damping_ratio,
+        gravity=gravity,
+        k_xx=keys.k_xx,
+        k_yy=keys.k_yy,
+        k_zz=keys.k_zz,
+        centre_of_gravity=keys.centre_of_gravity,
+    )
+
+
+def _in_hull(scene: Surroundings, ship: SeaShip, waves: Harmonics) -> SixMotions[Harmonics]:
+    """Return the motions at the clock of a ship with a hull.
+
+    Raises:
+        SceneError: a hull, a place or a speed that is refused.
+    """
+    from tauto_core.ship.hull import ClockPlace, HullError
+
+    assert ship.hull is not None
+    assert ship.roll is not None
+    clock = ship.clock or ClockSection()
+    place = ClockPlace(clock.forward, clock.port, ship.height)
+    try:
+        hull = _made_hull(ship.hull, ship.roll, scene.g)
+        return hull_answer(waves, hull, place, course_of(scene, ship))
+    except HullError as error:
+        found = error.problem
+        key = _KEYS_OF_HULLS.get(found.key, f'hull.{found.key}')
+        raise SceneError(
+            scene.name, f'ship.{key}', found.value, found.problem, found.remedy
+        ) from None
+
+
+_KEYS_OF_HULLS = {
+    'roll_period': 'roll.natural_period',
+    'roll_damping_ratio': 'roll.damping_ratio',
+    'speed': 'speed',
+    'clock.forward': 'clock.forward',
+    'clock.port': 'clock.port',
+    'clock.up': 'height',
+}
 
 
 def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
     """Return speed and heading of the ship of a scene in the waves."""
-    return Encounter(ship.speed, ship.relative_heading, scene.gravity)
+    return Encounter(ship.speed, ship.relative_heading, scene.g)
 
 
 def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
@@ -286,6 +409,9 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
     highest = 2.0 * np.pi * band_hz(ship.sea)[1]
     _check_rate(scene, ship, np.append(waves.angular_frequency, highest), key)
     met = course.met(waves)
+    if ship.hull is not None:
+        six = _in_hull(scene, ship, waves)
+        return SeaMotion(met, six.roll, six.heave, 0.0, six)
     if ship.rao is not None:
         found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
         return SeaMotion(met, found.roll, found.heave, found.left_out)
@@ -323,18 +449,29 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     for number, state in enumerate(states):
         if state.sea is not None:
             here = ship.in_state(state)
-            _check_rate(scene, here, _band(state, scene.gravity), f'{state.key}.peak_period')
+            _check_rate(scene, here, _band(state, scene.g), f'{state.key}.peak_period')
             if ship.rao is not None:
                 left_out = max(left_out, sea_motion(scene, here, number).left_out)
 
-    def motion_of(number: int) -> tuple[Harmonics, Harmonics | None]:
+    def motions_of(number: int) -> list[Harmonics]:
         found = sea_motion(scene, ship.in_state(states[number]), number)
-        return found.roll, found.heave
+        if found.six is not None:
+            return [getattr(found.six, each.name) for each in fields(found.six)]
+        return [found.roll] if found.heave is None else [found.roll, found.heave]
 
-    roll, heave = fades_of(states, motion_of, heave=ship.heave)
     assert ship.weather is not None
     warnings = (*sea_warnings(left_out), *ship.weather.warnings())
-    return Channels(roll, heave, metadata=ship.metadata(scene), warnings=warnings)
+    metadata = ship.metadata(scene)
+    if ship.hull is not None:
+        six = SixMotions(*fades_of(states, motions_of, len(fields(SixMotions))))
+        return Channels(six.roll, six.heave, six=six, metadata=metadata, warnings=warnings)
+    moved = fades_of(states, motions_of, 2 if ship.heave else 1)
+    return Channels(
+        moved[0],
+        moved[1] if ship.heave else None,
+        metadata=metadata,
+        warnings=warnings,
+    )
 
 
 def _band(state: WeatherState, gravity: float) -> FloatArray:

@@ -10,10 +10,9 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, Strict
 
-from tauto_core.samples import DAY_S, NS_PER_S
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.fields import Flag, Instant, Positive, Section
-from tauto_core.scene.times import LAST_STAMP_S, nanoseconds
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import (
@@ -195,7 +194,7 @@ class ClimateWeather(WeatherKind):
             departure = kept * departure + math.sqrt(1.0 - kept * kept) * drawn
             # ln Hs departs from its mean by so many deviations
             height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
-            period = math.sqrt(math.tau * height / (scene.gravity * climate.steepness))
+            period = math.sqrt(math.tau * height / (scene.g * climate.steepness))
             key = f'ship.weather.regions[{number}]'
             states.append(setting.state(at_ns, height, period, key, waves_to=climate.waves_to))
         if port is None:

@@ -1,0 +1,168 @@
+"""A ship that moves in all six ways: her harmonics at the clock, and what an IMU there reads.
+
+Level axes: x along her mean heading, y to port, z up. Her own axes follow from them by yaw ψ about
+z (bow to port), pitch θ about y (bow down) and roll ρ about x (starboard down), in this order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, TypeAlias, TypeVar
+
+import numpy as np
+
+from tauto_core.samples import FloatArray, ImuSamples, IntArray
+from tauto_core.ship.imu import sensed
+from tauto_core.ship.waves import Encounter, Fades, Harmonics
+
+if TYPE_CHECKING:
+    from tauto_core.ship.hull import ClockPlace, Hull
+
+M = TypeVar('M', Harmonics, Fades)
+
+Plane: TypeAlias = Literal['free', 'vertical', 'ship']
+"""The plane in which the weight of a clock can follow the apparent vertical (theory G7).
+
+`free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
+`ship`: the plane athwart that is fixed to the ship and pitches with her.
+"""
+
+
+@dataclass(frozen=True)
+class SixMotions(Generic[M]):
+    """The motions of a ship, each a sum of harmonics; displacements are those of the clock.
+
+    Attributes:
+        surge: forward [m].
+        sway: to port [m].
+        heave: up [m].
+        roll: starboard down [rad].
+        pitch: bow down [rad].
+        yaw: bow to port [rad].
+    """
+
+    surge: M
+    sway: M
+    heave: M
+    roll: M
+    pitch: M
+    yaw: M
+
+
+def hull_answer(
+    waves: Harmonics, hull: Hull, place: ClockPlace, course: Encounter
+) -> SixMotions[Harmonics]:
+    """Return the motions of a hull, at a place in her, in the waves that she meets.
+
+    Args:
+        waves: elevation amidships [m], with the frequencies of a ship at rest.
+        hull: the ship with her weights.
+        place: of the clock.
+        course: speed and heading.
+
+    Raises:
+        HullError: a speed beyond the validity of the coefficients, or a place outside the hull.
+    """
+    hull.check_place(place)
+    response = hull.response(waves.angular_frequency, course.heading, course.speed)
+    factors = np.concatenate((response.displacement(place), response.motions[:, 3:]), axis=1)
+    return SixMotions(
+        *(
+            course.answer(waves, waves.amplitude * np.abs(factor), np.angle(factor))
+            for factor in factors.T
+        )
+    )
+
+
+class Turned(NamedTuple):
+    """Angles of the ship and their derivatives, each [rad] or [rad/s], (n,)."""
+
+    roll: FloatArray
+    pitch: FloatArray
+    yaw: FloatArray
+
+
+def imu_from_motions(
+    stamp_ns: IntArray,
+    angle: Turned,
+    rate: Turned,
+    acceleration: tuple[FloatArray, FloatArray, FloatArray],
+    gravity: FloatArray | float,
+) -> ImuSamples:
+    """Return what an IMU reads that is fixed to the ship beside the clock.
+
+    Specific force f = Rᵀ(a + g ẑ), R = R_z(ψ) R_y(θ) R_x(ρ), and the turning in her own axes
+
+        ω_x = ρ̇ − ψ̇ sin θ,  ω_y = θ̇ cos ρ + ψ̇ cos θ sin ρ,  ω_z = −θ̇ sin ρ + ψ̇ cos θ cos ρ.
+
+    The bits of a sample depend on its own values alone.
+
+    Args:
+        stamp_ns: true time of each sample [ns], (n,).
+        angle: roll, pitch, yaw.
+        rate: their derivatives.
+        acceleration: of the clock forward, to port and up, in level axes [m/s²].
+        gravity: gravity, less Eötvös' term [m/s²].
+    """
+    halves = [(np.sin(0.5 * each), np.cos(0.5 * each)) for each in angle]
+    (sr, cr), (sp, cp), (sy, cy) = ((2.0 * s * c, c * c - s * s) for s, c in halves)
+    x, y, z = acceleration
+    up = z + gravity
+    # along the mean heading turned by the yaw, then by the pitch, then by the roll
+    ahead, aside = cy * x + sy * y, cy * y - sy * x
+    forward, deck = cp * ahead - sp * up, sp * ahead + cp * up
+    force = np.stack((forward, cr * aside + sr * deck, cr * deck - sr * aside), axis=1)
+    turning = np.stack(
+        (
+            rate.roll - rate.yaw * sp,
+            rate.pitch * cr + rate.yaw * cp * sr,
+            rate.yaw * cp * cr - rate.pitch * sr,
+        ),
+        axis=1,
+    )
+    (sr, cr), (sp, cp), (sy, cy) = halves
+    orientation = np.stack(
+        (
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ),
+        axis=1,
+    )
+    return sensed(stamp_ns, orientation, turning, force)
+
+
+def force_in_plane(imu: ImuSamples, plane: Plane) -> FloatArray:
+    """Return the specific force that a clock's thread can follow, its last two columns.
+
+    They are athwart and upright in the axes of the case; the first, along the axle, does not
+    count. Where the thread leans freely its part is added to the size of the rest, along their
+    direction: the weight pulls with all of |f|, the wheel feels the direction athwart alone.
+
+    Args:
+        imu: samples that `imu.screen` has passed.
+        plane: see `Plane`.
+    """
+    force = imu.linear_acceleration
+    # a sample of a ship that only rolls has the same bits in all planes
+    if plane == 'ship' or not (force[:, 0].any() or imu.orientation[:, 1:3].any()):
+        return force
+    x, y, z = (np.ascontiguousarray(force[:, i]) for i in range(3))
+    if plane == 'free':
+        across = np.hypot(y, z)
+        whole = np.sqrt(x * x + across * across) / np.where(across > 0.0, across, 1.0)
+        y, z = (np.where(x == 0.0, part, part * whole) for part in (y, z))
+    else:
+        qx, qy, qz, qw = (np.ascontiguousarray(imu.orientation[:, i]) for i in range(4))
+        # sin θ, and sine and cosine of the roll times cos θ; homogeneous in the quaternion
+        square = (qx * qx + qy * qy) + (qz * qz + qw * qw)
+        sp = 2.0 * (qw * qy - qz * qx) / square
+        sr, cr = 2.0 * (qw * qx + qy * qz), (qw * qw - qx * qx) + (qz * qz - qy * qy)
+        cp = np.hypot(sr, cr)
+        sr, cr, cp = sr / cp, cr / cp, cp / square
+        aside, deck = cr * y - sr * z, sr * y + cr * z
+        up = cp * deck - sp * x
+        level = (x == 0.0) & (qy == 0.0) & (qz == 0.0)
+        y, z = np.where(level, y, cr * aside + sr * up), np.where(level, z, cr * up - sr * aside)
+    return np.stack((x, y, z), axis=1)

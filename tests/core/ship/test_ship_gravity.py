@@ -1,0 +1,193 @@
+"""Normal gravity against boule, Eötvös' term against its definition, and both along a passage."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import boule
+import numpy as np
+import pytest
+from geographiclib.geodesic import Geodesic
+
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.times import NS_PER_S
+from tauto_core.ship.gravity import EARTH_RATE, GravityOnTheWay, eotvos, normal_gravity
+from tauto_core.ship.passage import Passage
+from tauto_core.ship.source import ShipMotion
+from tauto_core.voyage import sail
+
+DAY_S = 86400.0
+KNOT = 1852.0 / 3600.0
+A, B = Geodesic.WGS84.a, Geodesic.WGS84.a * (1.0 - Geodesic.WGS84.f)
+
+
+def test_normal_gravity_is_that_of_boule() -> None:
+    # boule evaluates the closed form of Li and Götze (2001), not Somigliana's
+    latitude = np.linspace(-90.0, 90.0, 721)
+    zero = np.zeros_like(latitude)
+    mgal = boule.WGS84.normal_gravity((zero, latitude, zero))
+    # the constants of TR8350.2 have ten digits
+    np.testing.assert_allclose(normal_gravity(np.radians(latitude)), mgal * 1e-5, atol=1e-9)
+
+
+def earth_fixed(latitude: float, longitude: float) -> np.ndarray:
+    """Return the place on the ellipsoid in axes that turn with the Earth [m]."""
+    across = A * A / math.hypot(A * math.cos(latitude), B * math.sin(latitude))
+    on_axis = across * (B / A) ** 2
+    return np.array(
+        [
+            across * math.cos(latitude) * math.cos(longitude),
+            across * math.cos(latitude) * math.sin(longitude),
+            on_axis * math.sin(latitude),
+        ]
+    )
+
+
+@pytest.mark.parametrize('latitude_deg', [-62.0, 0.0, 18.0, 45.0, 80.0])
+@pytest.mark.parametrize('course_deg', [0.0, 61.0, 90.0, 200.0, 270.0])
+def test_eotvos_is_the_centripetal_acceleration_beyond_that_at_rest(
+    latitude_deg: float, course_deg: float
+) -> None:
+    """The vertical part of the acceleration in space, by differences of positions."""
+    latitude, speed, h = math.radians(latitude_deg), 8.0, 60.0
+
+    def vertical_acceleration(speed: float) -> float:
+        places = []
+        for time in (-h, 0.0, h):
+            line = Geodesic.WGS84.Direct(latitude_deg, 0.0, course_deg, speed * time)
+            turned = math.radians(line['lon2']) + EARTH_RATE * time
+            places.append(earth_fixed(math.radians(line['lat2']), turned))
+        up = np.array([math.cos(latitude), 0.0, math.sin(latitude)])
+        return float(up @ (places[0] - 2.0 * places[1] + places[2])) / (h * h)
+
+    felt = vertical_acceleration(0.0) - vertical_acceleration(speed)
+    east, north = (speed * f(math.radians(course_deg)) for f in (math.sin, math.cos))
+    # differences over a minute are wrong by (Ω h)²/12 of 2 Ω v
+    assert eotvos(latitude, east, north) == pytest.approx(felt, rel=1e-4, abs=2e-8)
+
+
+def test_from_portsmouth_to_jamaica_a_weight_loses_what_physics_says() -> None:
+    # physics G1: −115.5 s/day from 50.8° to 17.9°; Eötvös at 5 knots east 1.17 and 1.58 s/day
+    there, here = normal_gravity(np.radians([17.9, 50.8]))
+    assert 0.5 * DAY_S * math.log(there / here) == pytest.approx(-115.5, abs=0.06)
+    for latitude_deg, lost in ((45.0, 1.17), (18.0, 1.58)):
+        latitude = math.radians(latitude_deg)
+        share = eotvos(latitude, 5.0 * KNOT, 0.0) / normal_gravity(latitude)
+        assert 0.5 * DAY_S * share == pytest.approx(lost, abs=0.006)
+
+
+def test_along_a_passage_it_is_that_of_her_place_and_speed() -> None:
+    scene = load_scene('portsmouth_jamaica')
+    assert scene.voyage is not None
+    passage = Passage(scene, scene.voyage)
+    way = GravityOnTheWay(passage, scene.duration_ns)
+    times = np.linspace(passage.sails_ns + 10**12, passage.arrives_ns - 10**12, 500)
+    times = times.astype(np.int64)
+    corners = np.array(passage.places_ns)
+    clear = np.abs(times[:, None] - corners).min(axis=1) > 150 * NS_PER_S
+    for time in times[clear][::7].tolist():
+        latitude = math.radians(float(passage.places(np.array([time]))[0][0]))
+        course, speed = passage.course(time), passage.speed_m_s
+        moved = eotvos(latitude, speed * math.sin(course), speed * math.cos(course))
+        at = float(way.at(np.array([time]))[0])
+        # linear between knots of a minute
+        assert at == pytest.approx(float(normal_gravity(latitude) - moved), abs=1e-9)
+
+
+def test_in_port_it_is_normal_gravity_and_does_not_depend_on_batches() -> None:
+    scene = load_scene('portsmouth_jamaica')
+    assert scene.voyage is not None
+    way = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
+    port = normal_gravity(math.radians(scene.voyage.departure[0]))
+    assert float(way.at(np.array([0]))[0]) == float(port)
+    times = np.arange(0, scene.duration_ns, 7_777_777_777_777)
+    whole = way.at(times)
+    assert [float(way.at(times[i : i + 1])[0]) for i in range(len(times))] == whole.tolist()
+
+
+SOUTHWARD = """\
+name: southward
+duration: 172800.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: involute, base_radius: 0.0053681}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.3, massless: true}
+  release_angle: 1.0
+voyage: {departure: [50.8, -1.1], arrival: [17.9, -40.0], sails_at: 3600.0, arrives_at: 169200.0}
+log: {interval: 60.0}
+"""
+
+
+def southward(folder: Path, **overrides: object) -> Scene:
+    file = folder / 'southward.yaml'
+    file.write_text(SOUTHWARD)
+    return load_scene(str(file), **overrides)
+
+
+def test_gravity_is_normal_on_a_voyage_and_a_number_elsewhere(tmp_path: Path) -> None:
+    scene = southward(tmp_path)
+    assert scene.gravity == 'normal'
+    assert scene.g == float(normal_gravity(math.radians(50.8)))
+    assert southward(tmp_path, gravity=9.8).g == 9.8
+    assert load_scene('ideal').gravity == 9.80665
+    assert parse_scene(scene_yaml(scene), 'a bag') == scene
+
+
+def test_normal_gravity_needs_a_voyage() -> None:
+    with pytest.raises(SceneError, match='no voyage that gives one') as caught:
+        load_scene('ideal', gravity='normal')
+    assert caught.value.key == 'gravity'
+
+
+def test_a_weight_follows_the_root_of_gravity_on_the_way(tmp_path: Path) -> None:
+    """The wheel is linear: its action is kept while its frequency changes, φ = ∫√(mgr/I) dt."""
+    scene = southward(tmp_path)
+    assert scene.voyage is not None
+    voyage = sail(scene)
+    time_ns = voyage.time_s * 1e9
+    gravity = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
+    pace = np.sqrt(gravity.at(time_ns.astype(np.int64)) / scene.g)
+    lost = np.concatenate([[0.0], np.cumsum(30.0 * (pace[1:] + pace[:-1] - 2.0))])
+    assert lost[-1] < -45.0
+    # The phase is that of (θ, −θ̇/ω₀), which runs ahead and behind by ½(ω/ω₀ − 1)/2π turns.
+    wobble = 0.5 * (1.0 - pace.min()) / math.tau
+    error = voyage.clock_error_s - lost
+    # Where she sails and arrives Eötvös' term has a corner, which samples of a minute round off.
+    corners = np.abs(voyage.time_s[:, None] - [3600.0, 169_200.0]).min(axis=1) < 300.0
+    assert np.abs(error[~corners]).max() < 1.01 * wobble + 1e-6
+    assert np.abs(error).max() < 1e-3
+
+
+def test_at_sea_gravity_is_beside_the_heave(tmp_path: Path) -> None:
+    sea = {
+        'kind': 'components',
+        'rate': 4.0,
+        'height': 0.0,
+        'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': 0.0}],
+    }
+    normal, number = (
+        ShipMotion(southward(tmp_path, duration=172_800.0, ship=sea, **more))
+        for more in ({}, {'gravity': 9.80665})
+    )
+    felt, plain = (motion.produce(motion.total).linear_acceleration for motion in (normal, number))
+    scene = southward(tmp_path)
+    assert scene.voyage is not None
+    way = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
+    weighs = way.at(np.arange(len(felt), dtype=np.int64) * 250_000_000)
+    np.testing.assert_allclose(
+        np.linalg.norm(felt, axis=1) - np.linalg.norm(plain, axis=1), weighs - 9.80665, atol=5e-15
+    )
+
+
+def test_a_force_does_not_feel_it_and_keeps_the_closed_form(tmp_path: Path) -> None:
+    force = {
+        'trochlea.power': {'kind': 'force', 'force': 2.942},
+        'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
+        'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.0053681},
+    }
+    normal, number = (southward(tmp_path, **force, **more) for more in ({}, {'gravity': 9.8}))
+    assert normal.lies_still
+    assert sail(normal).clock_error_s.tolist() == sail(number).clock_error_s.tolist()

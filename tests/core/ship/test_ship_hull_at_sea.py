@@ -1,0 +1,185 @@
+"""A hull in the sea of a scene: what the IMU reads, and what it does to a clock (theory G7)."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tauto_core.samples import FloatArray, ImuSamples, join
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import SceneError
+from tauto_core.ship.hull import ClockPlace, Hull, named_hull
+from tauto_core.ship.sea import bretschneider
+from tauto_core.ship.source import ShipMotion
+from tauto_core.voyage import sail
+
+DAY_S = 86_400.0
+G = 9.80665
+CLOCK = """\
+name: in_a_hull
+duration: 36000.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: involute, base_radius: 0.0053681}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.3, massless: true}
+  release_angle: 1.0
+ship:
+  kind: sea
+  rate: 10.0
+  height: 3.0
+  hull: deptford
+  clock: {forward: 12.0}
+  heading: 3.14159
+  roll: {natural_period: 11.0, damping_ratio: 0.08}
+  sea: {spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Any:
+    def made(without: tuple[str, ...] = (), **overrides: object) -> Scene:
+        file = tmp_path / 'in_a_hull.yaml'
+        lines = CLOCK.splitlines()
+        kept = (line for line in lines if not line.strip().startswith(without or ('#',)))
+        file.write_text('\n'.join(kept))
+        return load_scene(str(file), **overrides)
+
+    return made
+
+
+def level_accelerations(imu: ImuSamples) -> FloatArray:
+    turned = Rotation.from_quat(imu.orientation).apply(imu.linear_acceleration)
+    return np.asarray(turned - np.array([0.0, 0.0, G]))
+
+
+def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> None:
+    """By another way than the harmonics: the integral of |A|² S over the hull's response."""
+    ready = scene(**{'duration': 200_000.0, 'ship.heading': 2.356, 'ship.sea.components': 400})
+    motion = ShipMotion(ready)
+    found = np.mean(level_accelerations(motion.produce(motion.total)) ** 2, axis=0)
+    hull = Hull(named_hull('deptford'), 11.0, 0.08)
+    omega = 2.0 * math.pi / 9.0 * np.linspace(0.5, 4.0, 8000)
+    answer = hull.response(omega, 2.356).accelerations(ClockPlace(12.0, 0.0, 3.0))
+    density = bretschneider(omega, 2.5, 9.0)[:, None] * np.abs(answer) ** 2
+    # each of 400 bins has its energy at a frequency drawn within it
+    np.testing.assert_allclose(found, np.trapezoid(density, omega, axis=0), rtol=0.01)
+
+
+def test_the_imu_has_the_same_bits_in_chunks_of_any_size(scene: Any) -> None:
+    ready = scene(duration=600.0)
+    motion, chunked = ShipMotion(ready), ShipMotion(ready)
+    whole, parts = motion.produce(motion.total), []
+    for count in (1, 7, 500, 3, 10_000):
+        parts.append(chunked.produce(count))
+    joined = join([each for each in parts if len(each.stamp_ns)])
+    for name in ('orientation', 'angular_velocity', 'linear_acceleration'):
+        np.testing.assert_array_equal(getattr(joined, name), getattr(whole, name))
+
+
+def rates(ready: Scene) -> tuple[float, float]:
+    """Return the rate of the dial, and that of sqrt(|f|/g) along the thread's plane [s/day]."""
+    from tauto_core.ship.six_motions import force_in_plane
+
+    assert ready.trochlea is not None
+    motion = ShipMotion(ready)
+    force = force_in_plane(motion.produce(motion.total), ready.trochlea.thread_plane)
+    size = np.hypot(force[:, 1], force[:, 2])
+    felt = DAY_S * float(np.mean(np.sqrt(size / G)) - 1.0)
+    still = sail(scene_on_land(ready)).result['clock']['rate_s_per_day']
+    return sail(ready).result['clock']['rate_s_per_day'] - still, felt
+
+
+def scene_on_land(ready: Scene) -> Scene:
+    from tauto_core.ship.motions.still import StillShip
+
+    return ready.model_copy(update={'ship': StillShip()})
+
+
+@pytest.mark.parametrize(
+    ('plane', 'printed'), [('vertical', -53.8), ('free', -46.8), ('ship', -91.0)]
+)
+def test_a_weight_in_head_seas_loses_by_its_plane(scene: Any, plane: str, printed: float) -> None:
+    """Third row of the table of G7; its hull has another centre of gravity, by a metre or so."""
+    found, felt = rates(scene(**{'trochlea.plane': plane}))
+    # waves of 9 s are slow beside a swing of 1 s: the next order is (1/9)², of a third
+    assert found == pytest.approx(felt, rel=0.03)
+    # ten hours of 64 waves have the mean square of the spectrum to some per cent
+    assert found == pytest.approx(printed, rel=0.08)
+
+
+def test_a_clock_driven_by_a_force_does_not_feel_the_hull(scene: Any) -> None:
+    ready = scene(
+        **{
+            'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
+            'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.01},
+            'trochlea.power': {'kind': 'force', 'force': 1.579},
+            'ship.heading': 3.141592653589793,
+            'ship.roll.damping_ratio': 0.9,
+        }
+    )
+    # in head seas she does not roll, so nothing turns the case; the dial is read to 1e-9 s
+    at_sea, on_land = (sail(each).result['clock'] for each in (ready, scene_on_land(ready)))
+    assert at_sea['rate_s_per_day'] == pytest.approx(on_land['rate_s_per_day'], abs=1e-6)
+
+
+def test_weather_has_six_motions_too(scene: Any) -> None:
+    states = [
+        {'at': 0.0, 'significant_wave_height': 1.0, 'peak_period': 7.0},
+        {'at': 3600.0, 'significant_wave_height': 3.0, 'peak_period': 9.0},
+    ]
+    weather = {'kind': 'states', 'states': states}
+    ready = scene(('sea:',), **{'duration': 7200.0, 'ship.weather': weather})
+    motion = ShipMotion(ready)
+    acceleration = level_accelerations(motion.produce(motion.total))
+    early, late = (np.sqrt(np.mean(part**2, axis=0)) for part in np.split(acceleration[:-5], 2))
+    assert np.all(late[[0, 2]] > early[[0, 2]])
+    assert np.all(early[[0, 2]] > 0.01)
+
+
+def test_the_scene_of_a_bag_contains_the_file_of_the_hull(scene: Any, tmp_path: Path) -> None:
+    named_hull('sloop').save(tmp_path / 'mine.npz')
+    by_file = scene(**{'ship.hull': {'path': str(tmp_path / 'mine.npz'), 'length': 31.0}})
+    (tmp_path / 'mine.npz').unlink()
+    again = parse_scene(scene_yaml(by_file), 'a bag')
+    assert again == by_file
+    by_name = scene(**{'ship.hull': {'shape': 'sloop', 'length': 31.0}})
+    ours, theirs = (ShipMotion(each).produce(50) for each in (again, by_name))
+    np.testing.assert_array_equal(ours.linear_acceleration, theirs.linear_acceleration)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'key', 'said'),
+    [
+        ({'ship.hull': 'slop'}, 'ship.hull.shape', 'Did you mean sloop'),
+        ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', '400'),
+        ({'ship.hull': {'length': 30.0}}, 'ship.hull', 'neither a shape nor a path'),
+        ({'ship.hull': {'path': 'none.npz'}}, 'ship.hull.path', 'no such file'),
+        ({'ship.clock': {'forward': 30.0}}, 'ship.clock.forward', 'outside the hull'),
+        ({'ship.clock': {'port': 9.0}}, 'ship.clock.port', 'outside the hull'),
+        ({'ship.height': -9.0}, 'ship.height', 'outside the hull'),
+        ({'ship.speed': 12.0}, 'ship.speed', 'Froude'),
+        ({'ship.roll.natural_period': 2.0}, 'ship.roll.natural_period', 'period'),
+        ({'without': ('hull:',)}, 'ship.roll.slope_coefficient', 'no hull'),
+        (
+            {'without': ('hull:',), 'ship.roll.slope_coefficient': 0.7},
+            'ship.clock',
+            'a place in a hull',
+        ),
+        (
+            {'trochlea.plane': 'free', 'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
+             'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.01}},
+            'trochlea.plane',
+            'guided or swings',
+        ),
+    ],
+)  # fmt: skip
+def test_refused(scene: Any, changes: dict[str, Any], key: str, said: str) -> None:
+    with pytest.raises(SceneError, match=said) as caught:
+        ShipMotion(scene(**changes))
+    assert caught.value.key == key

@@ -1,0 +1,113 @@
+"""What an IMU reads on a ship with six motions, and the force that a thread can follow."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tauto_core.samples import FloatArray
+from tauto_core.ship.imu import attitude, imu_from_roll
+from tauto_core.ship.six_motions import Turned, force_in_plane, imu_from_motions
+
+G = 9.81
+N = 400
+
+
+def motion() -> tuple[Turned, Turned, tuple[FloatArray, ...]]:
+    random = np.random.default_rng(1724)
+    angle = Turned(*random.uniform(-0.6, 0.6, (3, N)))
+    rate = Turned(*random.uniform(-0.5, 0.5, (3, N)))
+    return angle, rate, tuple(random.uniform(-3.0, 3.0, (3, N)))
+
+
+def turned(angle: Turned) -> Rotation:
+    return Rotation.from_euler('ZYX', np.stack((angle.yaw, angle.pitch, angle.roll), axis=1))
+
+
+def test_orientation_and_force_are_those_of_scipys_rotations() -> None:
+    angle, rate, acceleration = motion()
+    imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
+    from_ship = turned(angle)
+    same = np.abs(np.sum(imu.orientation * from_ship.as_quat(), axis=1))
+    np.testing.assert_allclose(same, 1.0, atol=1e-15)
+    level = np.stack(acceleration, axis=1) + np.array([0.0, 0.0, G])
+    np.testing.assert_allclose(imu.linear_acceleration, from_ship.inv().apply(level), atol=1e-14)
+
+
+def test_the_turning_is_the_derivative_of_the_orientation() -> None:
+    angle, rate, acceleration = motion()
+    imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
+    h = 1e-5
+    ahead, behind = (
+        turned(Turned(*(a + s * h * r for a, r in zip(angle, rate, strict=True))))
+        for s in (1.0, -1.0)
+    )
+    # in the ship's axes, by central differences: h² times a third derivative of about 1
+    found = (behind.inv() * ahead).as_rotvec() / (2.0 * h)
+    np.testing.assert_allclose(imu.angular_velocity, found, atol=1e-9)
+
+
+def test_roll_and_its_rate_come_back() -> None:
+    angle, rate, acceleration = motion()
+    read = attitude(imu_from_motions(np.arange(N), angle, rate, acceleration, G))
+    np.testing.assert_allclose(read.roll, angle.roll, atol=1e-14)
+    np.testing.assert_allclose(read.roll_rate, rate.roll, atol=1e-14)
+
+
+def test_a_ship_that_only_rolls_has_the_readings_of_one_that_only_rolls() -> None:
+    angle, rate, (_, y, z) = motion()
+    none = np.zeros(N)
+    flat = Turned(angle.roll, none, none), Turned(rate.roll, none, none)
+    six = imu_from_motions(np.arange(N), *flat, (none, y, z), G)
+    sine, cosine = np.sin(angle.roll), np.cos(angle.roll)
+    planar = imu_from_roll(
+        np.arange(N),
+        angle.roll,
+        rate.roll,
+        y * cosine + (z + G) * sine,
+        (z + G) * cosine - y * sine,
+    )
+    np.testing.assert_array_equal(six.orientation, planar.orientation)
+    np.testing.assert_array_equal(six.angular_velocity, planar.angular_velocity)
+    np.testing.assert_allclose(six.linear_acceleration, planar.linear_acceleration, atol=1e-14)
+    for plane in ('free', 'vertical', 'ship'):
+        np.testing.assert_allclose(
+            force_in_plane(six, plane)[:, 1:], planar.linear_acceleration[:, 1:], atol=2e-14
+        )
+
+
+def test_a_free_thread_pulls_with_the_whole_force() -> None:
+    angle, rate, acceleration = motion()
+    imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
+    found = force_in_plane(imu, 'free')
+    x, y, z = acceleration
+    # |f| does not change as the ship turns
+    size = np.hypot(found[:, 1], found[:, 2])
+    np.testing.assert_allclose(size, np.sqrt(x**2 + y**2 + (z + G) ** 2))
+    along = np.arctan2(imu.linear_acceleration[:, 1], imu.linear_acceleration[:, 2])
+    np.testing.assert_allclose(np.arctan2(found[:, 1], found[:, 2]), along, atol=1e-15)
+
+
+def test_gimbals_leave_the_force_of_a_plane_that_only_rolls() -> None:
+    """The case has the ship's roll and yaw but not her pitch."""
+    angle, rate, acceleration = motion()
+    imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
+    level = np.stack(acceleration, axis=1) + np.array([0.0, 0.0, G])
+    case = turned(Turned(angle.roll, np.zeros(N), angle.yaw)).inv().apply(level)
+    np.testing.assert_allclose(force_in_plane(imu, 'vertical')[:, 1:], case[:, 1:], atol=1e-14)
+
+
+@pytest.mark.parametrize('plane', ['free', 'vertical', 'ship'])
+def test_pitch_alone_costs_only_the_plane_that_pitches(plane: str) -> None:
+    """G7: a plane that pitches by θ with the ship feels g cos θ, the others g."""
+    pitch = np.linspace(-0.3, 0.3, 61)
+    none = np.zeros(61)
+    still = Turned(none, none, none)
+    imu = imu_from_motions(np.arange(61), Turned(none, pitch, none), still, (none,) * 3, G)
+    force = force_in_plane(imu, plane)
+    size = np.hypot(force[:, 1], force[:, 2])
+    expected = G * np.cos(pitch) if plane == 'ship' else np.full(61, G)
+    np.testing.assert_allclose(size, expected, rtol=4 * math.ulp(1.0))
