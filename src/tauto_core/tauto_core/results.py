@@ -107,12 +107,13 @@ class Summary:
             'drift': self.drift(),
             'longitude': self.longitude(),
         }
+        sea = sea_of(self._scene)
         return {
             'scene': self._scene.name,
-            'answer': answer(figures),
+            'answer': answer({**figures, **sea}),
             'duration_s': self._scene.duration,
             'propagator': self.propagator,
-            **sea_of(self._scene),
+            **sea,
             **figures,
         }
 
@@ -254,7 +255,19 @@ def answer(result: Mapping[str, Any]) -> str:
     Args:
         result: what `voyage.sail` and `voyage.replay` return, without the sentence.
     """
-    return f'The bag is not whole. {_answer(result)}' if result.get('damage') else _answer(result)
+    said = f'{_answer(result)}{_of_a_cork(result)}'
+    return f'The bag is not whole. {said}' if result.get('damage') else said
+
+
+def _of_a_cork(result: Mapping[str, Any]) -> str:
+    """Return a sentence about a ship that heaves with the waves and has no hull."""
+    sea = result.get('sea') or result.get('weather') or {}
+    if not sea.get('heave') or sea.keys() & {'hull', 'operator'}:
+        return ''
+    return (
+        ' The ship is a cork: she heaves as the waves do, and their sideways half is left out; '
+        'ship.hull gives her a hull.'
+    )
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
@@ -338,8 +351,13 @@ def groups(result: Section) -> list[tuple[str, list[Row]]]:
     ]
 
 
+def _hull_row(sea: Section) -> list[Row]:
+    return [('hull', str(sea['hull']), '')] if 'hull' in sea else []
+
+
 def _weather_rows(weather: Section) -> list[Row]:
     return [
+        *_hull_row(weather),
         ('states of the sea', f'{len(weather["states"])}', ''),
         ('significant wave height, median', significant(weather['median_m']), 'm'),
         ('significant wave height, highest', significant(weather['highest_m']), 'm'),
@@ -353,6 +371,7 @@ def _sea_rows(sea: Section) -> list[Row]:
         ('peak period', significant(sea['peak_period_s']), 's'),
         ('waves run, off the bow', significant(math.degrees(sea['heading_rad'])), '°'),
         ('speed of the ship', significant(sea['speed_m_s']), 'm/s'),
+        *_hull_row(sea),
         ('seed', str(sea['seed']), ''),
     ]
 

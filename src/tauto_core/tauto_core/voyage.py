@@ -656,11 +656,12 @@ def replay(
         for topic, so in without.items()
         if topic not in bag and topic in (*drift.inputs, SHIP_FIX)
     ]
+    sea = sea_of(scene)
     result = {
         'scene': scene.name,
-        'answer': answer({**figures, 'damage': damage}),
+        'answer': answer({**figures, **sea, 'damage': damage}),
         'bag': str(bag.path),
-        **sea_of(scene),
+        **sea,
         **figures,
         'start_s': start_ns / NS_PER_S,
         'duration_s': scene.duration if is_whole else (end_ns - start_ns) / NS_PER_S,

@@ -183,3 +183,15 @@ def test_refused(scene: Any, changes: dict[str, Any], key: str, said: str) -> No
     with pytest.raises(SceneError, match=said) as caught:
         ShipMotion(scene(**changes))
     assert caught.value.key == key
+
+
+def test_the_answer_says_that_a_ship_without_a_hull_is_a_cork(scene: Any) -> None:
+    short = {'duration': 60.0}
+    cork = scene(
+        ('hull:', 'clock:'), **short, **{'ship.heave': True, 'ship.roll.slope_coefficient': 0.7}
+    )
+    assert sail(cork).result['answer'].endswith('ship.hull gives her a hull.')
+    ship = sail(scene(**short)).result
+    assert 'cork' not in ship['answer']
+    assert ship['sea']['hull'] == 'deptford'
+    assert 'cork' not in sail(load_scene('buoy_44004_supply', **short)).result['answer']

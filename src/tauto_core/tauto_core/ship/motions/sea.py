@@ -492,7 +492,8 @@ def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
         'kind': weather.kind,
         'components': weather.components,
         'seed': scene.seed,
-        'heave': ship.heave,
+        'heave': ship.heave or ship.hull is not None,
+        **_moved_by(ship),
         'highest_m': max(heights),
         'median_m': float(np.median(heights)),
         'seas_at_once': seas_at_once(states, scene.duration_ns),
@@ -515,17 +516,26 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
         'seed': scene.seed,
         'heading_rad': ship.relative_heading,
         'speed_m_s': ship.speed,
-        'heave': ship.heave,
+        'heave': ship.heave or ship.hull is not None,
+        **_moved_by(ship),
     }
     if isinstance(sea, SpectrumTable):
         metadata['source'] = sea.source
     elif sea.spectrum == 'jonswap':
         metadata['gamma'] = sea.gamma
-    if ship.rao is not None:
-        metadata['operator'] = ship.rao.source
-    elif ship.roll is not None and ship.roll.fitted_to is not None:
+    if ship.roll is not None and ship.roll.fitted_to is not None:
         metadata['roll_fitted_to'] = ship.roll.fitted_to
     return metadata
+
+
+def _moved_by(ship: SeaShip) -> dict[str, str]:
+    """Return what answers to the waves, other than a roll equation and the elevation itself."""
+    if ship.rao is not None:
+        return {'operator': ship.rao.source}
+    if ship.hull is None:
+        return {}
+    length = '' if ship.hull.length is None else f', {ship.hull.length:g} m'
+    return {'hull': f'{ship.hull.shape or "from a file"}{length}'}
 
 
 def sea_warnings(left_out: float) -> tuple[str, ...]:
