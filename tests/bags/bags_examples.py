@@ -8,8 +8,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS
+from tauto_core.scene.times import NS_PER_S
 
-START_NS = 86_400 * s.NS_PER_S
+START_NS = 86_400 * NS_PER_S
 STORE = get_typestore(Stores.ROS2_JAZZY)
 
 
@@ -52,7 +53,7 @@ def fill(make: Callable[[str], Any], samples: s.Samples, i: int) -> Any:
 
     def time(ns: int) -> Any:
         message = make('builtin_interfaces/msg/Time')
-        message.sec, message.nanosec = divmod(int(ns), s.NS_PER_S)
+        message.sec, message.nanosec = divmod(int(ns), NS_PER_S)
         return message
 
     def vector(name: str, values: s.FloatArray) -> Any:

@@ -15,11 +15,12 @@ from tauto_core import samples as s
 from tauto_core.bags import TOPICS, decode, encode, header_stamp_ns
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.scene.errors import BagError
+from tauto_core.scene.times import NS_PER_S
 
 ONE_OF_EACH = {topic.ros_type: name for name, topic in TOPICS.items()}
 EACH = pytest.mark.parametrize('topic', ONE_OF_EACH.values())
 TEXT = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
-TIME = st.integers(-(2**31) * s.NS_PER_S, 2**31 * s.NS_PER_S - 1)
+TIME = st.integers(-(2**31) * NS_PER_S, 2**31 * NS_PER_S - 1)
 FLOAT = st.floats(width=64)
 
 
@@ -217,7 +218,7 @@ def test_strings_that_a_message_cannot_hold_are_refused(text: str, why: str) -> 
 
 @pytest.mark.parametrize('seconds', [2**31, -(2**31) - 1])
 def test_times_beyond_int32_seconds_are_refused(seconds: int) -> None:
-    when = np.array([seconds * s.NS_PER_S])
+    when = np.array([seconds * NS_PER_S])
     with pytest.raises(BagError, match=f'{seconds} s'):
         encode(s.READING, s.TimeSamples(stamps(1), '', when, s.same('dial', 1)))
 
