@@ -526,4 +526,5 @@ def _yaml(value: Any) -> str:
 
 
 if __name__ == '__main__':
+    FILE.write_text(schema_text(), encoding='utf-8')
     print(page(), end='')
