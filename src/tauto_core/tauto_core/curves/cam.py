@@ -26,7 +26,13 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting
-from tauto_core.curves.numerics import ArrayFunction, bisect, bracketed_newton, farther
+from tauto_core.curves.numerics import (
+    ArrayFunction,
+    bisect,
+    bracketed_newton,
+    farther,
+    powers_on_unit,
+)
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
 from tauto_core.scene.fields import Kind
@@ -664,23 +670,10 @@ def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> Flo
     noise = blur * float(np.ptp(values))
     if not np.max(np.abs(series[-2:])) <= RESOLVED * np.max(np.abs(series)) + noise:
         return None
-    # Σ series_k T_k(2x − 1) in powers of x, by Clenshaw's recurrence; `Chebyshev.convert` does the
-    # same with one object for each coefficient, at twenty times the cost
-    last, before = np.zeros((2, terms))
-    for coefficient in series[:0:-1]:
-        last, before = _plus_shifted(coefficient, -before, 2.0 * last), last
-    row = _plus_shifted(series[0], -before, last)
+    row = powers_on_unit(series)
     wanted = function(_CHECKED)
     wrong = np.abs(np.polynomial.polynomial.polyval(_CHECKED, row) - wanted)
     return row if np.all(wrong <= 8.0 * (RESOLVED * np.abs(wanted) + noise)) else None
-
-
-def _plus_shifted(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the coefficients of a constant + Σ row_j x^j + (2x − 1) Σ other_j x^j."""
-    shifted = -other
-    shifted[1:] += 2.0 * other[:-1]
-    row[0] += constant
-    return row + shifted
 
 
 def _rough(angle: float) -> FitError:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from functools import lru_cache
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
@@ -228,6 +229,26 @@ def chebyshev_coefficients(values: FloatArray) -> FloatArray:
     found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
     found[..., 0] *= 0.5
     return np.ascontiguousarray(found)
+
+
+def powers_on_unit(series: NDArray[np.floating[Any]]) -> FloatArray:
+    """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence, (n,).
+
+    `Chebyshev.convert` gives the same bits with one object for each coefficient, at twenty times
+    the cost.
+    """
+
+    def step(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
+        # a constant + Σ row_j x^j + (2x − 1) Σ other_j x^j
+        shifted = -other
+        shifted[1:] += 2.0 * other[:-1]
+        row[0] += constant
+        return row + shifted
+
+    last, before = np.zeros((2, len(series)))
+    for coefficient in series[:0:-1]:
+        last, before = step(coefficient, -before, 2.0 * last), last
+    return step(series[0], -before, last)
 
 
 def complete_series(

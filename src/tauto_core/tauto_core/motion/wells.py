@@ -37,7 +37,7 @@ from tauto_core.curves.cam import (
     SpringLever,
     TableLever,
 )
-from tauto_core.curves.numerics import bracketed_newton
+from tauto_core.curves.numerics import bracketed_newton, powers_on_unit
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.machines.parts import DragLaw, Ebb
@@ -172,7 +172,10 @@ def arc_shape(machine: Machine) -> ArcShape | None:
 def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
     for terms in range(2, MAX_TERMS + 1):
         nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
-        rows = [_polynomial(nodes, values) for values in _functions(nodes, limit, k, rate)]
+        rows = [
+            powers_on_unit(chebyshev.chebfit(2.0 * nodes - 1.0, values, terms - 1))
+            for values in _functions(nodes, limit, k, rate)
+        ]
         found = [np.asarray(polyval(_CHECKED, row), np.float64) for row in rows]
         wanted = _functions(_CHECKED, limit, k, rate)
         if all(
@@ -214,14 +217,6 @@ def _departure(
     longer = 0.5 * angles * (square / (1.0 + np.sqrt(1.0 + square)) + asinh)
     shorter = -square * n * n / (1.0 + n)
     return (shorter * angles - longer) / arcs
-
-
-def _polynomial(nodes: FloatArray, values: FloatArray) -> FloatArray:
-    """Return the coefficients of u^j of the polynomial with some values at Chebyshev nodes."""
-    series = chebyshev.chebfit(2.0 * nodes - 1.0, values, len(nodes) - 1)
-    polynomial = chebyshev.Chebyshev(series, domain=[0.0, 1.0])
-    coefficients = polynomial.convert(kind=np.polynomial.Polynomial, domain=[-1, 1]).coef
-    return np.asarray(np.pad(coefficients, (0, len(nodes) - len(coefficients))))
 
 
 # -----------------------------------------------------------------------------
