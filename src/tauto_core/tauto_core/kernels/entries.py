@@ -77,11 +77,7 @@ class Tuple(NamedTuple):
 
 
 def structure_of(x: Any) -> Any:
-    """Return the structure of an argument.
-
-    Raises:
-        KernelError: kernels take no such argument.
-    """
+    """Return the structure of an argument; KernelError for one that kernels do not take."""
     if x is None:
         return None
     if isinstance(x, (bool, np.bool_)):
@@ -195,11 +191,7 @@ def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
 
 @cache
 def check_arrays() -> None:
-    """Check that NumPy's arrays are laid out as compiled code reads them.
-
-    Raises:
-        KernelError: they are not.
-    """
+    """Raise a KernelError unless NumPy's arrays are laid out as compiled code reads them."""
     array = np.arange(6.0).reshape(2, 3)
     begin = id(array) + object.__basicsize__
     data = ctypes.c_void_p.from_address(begin + DATA).value
@@ -219,8 +211,7 @@ def check_arrays() -> None:
 def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
     """Return how many words a result takes, and a function that makes the result from them.
 
-    Args:
-        layout: the name of a number's kind, None, a list, or a dict of an array.
+    A layout is the name of a number's kind, None, a list, or a dict of an array.
     """
     words, formats = 0, []
     known: dict[str, Any] = {'array': _array}
@@ -278,11 +269,7 @@ _warned: set[str] = set()
 
 
 def folder() -> Path:
-    """Return where compiled kernels are kept.
-
-    Raises:
-        RuntimeError: neither the environment nor the system gives this user a home folder.
-    """
+    """Return where compiled kernels are kept; RuntimeError if this user has no home folder."""
     given = os.environ.get(VARIABLE)
     if given:
         return Path(given).expanduser()
@@ -419,10 +406,8 @@ class Entry:
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
 
     def prepare(self, *args: Any) -> None:
-        """Compile or load the code that a call with such arguments needs.
-
-        Raises:
-            KernelError: the kernel, or the arguments, cannot be compiled.
+        """Compile or load the code that a call with such arguments needs; it may raise
+        KernelError.
         """
         structures = [structure_of(arg) for arg in args]
         with _LOCK:

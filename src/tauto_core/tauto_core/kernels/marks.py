@@ -268,11 +268,7 @@ def is_inlined(function: FunctionType) -> bool:
 def arguments_of(
     function: FunctionType, args: list[Any], keywords: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the arguments of a call by their names.
-
-    Raises:
-        KernelError: there are too many, too few, or others.
-    """
+    """Return the arguments of a call by their names; KernelError if they do not fit."""
     names, defaults = source_of(function).arguments, function.__defaults__ or ()
     given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
     given.update(zip(names, args, strict=False))

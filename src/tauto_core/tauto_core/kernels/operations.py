@@ -572,12 +572,7 @@ class Header:
         self.out, self.loop, self.preheader, self.block = out, loop, preheader, block
 
     def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
-        """Return a variable in the header, and what adds its value at the end of a round.
-
-        Args:
-            x: its value before the loop.
-            name: its name.
-        """
+        """Return a variable in the header, and what adds its value at the end of a round."""
         group = _grouped(x)
         if group is not None:
             return self._group(group, name)

@@ -271,8 +271,7 @@ class Emission:
     def convert(self, x: Any, kind: Kind) -> Value:
         """Return a number as another kind.
 
-        Raises:
-            KernelError: it is no number, or would not keep its value.
+        Raises a KernelError for no number, or one that would not keep its value.
         """
         x = at_run_time(x)
         if isinstance(x, Value):
@@ -461,11 +460,7 @@ class Emission:
 
 
 def element(dtype: Any) -> Kind:
-    """Return the kind of the items of an array.
-
-    Raises:
-        KernelError: kernels do not support such items.
-    """
+    """Return the kind of an array's items; KernelError for items that kernels do not support."""
     kind = ELEMENTS.get(dtype.str[1:])
     if kind is None or dtype.byteorder == '>':
         raise KernelError(f'kernels know no arrays of {dtype}')

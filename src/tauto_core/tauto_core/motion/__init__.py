@@ -101,11 +101,7 @@ def make_propagator(
 ) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves.
 
-    Args:
-        machine: what swings.
-        still: whether the platform lies still.
-        tolerance: error allowed in a step, relative to the state, where steps are needed; None for
-            the propagator's default.
+    The tolerance is the error of a step relative to the state, where steps are needed.
     """
     if isinstance(machine, FluidPendulum):
         from tauto_core.motion.fluid import HalfSwings

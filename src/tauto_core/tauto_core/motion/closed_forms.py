@@ -174,9 +174,8 @@ TIME_TAIL = 2.0**-50
 class ActionAngle(ClosedForm):
     """Propagator of a conservative well at rest; nothing changes but the time.
 
-    Raises:
-        PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
-        SlackThreadError: a swing in which the thread goes slack.
+    Raises a PropagationError for a well whose swing no Chebyshev series of degree 4096 describes,
+    and a SlackThreadError for a swing in which the thread goes slack.
     """
 
     name = 'action_angle'
@@ -250,15 +249,9 @@ class ActionAngle(ClosedForm):
 
 
 def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:
-    """Return the Chebyshev coefficients on [−1, 1] of t(W) = ∫_a^W (dt/dW) dW over [a, b].
+    """Return the Chebyshev coefficients on [−1, 1] of t(W) = ∫_a^W slope dW over [a, b] [s].
 
-    Args:
-        slope: dt/dW of W [s/rad], > 0.
-        a: where W begins [rad].
-        b: where it ends [rad].
-
-    Raises:
-        PropagationError: more than 4096 coefficients.
+    Raises a PropagationError where more than 4096 coefficients are needed.
     """
 
     def series(count: int) -> FloatArray:
@@ -330,8 +323,7 @@ def inverse(risen: Rising, value: FloatArray) -> FloatArray:
 class UnevenWell(ClosedForm):
     """Propagator of Sully's lever at rest; nothing changes but the time.
 
-    Raises:
-        PropagationError: a well whose swing no Chebyshev series of degree 4096 describes.
+    Raises a PropagationError for a well whose swing no Chebyshev series of degree 4096 describes.
     """
 
     name = 'action_angle'

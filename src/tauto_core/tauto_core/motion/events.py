@@ -98,11 +98,7 @@ def is_due(system: System, state: RunningState, direction: float, angle: float) 
 def happen(kind: int, run: SteppedRun, at: Outside, now: Instant) -> None:
     """Apply an event: change signs and counts of the state, and at an impulse the planes.
 
-    Args:
-        kind: the kind of the event.
-        run: the run.
-        at: the motion of the ship there.
-        now: the system there, before the event.
+    `at` and `now` are the ship and the system there, before the event.
     """
     system, state = run.system, run.state
     mode = mode_of(state)
@@ -140,15 +136,9 @@ SPARE = 0.05
 
 @compiled
 def phase_to(way: float, x: float, y: float, reach: float) -> float:
-    """Return the phase until way·x next rises to `reach`, for x = A sin φ, y = A cos φ.
+    """Return the phase in (0, 2π] until way·x next rises to `reach`, for x = A sin φ, y = A cos φ.
 
-    It lies in (0, 2π]; infinite if A is at most |reach|.
-
-    Args:
-        way: 1 or −1.
-        x: displacement now.
-        y: rate now, divided by the frequency.
-        reach: value of way·x to be reached.
+    `way` is 1 or −1. The phase is infinite if A is at most |reach|.
     """
     size = math.sqrt(x * x + y * y)
     if not abs(reach) < size:
@@ -161,12 +151,11 @@ def phase_to(way: float, x: float, y: float, reach: float) -> float:
 
 @compiled
 def back_to(late: float, bend: float, omega: float) -> float:
-    """Return the time since a value fell below zero, with an error of the fourth order.
+    """Return the time since a value fell below zero [s], with an error of the fourth order.
 
-    Args:
-        late: the value divided by its rate of change [s], the estimate of first order.
-        bend: the rate of change of that rate, divided by it [1/s].
-        omega: frequency with which the value swings [rad/s], for its third derivative.
+    `late` is the value divided by its rate of change [s], the estimate of first order; `bend` the
+    rate of change of that rate, divided by it [1/s]; and `omega` the frequency with which the
+    value swings [rad/s], for its third derivative.
     """
     turned = bend * late
     return late * (1.0 + 0.5 * turned * (1.0 + turned) + (omega * late) ** 2 / 6.0)
@@ -178,12 +167,8 @@ def lay_out(
 ) -> tuple[float, int]:
     """Return the length of the next stretch, in the unit of `left`, and the number of its steps.
 
-    Args:
-        left: the rest of the span.
-        per_s: length of a second in the unit of `left`.
-        longest_s: longest step [s].
-        ahead_s: time to the next event [s]; infinite where none is expected.
-        level: number of times that steps are halved.
+    `per_s` is a second in that unit, `left` the rest of the span, `ahead_s` the time to the next
+    event, infinite where none is expected, and `level` how often steps are halved.
     """
     stretch = min(left, ahead_s * per_s)
     steps = math.ceil(stretch / (per_s * longest_s) - SPARE)
@@ -211,15 +196,10 @@ class WatchedValue(Protocol):
 def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
 
-    By the Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no
-    closer to either bound than half the precision: a value that is tiny at the beginning would
-    otherwise draw the first probe there, which would be taken for a root.
-
-    Args:
-        watch: the value.
-        last: a fraction at which it is no longer positive.
-        at_last: its value there.
-        precision: error allowed in the fraction.
+    `last` is a fraction at which it is no longer positive, `precision` the error allowed. By the
+    Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no closer to
+    either bound than half the precision: a value that is tiny at the beginning would otherwise
+    draw the first probe there, which would be taken for a root.
     """
     a, b, fb = 0.0, last, min(at_last, 0.0)
     fa = watch.value(a)
@@ -304,15 +284,9 @@ def first_event(
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
-    At a turning point where drag has no kink nothing changes but the direction of the state,
-    which is changed here: no step to it is needed.
-
-    Args:
-        run: the run; its state is that at the beginning.
-        stalled: whether turning points and kinks are passed over, after several without progress.
-        place: place of the step.
-        after: the system at its end.
-        beyond: whether it leaves the range.
+    At a turning point where drag has no kink nothing changes but the direction of the state, which
+    is changed here: no step to it is needed. Turning points and kinks are passed over if
+    `stalled`, after several events without progress.
     """
     system, state = run.system, run.state
     d = float(state.direction)
@@ -401,14 +375,9 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
 def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
     """Return where in the step an event's value is lowest, and that value, if it is negative.
 
-    (NOWHERE, 0) otherwise. Only a value that falls at first and rises at last passes zero twice.
-    That of a wheel which has just broken loose from friction falls by a rounding at most, and does
-    not count as falling.
-
-    Args:
-        kind: the kind of the event.
-        rises: time derivative of the value at the end of the step.
-        step: the step.
+    (NOWHERE, 0) otherwise. Only a value that falls at first and rises at last, at the rate
+    `rises`, passes zero twice. That of a wheel which has just broken loose from friction falls by
+    a rounding at most, and does not count as falling.
     """
     falling = WatchEvent(-kind, step)
     if not (rises > 0.0 and falling.value(0.0) > DISCERNED * rises):
@@ -456,13 +425,6 @@ def _back_to(kind: int, run: SteppedRun, mode: Mode, length: float, after: Insta
     """Return the fraction of a step at which an event's value was zero, by the step's end.
 
     0 if its slope has changed too much since then for the estimate to be good.
-
-    Args:
-        kind: of the event.
-        run: the run.
-        mode: of the step.
-        length: of the step [s].
-        after: the system at its end.
     """
     fall = event_slope(kind, mode, after)
     late = event_value(kind, run.system, mode, after) / fall
@@ -548,18 +510,11 @@ def _carry(
 ) -> tuple[float, float]:
     """Carry `work.end` to an event near it; return where it is then, and where the event is.
 
-    Both are fractions of the step. If the event is `tolerance.near` or more away, the state stays
-    and another short step is due. Else the midpoint rule carries it: its error is of the third
-    order in the time, which Newton's method finds from value and slope of the event, with the
-    slope halfway. It is repeated while the change of the slope on the way leaves more than the
-    iteration may, as for a wheel just released.
-
-    Args:
-        kind: of the event.
-        xi: where `work.end` is, as a fraction of the step.
-        run: the run.
-        mode: of the step.
-        place: of the step.
+    Both, like ξ where it is before, are fractions of the step. If the event is `tolerance.near` or
+    more away, the state stays and another short step is due. Else the midpoint rule carries it:
+    its error is of the third order in the time, which Newton's method finds from value and slope
+    of the event, with the slope halfway. It is repeated while the change of the slope on the way
+    leaves more than the iteration may, as for a wheel just released.
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end
@@ -595,15 +550,9 @@ def _carry(
 def step_to_event(kind: int, xi: float, run: SteppedRun, mode: Mode, place: StepPlace) -> float:
     """Step to an event from the nearer end of the step; return the fraction where it is.
 
+    It is expected near ξ. `work.end` is the state at the end of the step, then that at the event.
     Where nothing drags or pushes, the step is made from the beginning: a step forth and back again
     is not symmetric in time, and its errors in the energy of an undamped swing would add up.
-
-    Args:
-        kind: of the event.
-        xi: about where it is, as a fraction of the step.
-        run: the run; `work.end` is the state at the end of the step, then at the event.
-        mode: of the step.
-        place: of the step.
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end

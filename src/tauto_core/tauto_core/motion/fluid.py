@@ -57,14 +57,9 @@ class SwingEnd(NamedTuple):
 
 
 class HalfSwingTable:
-    """Duration and end of all half swings on one branch, from the widest down to nothing.
+    """Duration and end of all half swings on one branch, from the widest [m] down to nothing.
 
-    Args:
-        swing: duration excess and signed end of the half swing from a signed arc.
-        widest: signed arc of the widest half swing [m].
-
-    Raises:
-        PropagationError: no series of degree 512 describes them.
+    Raises a PropagationError where no series of degree 512 describes them.
     """
 
     def __init__(self, swing: Callable[[float], tuple[float, float]], widest: float) -> None:
@@ -98,12 +93,7 @@ class HalfSwingTable:
 
 
 class EulerLaw:
-    """Half swings on Euler's curve, in closed form both ways.
-
-    Args:
-        machine: on Euler's curve.
-        curve: the curve of the machine.
-    """
+    """Half swings on Euler's curve, in closed form both ways."""
 
     def __init__(self, machine: FluidPendulum, curve: FluidTautochrone) -> None:
         self._machine, self._curve = machine, curve
@@ -130,11 +120,7 @@ class EulerLaw:
 
 
 class SymmetricLaw:
-    """Half swings on a curve whose branches are alike, by quadrature.
-
-    Args:
-        machine: on such a curve.
-    """
+    """Half swings on a curve whose branches are alike, by quadrature."""
 
     def __init__(self, machine: FluidPendulum) -> None:
         self._machine, self._curve = machine, machine.curve
@@ -204,13 +190,9 @@ class _Now:
 
 
 class HalfSwings:
-    """Propagator of a body in a fluid on a platform at rest.
+    """Propagator of a body in a fluid, released at rest away from A, on a platform at rest.
 
-    Args:
-        machine: the machine, released at rest away from A.
-
-    Raises:
-        PropagationError: a fluid that resists too strongly for the series.
+    Raises a PropagationError for a fluid that resists too strongly for the series.
     """
 
     name = 'half_swings'

@@ -181,20 +181,12 @@ def count_passages(
     wheel: WheelState,
     counts: IntArray,
 ) -> tuple[bool, int, float]:
-    """Count passages over spans; set θ, θ̇ and the counters to those at the end.
+    """Count passages over spans as propagated; set θ, θ̇, θ̈ and the counters to those at the end.
 
-    Args:
-        well: well of the wheel.
-        spans: as propagated.
-        step_s: time between the samples of a window [s].
-        path: the motion over them.
-        logged: whether a span's end is logged, (n,).
-        wheel: a record with the fields of `WHEEL_STATE`; θ, θ̇ and θ̈ at the beginning.
-        counts: output: turns and beats at the logged ends, and the sign of θ where it touches
-            zero there, else 0, (logged, 3).
-
-    Returns:
-        Whether the edge is reached, and then the span in which it is and the fraction of it.
+    `step_s` is the time between the samples of a window, `wheel` a record of `WHEEL_STATE`.
+    `counts` is filled with turns and beats at the logged ends, and the sign of θ where it touches
+    zero there, else 0, (logged, 3). Returns whether the edge is reached, and then the span in
+    which it is and the fraction of it.
     """
     y, n, written = path.y, len(logged), 0
     rough = _rough(well.omega0, spans.u, step_s)
@@ -243,11 +235,7 @@ def _angle_of(
 ) -> Angle:
     """Return the wheel at an instant; where it touches zero, on the side that it stays on.
 
-    Args:
-        well: the well.
-        y: real and imaginary part of Y.
-        frame: cos ωt and sin ωt.
-        tilt: u, u̇ and ü.
+    `y` is (Re Y, Im Y), `frame` (cos ωt, sin ωt), and `tilt` (u, u̇, ü).
     """
     of = well.of
     psi = (frame[0] * y[1] + frame[1] * y[0]) / of.omega
@@ -274,13 +262,7 @@ def _is_calm(
 ) -> bool:
     """Return whether the swing outweighs tilt and forcing over a span, away from the edge.
 
-    Args:
-        well: the well.
-        spans: the spans.
-        path: the motion over them.
-        k: index of the span.
-        bound: bound of (u, u̇/ω₀) over all spans that samples determine.
-        rough: as `_rough` returns.
+    `bound` is that of (u, u̇/ω₀) over all spans that samples determine.
     """
     re, im, before = path.span[k, B_RE], path.span[k, B_IM], _square(path.y, k)
     if well.of.delta > CALM_DAMPING * well.omega0:
@@ -299,10 +281,7 @@ def _is_calm(
 def _outweighs(well: LinearWell, before: float, after: float, bound: float) -> bool:
     """Return whether a swing outweighs a tilt, and both together do not reach the edge.
 
-    Args:
-        well: the well.
-        before, after: |Y|² at both ends of a span.
-        bound: bound of (u, u̇/ω₀).
+    `before` and `after` are |Y|² at both ends of a span, `bound` that of (u, u̇/ω₀).
     """
     squared, room = well.of.omega * well.of.omega, well.edge - bound
     if not bound * bound * squared <= CALM_TILT**2 * min(before, after):
@@ -380,17 +359,10 @@ def _count_run(
     after: Angle,
     wheel: WheelState,
 ) -> None:
-    """Count the passages of a run of calm spans.
+    """Count the passages of a run of calm spans, from before the first to after the last.
 
     (θ, −θ̇/ω₀) has turned by ωt but for less than half a turn, and that and its directions at both
     ends give the whole turns. It passes θ = 0 upwards only where θ̇ > 0, and so once a turn.
-
-    Args:
-        well: the well.
-        spans: the spans.
-        first, last: indices of the first and the last span of the run.
-        before, after: the wheel at the beginning and at the end of the run.
-        wheel: its counters are advanced.
     """
     begin_ns = spans.end_ns[first - 1] if first > 0 else spans.begin_ns
     turned = well.of.omega * HALF_TURNS_PER_RADIAN * 1e-9 * (spans.end_ns[last] - begin_ns)
@@ -410,16 +382,7 @@ def _count_in_parts(
     after: Angle,
     wheel: WheelState,
 ) -> float:
-    """Count the passages of a span part by part; return its fraction at the cam's edge, or 2.
-
-    Args:
-        well: the well.
-        spans: the spans.
-        path: the motion over them.
-        k: index of the span.
-        before, after: the wheel at its beginning and at its end.
-        wheel: its counters are advanced.
-    """
+    """Count the passages of span k part by part; return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
     parts, first = spans.responses.parts[shape], spans.responses.first_part[shape]
     step = spans.responses.time_s[shape] / parts
@@ -449,14 +412,7 @@ def _count_in_parts(
 
 @compiled
 def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: WheelState) -> None:
-    """Count the passages of θ in a part; leaving zero from rest does not count.
-
-    Args:
-        well: the well.
-        step: length of the part [s].
-        then, now: the wheel at its beginning and at its end.
-        wheel: its counters are advanced.
-    """
+    """Count the passages of θ in a part [s]; leaving zero from rest does not count."""
     below, after = then.angle < 0.0, now.angle < 0.0
     if below != after:
         wheel.turns += 1 if below else 0
@@ -556,8 +512,7 @@ class ForcedHarmonic:
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
-        Raises:
-            PropagationError: a release beyond the cam.
+        Raises a PropagationError for a release beyond the cam.
         """
         machine, of = self._machine, self._well.of
         angle = machine.release_angle
@@ -579,8 +534,7 @@ class ForcedHarmonic:
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans; return the motion at their logged ends.
 
-        Raises:
-            PropagationError: the edge of the cam.
+        Raises a PropagationError at the edge of the cam.
         """
         of, window, neutral = self._well.of, forcing.window, forcing.neutral
         nodes: tuple[float, ...] = ()

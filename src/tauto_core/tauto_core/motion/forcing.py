@@ -144,11 +144,7 @@ class Forcing:
 
 
 def check_powers(forcing: Forcing, most: int) -> None:
-    """Refuse channels with more powers of x than a propagator takes.
-
-    Raises:
-        ValueError: a channel has more than `most`.
-    """
+    """Raise a ValueError for channels with more powers of x than a propagator takes."""
     for name in ('neutral', 'tilt', 'gravity'):
         channel = getattr(forcing, name)
         if channel is not None and channel.shape[1] > most:

@@ -285,12 +285,7 @@ def _quotient(a: Any, n: float) -> Any:
 
 @compiled
 def twofold_rotation(rate: float, time: float) -> Any:
-    """Return cos and sin of rate · time, each as two doubles, good to 1e-30.
-
-    Args:
-        rate: ω [rad/s].
-        time: h [s]; |ωh| ≤ MAX_ANGLE.
-    """
+    """Return cos and sin of ωh, |ωh| ≤ MAX_ANGLE, each as two doubles, good to 1e-30."""
     part = 0.5**_HALVINGS
     whole, rest = multiply_exactly(rate, time)
     angle = whole * part, rest * part
@@ -507,13 +502,8 @@ def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
     more, only rounding may be left, for which 64 roundings are allowed. The slopes are evaluated
     once more at the last stages, which keeps the error of the iteration from adding up.
 
-    With `most` = 0 the slopes are evaluated and nothing else. All evaluations are made here, so
-    that the disturbance is compiled once.
-
-    Args:
-        step: to be solved.
-        settled: error allowed, relative to the state.
-        most: most sweeps.
+    At most `most` sweeps are made; with 0 the slopes are evaluated and nothing else. All
+    evaluations are made here, so that the disturbance is compiled once.
     """
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
@@ -660,16 +650,10 @@ Twofold: TypeAlias = tuple[float, float]
 
 @compiled
 def collocate(step: Step, settled: float) -> tuple[float, bool]:
-    """Solve the stage equations of a step.
+    """Solve the stage equations to an error `settled`, relative to the state, ≥ `LEAST_SETTLED`.
 
-    Args:
-        step: to be solved.
-        settled: error to which the stage equations are iterated, relative to the state,
-            >= `gauss_step.SETTLED`.
-
-    Returns:
-        The last Legendre coefficient of the slopes times h, relative to the state – infinite
-        without convergence – and whether Newton's method was needed.
+    Returns the last Legendre coefficient of the slopes times h, relative to the state – infinite
+    without convergence – and whether Newton's method was needed.
     """
     _, _, omega, h, _, _, work = step
     fill_rotations(step)

@@ -143,11 +143,8 @@ def folded_both(
     to differences, and differences to sums, by matrices of half the size. Numbers that all lanes
     need are read back from memory: loads run beside the arithmetic, moves between lanes would not.
 
-    Args:
-        array: with the matrix as `gauss_step.Gauss.folded`.
-        first: row at which it begins.
-        room: row of `array` from which on two are overwritten.
-        weights, others: the numbers that the matrix is multiplied with.
+    The matrix is in `array` from the row `first` on, as `gauss_step.Gauss.folded`; two rows from
+    `room` on are overwritten.
     """
     begin, place = out.int(first), out.int(room)
     return out.group(

@@ -104,15 +104,10 @@ class ArcSeries(NamedTuple):
 
 
 def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
-    """Return the series of a machine.
+    """Return the series of a machine, to an error relative to the largest coefficient.
 
-    Args:
-        machine: the machine whose arc it is.
-        allowed: error allowed in a function, relative to its largest coefficient; rounding if
-            less.
-
-    Raises:
-        PropagationError: the inertia changes too abruptly for `MOST_SHAPE_TERMS`.
+    An error `allowed` below rounding gives rounding. Raises a PropagationError where the inertia
+    changes too abruptly for `MOST_SHAPE_TERMS`.
     """
     low, high = machine.geometry.edges
     arc = _arc_of_tau(machine, low, high)
@@ -432,13 +427,7 @@ def _horner(terms: FloatArray, x: Numeric, zero: Numeric) -> Six:
 
 @inlined
 def _at(series: Series | Powers, s: Numeric, zero: Numeric) -> tuple[LeverOnArc, Numeric]:
-    """Return the functions of the arc and θ.
-
-    Args:
-        series: which hold at s.
-        s: a float, or lanes.
-        zero: zero of the same kind.
-    """
+    """Return the functions of the arc and θ at s, a float or lanes; zero is one of the same."""
     x = (s - series.middle) * (1.0 / series.half)
     if isinstance(series, Powers):
         found = _horner(series.terms, x, zero)

@@ -48,10 +48,8 @@ HALF, LOW_HALF = np.uint64(32), np.uint64(2**32 - 1)
 def turns_at(time_ns: int, high: np.uint64, low: np.uint64) -> np.uint64:
     """Return the angle of a uniform rotation, less than three units too small [2⁻⁶⁴ turns].
 
-    Args:
-        time_ns: time since the angle was zero [ns], ≥ 0.
-        high: turns per nanosecond, the first 64 binary digits of the fraction.
-        low: the next 64.
+    The time since the angle was zero is ≥ 0 [ns]; `high` and `low` are the first and the next 64
+    binary digits of the fraction of the turns per nanosecond.
     """
     time = np.uint64(time_ns)
     a, b, c, d = time >> HALF, time & LOW_HALF, low >> HALF, low & LOW_HALF
@@ -187,16 +185,10 @@ class Responses(NamedTuple):
 
 
 def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
-    """Return the distinct rows of a table, and which of them each row is.
+    """Return of each row of a table the index among the distinct ones, (n,), and these.
 
     Most rows of the forcing are alike, so that only those which differ from one in the middle are
     sorted.
-
-    Args:
-        columns: of the table, each (n,).
-
-    Returns:
-        The index of each row among the distinct ones, (n,), and these.
     """
     usual = [column[len(column) // 2] for column in columns]
     unlike = np.zeros(len(columns[0]), np.bool_)
@@ -216,12 +208,8 @@ def responses(
 ) -> Responses:
     """Return the constants that spans of some shapes share.
 
-    Args:
-        law: the law of the oscillator and its forcing.
-        shapes: n of them.
-        nodes: x of the samples that u interpolates, with their rates.
-        width: w, how many numbers determine u: twice the number of nodes, or of coefficients; 0
-            where u = 0.
+    `nodes` are x of the samples that u interpolates, with their rates; `width` is w, how many
+    numbers determine u: twice the number of nodes, or of coefficients; 0 where u = 0.
     """
     found = [_rows(law, each, nodes if each.sampled else None, width) for each in shapes]
     parts = np.array([len(each) - 1 for each in found])
@@ -284,12 +272,10 @@ def _basis(
 def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
     """Return the basis of Hermite interpolation and its first two derivatives in x.
 
-    The basis function of the value at a node z is (1 − 2 l'(z) (x − z)) l², that of the slope
-    (x − z) l², with l the Lagrange polynomial that is one at z. Each function is computed as its
-    Taylor polynomial of degree 2 about x, which gives the derivatives.
-
-    Returns:
-        The functions of the values, then those of the slopes, (3, …, 2 · nodes).
+    The basis function of the value at a node z is (1 − 2 l'(z) (x − z)) l², that of the slope (x −
+    z) l², with l the Lagrange polynomial that is one at z. Each function is computed as its Taylor
+    polynomial of degree 2 about x, which gives the derivatives. Those of the values come first,
+    then those of the slopes, (3, …, 2 · nodes).
     """
     own = np.eye(len(nodes))
     apart = nodes[:, None] - nodes + own
@@ -395,12 +381,9 @@ def oscillator(exact_omega: Decimal, delta: float = 0.0) -> Oscillator:
 
 
 def propagate(of: Oscillator, spans: DrivenSpans, state: NDArray[np.void]) -> Path:
-    """Return the motion over spans, and advance the state.
+    """Return the motion over one or more spans, and advance the state.
 
-    Args:
-        of: the oscillator.
-        spans: at least one.
-        state: a record with the fields of `STATE`; Y belongs to `spans.begin_ns`.
+    The state is a record of `STATE`, whose Y belongs to `spans.begin_ns`.
     """
     n = len(spans.end_ns)
     path = Path(np.empty((2, n + 1)), np.empty((2, n + 1)), np.empty((n, 8)))
@@ -431,10 +414,7 @@ def _propagate(of: Oscillator, spans: DrivenSpans, state: Swing, path: Path) -> 
 def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
     """Return b, u, u̇, ü of span k, or of a part of it, as lanes in the columns of `responses`.
 
-    Args:
-        spans: the spans.
-        which: index in `Responses.rows` of the shape of the span, or of the part.
-        k: index of the span, whose numbers are multiplied.
+    `which` is the index in `Responses.rows` of the shape of the span, or of the part.
     """
     if spans.u is None:
         return splat(0.0)

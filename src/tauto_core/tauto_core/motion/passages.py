@@ -124,15 +124,10 @@ class Found(NamedTuple):
 
 @compiled
 def ahead(felt: float, rate: float, angle: float) -> int:
-    """Return by how many passages of zero θ is ahead of ϑ.
+    """Return by how many passages of zero θ is ahead of ϑ (`felt`, with its rate).
 
     0 if both are on the same side of zero. Otherwise 1 if ϑ moves towards the side of θ, which has
     then passed already, and −1 if ϑ comes from there.
-
-    Args:
-        felt: ϑ or its coordinate.
-        rate: rate of ϑ.
-        angle: θ.
     """
     if (felt < 0.0) == (angle < 0.0):
         return 0
@@ -143,16 +138,9 @@ def ahead(felt: float, rate: float, angle: float) -> int:
 def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
     """Return whether an angle passes zero and comes back between two fractions a, b of a step.
 
-    It is on the same side at both, moves towards zero at a and away from it at b. Its turning
-    point is bracketed by the sign of the rate until the angle has changed its side, or is too far
-    from zero to reach it.
-
-    Args:
-        watch: the angles.
-        of_wheel: whether θ is meant, else ϑ.
-        a: the first fraction.
-        b: the second one.
-        length_s: length of the whole step [s].
+    It is θ `of_wheel`, else ϑ, on the same side at both, and moves towards zero at a and away from
+    it at b. Its turning point is bracketed by the sign of the rate until the angle has changed its
+    side, or is too far from zero to reach it.
     """
     start = watch.angles(a)
     below = (start.angle if of_wheel else start.felt) < 0.0
@@ -179,13 +167,9 @@ def passages(
 ) -> Found:
     """Return what passes zero within a step, followed on its polynomials.
 
-    Args:
-        watch: the angles.
-        length_s: length of the step [s].
-        before: fraction before which nodes are looked at.
-        stop: fraction at which the motion over this step ends; beyond 1: at its end. A change of
-            side there is counted by `count_step`, when the place of the event is known exactly.
-        work: whose nodes are looked at.
+    Nodes before the fraction `before` are looked at. The motion over this step ends at the
+    fraction `stop`; beyond 1: at its end. A change of side there is counted by `count_step`, when
+    the place of the event is known exactly.
     """
     old = watch.angles(0.0)
     below, behind = old.felt < 0.0, old.angle < 0.0
@@ -218,13 +202,8 @@ def passages(
 def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
     """Return what passes zero within a step by the signs at its nodes, for a clear swing.
 
-    There the swing is clear of the tilt, so that `passages` would find the same.
-
-    Args:
-        coordinates: ϑ or its coordinate at the nodes.
-        below: whether it was below zero at the beginning of the step.
-        before: fraction before which nodes are looked at.
-        work: whose nodes are looked at.
+    There the swing is clear of the tilt, so that `passages` would find the same. `below` says
+    whether the coordinate was below zero at the beginning of the step.
     """
     seen, less = negative(load(work.fractions) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
@@ -266,13 +245,7 @@ def in_step(
 ) -> Found:
     """Return the passages of zero within the step last collocated.
 
-    Args:
-        clear: whether the swing is clear of the tilt.
-        before, stop: as in `passages`.
-        run: the run; its state is that at the beginning.
-        mode: mode of the step.
-        pieces, k: the piece of forcing that the step lies in.
-        place: place of the step.
+    `clear` says whether the swing is clear of the tilt; `before` and `stop` are as in `passages`.
     """
     work = run.work
     if clear:
@@ -286,14 +259,9 @@ def in_step(
 
 @compiled
 def count_step(clear: bool, found: Found, run: SteppedRun, terms: int, x: float) -> None:
-    """Add the passages of a step to the state, which is at its end, after any event there.
+    """Add the passages of a step that ends at x to the state there, after any event.
 
-    Args:
-        clear: whether the swing is clear of the tilt, so that θ need not be followed.
-        found: the passages in the step.
-        run: the run.
-        terms: powers in use.
-        x: where the step ends in its piece.
+    Where the swing is clear of the tilt, θ need not be followed.
     """
     state, system = run.state, run.system
     planes = planes_of(run.omega, state.planes)

@@ -38,11 +38,8 @@ def two_floats(exact: Decimal) -> tuple[float, float]:
 def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray, FloatArray]:
     """Return the phase of a uniform rotation in whole half turns and the fraction in [0, 1).
 
-    Only the fraction is rounded, however long the time (Dekker's exact product, 1971).
-
-    Args:
-        time_ns: time since the release [ns], t ≥ 0, (n,).
-        per_ns: half turns a nanosecond, as two floats.
+    The time since the release is ≥ 0 [ns], (n,), and the half turns per ns are two floats. Only
+    the fraction is rounded, however long the time (Dekker's exact product, 1971).
     """
     high, low = per_ns
     whole = np.zeros(len(time_ns), np.int64)
@@ -76,18 +73,12 @@ def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
 def polar(
     coordinate: FloatArray, speed: FloatArray, acceleration: FloatArray, omega: float
 ) -> FloatArray:
-    """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad].
+    """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad], (n,).
 
     A turn ends where x passes zero upwards, which is where turns are counted (E4 in reading.md). A
     release lies there only where it is at rest at zero and starts upwards. So rounding cannot put
     any other release on either side of the joint. At rest at zero the angle is that of the motion
-    just after, which the acceleration starts.
-
-    Args:
-        coordinate: x, (n,).
-        speed: ẋ, (n,).
-        acceleration: any number of the sign of ẍ, (n,).
-        omega: ω [rad/s].
+    just after, which the acceleration starts; only its sign is used.
     """
     rests = (coordinate == 0.0) & (speed == 0.0)
     speed = np.where(rests, acceleration, speed)
@@ -106,12 +97,10 @@ def polar_rate(
 
 
 def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntArray, FloatArray]:
-    """Return the phase since the start in whole half turns and the fraction in [0, 1).
+    """Return the phase since the start in whole half turns and the fraction in [0, 1), (n,).
 
-    Args:
-        turns: upward passages since the start, (n,).
-        angle: within a turn (`polar`) [rad], (n,).
-        start: the same at the start.
+    From upward passages since the start, the angle within a turn (`polar`) [rad], and that at the
+    start.
     """
     half = (angle - start) / math.pi
     whole = np.floor(half)

@@ -137,10 +137,8 @@ class RealThreads(Stepped):
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
-        A swinging thread hangs along the apparent vertical, and follows it.
-
-        Raises:
-            PropagationError: a release at which the geometry ends, or the thread is slack.
+        A swinging thread hangs along the apparent vertical, and follows it. Raises a
+        PropagationError for a release at which the geometry ends, or the thread is slack.
         """
         machine, case = self._machine, _case(forcing)
         felt = machine.felt_angle(machine.release_angle, case.tilt)

@@ -105,10 +105,8 @@ def carried_within(tolerance: float) -> float:
 def step_error(factor: float, last: float, newton: bool) -> float:
     """Return the error of a step relative to the state, from what `collocate` returned.
 
-    Where Newton's method is needed the order falls to that of the polynomial.
-
-    Args:
-        factor: as `error_factor` returns.
+    The factor is that of `Tolerance`. Where Newton's method is needed the order falls to that of
+    the polynomial.
     """
     return last if newton or factor == 0.0 else factor * last * last
 
@@ -193,12 +191,7 @@ def _move(
 ) -> StepResult:
     """Advance over a step or to the first event, and count passages of zero on the way.
 
-    Args:
-        run: the run.
-        place: place of the step.
-        stalled: whether turning points and kinks are passed over, after several without progress.
-        clear_square: as `System.clear_square` returns.
-        pieces, k: the piece of forcing that it lies in.
+    Turning points and kinks are passed over if `stalled`, after several without progress.
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
@@ -368,21 +361,10 @@ def advance(
     work: Work,
     rows: NDArray[np.void],
 ) -> tuple[int, int, float]:
-    """Advance the state over all spans and fill a row for every logged one.
+    """Advance the state over all spans and fill a row (`ROW`) for every logged one.
 
-    Args:
-        system: the system that moves.
-        omega: ω of each plane [rad/s].
-        tolerance: the accuracy of steps.
-        longest_s: longest step [s].
-        pieces: pieces of the forcing.
-        spans: their places in the pieces.
-        state: a record of `state_type`.
-        work: of `make_work`.
-        rows: of ROW, one for each logged span.
-
-    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and the span and the x in its piece where
-    the run ended, unless it is OK.
+    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and the span and the x in its piece where the
+    run ended, unless it is OK.
     """
     run = SteppedRun(system, omega, tolerance, state, work)
     written = 0
@@ -409,12 +391,9 @@ class Moved(NamedTuple):
 
 
 def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance:
-    """Return the accuracy of steps.
+    """Return the accuracy of steps, None being the default; see `Tolerance` for the factor.
 
-    Args:
-        step: error allowed in a step, relative to the state; None: the default.
-        factor: as in `Tolerance`.
-        coarsen: share of the error allowed below which steps double.
+    `coarsen` is the share of the error allowed below which steps double.
     """
     step = TOLERANCE if step is None else step
     return Tolerance(step, factor, settled_at(step), carried_within(step), step * coarsen)
@@ -423,12 +402,7 @@ def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance
 class Stepped(ABC):
     """A propagator that takes steps; a derived class turns a machine into a system.
 
-    Args:
-        machine: the machine.
-        planes: number of rotating planes.
-        nodes: names of the rows that its system keeps at the nodes of a step.
-        stages: number of stages of a step.
-        tolerance: accuracy of steps.
+    `nodes` names the rows that the system keeps at the nodes of a step.
     """
 
     name = 'collocation'
@@ -505,8 +479,7 @@ class Stepped(ABC):
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans; return the motion at their logged ends.
 
-        Raises:
-            PropagationError: slack thread, end of the range, or no convergence.
+        Raises a PropagationError for a slack thread, the end of the range, or no convergence.
         """
         moved = self._moved(forcing)
         rows, code, span, x = self._run(forcing, moved, self._tolerance, self.longest_step_s)

@@ -118,10 +118,7 @@ class BearingMotion:
 def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: IntArray) -> IntArray:
     """Return when the number-th of equal parts of a length ends, rounded to nanoseconds [ns].
 
-    Args:
-        length_ns: length of the whole [ns].
-        parts: number of parts.
-        number: of the part, 1 to `parts`; 0 gives the beginning.
+    Numbers run from 1 to `parts`; 0 gives the beginning.
     """
     ends: IntArray = (2 * number * length_ns + parts) // (2 * parts)
     return ends
@@ -150,9 +147,7 @@ class CaseSwing(Protocol):
     def release(self, sway: float, lift: float) -> float:
         """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
 
-        Args:
-            sway: ÿ of the bearing then [m/s2].
-            lift: g + z̈ then [m/s2], > 0.
+        `sway` is ÿ of the bearing then, `lift` g + z̈ > 0 [m/s2].
         """
         ...
 
@@ -327,15 +322,11 @@ LONG = 1.0
 class AxleSwing:
     """Propagator of the case under the full equations, a step or more for each part of a piece.
 
-    Args:
-        e: support's radius less the axle's [m], > 0.
-        c: depth of the centre of gravity below the axle's centre [m], > 0.
-        k: radius of gyration [m], > 0.
-        gravity: g [m/s2]; it sets the rotating frame, while the acting force is g + z̈ of the
-            pieces.
-        tolerance: error allowed in a step, relative to the state; at least TOLERANCE.
-        step_s: length of the parts to come [s], which decides the number of stages; 0 where it
-            is not known.
+    e is the support's radius less the axle's, c the depth of the centre of gravity below the
+    axle's centre and k the radius of gyration, all > 0 [m]. `gravity` sets the rotating frame
+    [m/s2], while the acting force is g + z̈ of the pieces. The tolerance is relative to the state
+    and at least TOLERANCE. `step_s`, the length of the parts to come, decides the number of
+    stages; 0 where it is not known.
     """
 
     def __init__(
@@ -360,12 +351,7 @@ class AxleSwing:
         self._work = make_work(PLANES, CASE_NODES, stages)
 
     def release(self, sway: float, lift: float) -> float:
-        """Start at rest, at the time 0, along the apparent vertical; return its direction [rad].
-
-        Args:
-            sway: ÿ of the bearing then [m/s2].
-            lift: g + z̈ then [m/s2], > 0.
-        """
+        """Start at rest along the apparent vertical; return its direction [rad]."""
         tilt = math.atan2(-sway, lift)
         self._state = np.zeros((), state_type(PLANES))
         self._state['planes']['x'] = self._own.coordinates_at(tilt, self._system.c)
@@ -374,8 +360,7 @@ class AxleSwing:
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts.
 
-        Raises:
-            PropagationError: the axle lifts off, the case turns over, or no convergence.
+        Raises a PropagationError if the axle lifts off, the case turns over, or no step converges.
         """
         # x counts the parts of a piece: equal ones then have equal lengths to the last bit, and
         # share the tables of their rotations
@@ -447,14 +432,7 @@ class _Mode(NamedTuple):
 
 
 class AxleModes:
-    """The case as a sum of two modes.
-
-    Args:
-        e: support's radius less the axle's [m], > 0.
-        c: depth of the centre of gravity below the axle's centre [m], > 0.
-        k: radius of gyration [m], > 0.
-        gravity: g [m/s2].
-    """
+    """The case as a sum of two modes; e, c, k [m] and g [m/s2] as in `AxleSwing`."""
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._own = modes(e, c, k * k)
@@ -472,12 +450,7 @@ class AxleModes:
         self._swings = [np.zeros((), STATE) for _ in self._modes]
 
     def release(self, sway: float, lift: float) -> float:
-        """Start at rest, at the time 0, with θ = φ = −ÿ/g [rad], and return that.
-
-        Args:
-            sway: ÿ of the bearing then [m/s2].
-            lift: g + z̈ then [m/s2]; it does not matter at small angles.
-        """
+        """Start at rest with θ = φ = −ÿ/g [rad], and return that; the lift does not matter."""
         tilt = -sway / self._gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
         at_rest = self._own.coordinates_at(tilt, self._c)

@@ -109,15 +109,10 @@ def _set_channel(
 
 @compiled
 def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
-    """Lay out piece k, of at most `work.TERMS` powers; return its length [s] and its powers.
+    """Lay out piece k, of at most `MOST_POWERS`; return its length [s] and its powers.
 
-    The number of powers is made even, since `outside_at` takes two at a time.
-
-    Args:
-        pieces: of the forcing; the columns of absent channels stay zero.
-        k: number of the piece.
-        tilted: whether τ will be asked for; otherwise its columns are left as they are.
-        work: its `piece` is filled.
+    The number of powers is made even, since `outside_at` takes two at a time. Columns of absent
+    channels stay zero, and those of τ as they are unless `tilted`.
     """
     drive, tilt, gravity = pieces.drive, pieces.tilt, pieces.gravity
     per_s = 1.0 / pieces.length_s[k]

@@ -342,13 +342,8 @@ def _pushed(
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
-    Args:
-        system: the constants.
-        psi, delta: ψ and δ.
-        rates: ψ̇ and δ̇.
-        cosine, sine: of δ − β.
-        g: g_eff.
-        drag: torques of drag and recoil, reversed, over I.
+    Cosine and sine are those of δ − β, `g` is g_eff, and `drag` the torques of drag and recoil,
+    reversed, over I.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta

@@ -543,13 +543,8 @@ def kick(
 ) -> float:
     """Return what an impulse adds to θ̇, and as much to ϑ̇: ½(I + mt²)θ̇² grows by its energy.
 
-    Args:
-        impulse: of the escapement.
-        mu: μ = m/I.
-        t: lever arm.
-        rate: θ̇ before it.
-        direction: sign of θ̇ after it.
-        given: impulses before this one.
+    `rate` is θ̇ before it, `direction` the sign of θ̇ after it, `given` the impulses before this
+    one.
     """
     strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
     energy = impulse.energy * strength

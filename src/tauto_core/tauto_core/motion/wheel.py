@@ -782,8 +782,7 @@ class Collocation(Stepped):
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
-        Raises:
-            PropagationError: the roll at the start puts the cam angle beyond the cam.
+        Raises a PropagationError where the roll at the start puts the cam angle beyond the cam.
         """
         row, _ = self._released(forcing)
         felt = float(row['coordinate'][0])
