@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
 from tauto_core.scene import Drag, load_scene
 
 KIND = '''
@@ -85,9 +85,16 @@ LEVER = {
     'power': {'kind': 'weight', 'mass': 0.05},
     'release_angle': 0.8,
 }
+HANGING = LEVER | {'thread': {'kind': 'hanging', 'length': 0.3}}
 SCENES: dict[str, dict[str, Any]] = {
     'land': {'drag': DRAG, 'duration': 20.0, 'log': {'interval': 1.0}},
     'lever': {'drag': DRAG, 'duration': 4.0, 'log': {'interval': 1.0}, 'trochlea': LEVER},
+    'hanging': {
+        'drag': DRAG,
+        'duration': 4.0,
+        'log': {'interval': 1.0},
+        'trochlea': HANGING,
+    },
     'driven': {
         'drag': {'kind': 'cubic', 'cubic': CUBIC},
         'escapement': {'energy': 1e-4},
@@ -137,6 +144,36 @@ def test_a_new_drag_sails_as_dop853_does(answers: dict[str, Any], name: str) -> 
     # the drag has taken much more than that
     swung = np.hypot(found.y[0], found.y[1] / machine.frequency)
     assert swung[-1] < 0.98 * machine.release_angle
+
+
+def test_a_new_drag_on_a_hanging_thread_sails_as_dop853_does(answers: dict[str, Any]) -> None:
+    """The equations of `threads/hanging.py` with the torque on the wheel, from a plumb thread."""
+    scene = SCENES['hanging']
+    machine = compile_machine(load_scene('ideal', trochlea=scene['trochlea']))
+    assert isinstance(machine, HangingMachine)
+    r, mass, g = machine.base_radius, machine.mass, machine.gravity
+
+    def motion(_t: float, y: np.ndarray) -> list[float]:
+        psi, delta, psi_rate, delta_rate = y.tolist()
+        u = psi - delta
+        free = machine.length - 0.5 * r * u * u
+        pulled = g * np.cos(delta) + free * delta_rate**2 + r * psi_rate**2
+        bend = -(mass * r * u * pulled + torque(psi_rate)) / (
+            machine.inertia + mass * (r * u) ** 2
+        )
+        carried = r * u * delta_rate * (2.0 * psi_rate - delta_rate)
+        return [psi_rate, delta_rate, bend, (carried - g * np.sin(delta) - r * bend) / free]
+
+    def energy(y: list[float]) -> float:
+        psi, delta, psi_rate, delta_rate = y
+        return machine.energy(psi, delta, psi_rate, delta_rate, g)
+
+    begin = [machine.release_angle, 0.0, 0.0, 0.0]
+    found = solve_ivp(motion, (0.0, 4.0), begin, method='DOP853', rtol=1e-13, atol=1e-14)
+    end = found.y[:, -1]
+    np.testing.assert_allclose(answers['hanging'], end[[0, 2]], rtol=0.0, atol=5e-11)
+    # the drag has taken much more than that
+    assert energy(end.tolist()) < 0.98 * energy(begin)
 
 
 def test_its_steady_swing_balances_the_cube(answers: dict[str, Any]) -> None:
