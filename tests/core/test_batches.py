@@ -235,7 +235,7 @@ def of_fluids():
         ),
         'end_arc': Law(partial(fluid_pendulum.end_arc, kappa), (1e-3, 9.0), numbers=True),
         'quarter_period': Law(fluid_pendulum.quarter_period, (1e-9, 1.0)),
-        'amplitude': Law(fluid_pendulum.amplitude, (0.0, 1.5), (1e-9, 1.0)),
+        'jacobi_amplitude': Law(fluid_pendulum.jacobi_amplitude, (0.0, 1.5), (1e-9, 1.0)),
     }
 
 

@@ -139,13 +139,7 @@ class _Thread(NamedTuple):
 
 
 def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArray:
-    """Return by how much rounding of the angle and of the law may change a lever arm [m].
-
-    Args:
-        angle: ϑ [rad].
-        arm: t [m].
-        rate: dt/dϑ [m/rad].
-    """
+    """Return by how much rounding of the angle and of the law may change a lever arm [m]."""
     size = np.abs(arm) + np.abs(np.asarray(rate) * np.asarray(angle))
     return np.asarray(_ROUNDING * size)
 
@@ -406,17 +400,11 @@ largest lever arm; they err by 1e-5 of it.
 
 
 def possible_cam(cam: Cam, kind: str) -> Cam:
-    """Return a cam that wheel, thread and hole allow, whatever its kind.
+    """Return a cam that wheel, thread and hole allow, whatever its kind, which the error names.
 
-    It is looked at over its range, or over a turn if that is unlimited.
-
-    Args:
-        cam: the cam.
-        kind: its kind, for the error.
-
-    Raises:
-        SceneError: a lever arm that is not a number or does not drive the wheel back, one longer
-            than the hole is away, or a hollow cheek.
+    It is looked at over its range, or over a turn if that is unlimited. SceneError: a lever arm
+    that is not a number or does not drive the wheel back, one longer than the hole is away, or a
+    hollow cheek.
     """
     edge = cam.range_rad if math.isfinite(cam.range_rad) else cam.drawn_rad
     if not edge > 0.0:
@@ -453,13 +441,8 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
 def possible_lever(shape: LeverLinkage, kind: str) -> LeverLinkage:
     """Return cam, thread and lever of Sully's machine that are possible, whatever the kind.
 
-    Args:
-        shape: the shape, looked at between its edges.
-        kind: kind of the cam, for the error.
-
-    Raises:
-        SceneError: a lever arm that does not drive the wheel back, a wheel that turns back while
-            the lever rises, a thread that is wound up, or a hollow cheek.
+    SceneError: between the edges of the shape, a lever arm that does not drive the wheel back, a
+    wheel that turns back while the lever rises, a thread that is wound up, or a hollow cheek.
     """
     low, high = shape.edges
     if not low < 0.0 < high:
@@ -506,9 +489,7 @@ def _first(bad: np.ndarray) -> int | None:
 def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
     """Return the first interval of angles [rad] where R < 0; None where there is none.
 
-    Args:
-        cam: the cam.
-        reach_rad: largest angle; `cam.drawn_rad` when left out.
+    It is looked for up to `reach_rad`, `cam.drawn_rad` when left out.
     """
     return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
 
@@ -516,13 +497,7 @@ def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | No
 def too_sharp(
     cam: Cam, radius: float, reach_rad: float | None = None
 ) -> list[tuple[float, float]]:
-    """Return the intervals of angles [rad] where R is less than a radius.
-
-    Args:
-        cam: the cam.
-        radius: half the thickness of the thread [m]; 0 finds hollows.
-        reach_rad: as for `hollow`.
-    """
+    """Return the intervals of angles [rad] where R is less than half a thread's thickness [m]."""
     edge = cam.drawn_rad if reach_rad is None else reach_rad
     found: list[tuple[float, float]] = []
     start = 0.0
@@ -594,47 +569,28 @@ class FitError(TautoError):
 def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> SmoothLever:
     """Return an odd analytic lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
 
-    Args:
-        arm: function that gives t of angles [m], to rounding.
-        lift: function that gives h of angles [m], to rounding.
-        edge: the range [rad], > 0 and finite.
-
-    Raises:
-        FitError: pieces of 2⁻⁴⁸ of the range do not resolve the lever arm.
+    The two functions give t and h [m] of angles to rounding. FitError: pieces of 2⁻⁴⁸ of the range
+    do not resolve the lever arm.
     """
-    first, even = _middle(arm, edge)
+
+    def ratio(u: FloatArray) -> FloatArray:
+        angle = first * np.sqrt(u)
+        return arm(angle) / angle
+
+    def piece(x: FloatArray) -> FloatArray:
+        return arm(np.minimum(left + span * x, edge))
+
+    # the first piece: t/ϑ in u = (ϑ/knot)²
+    first = edge
+    while (even := _interpolated(ratio, TERMS)) is None:
+        first *= 0.8
+        if not first > SHORTEST * edge:
+            raise _rough(0.0)
     powers = np.arange(TERMS)
     row = np.zeros(2 * TERMS)
     row[1::2] = even / first ** (2 * powers)
     knots, rows = [0.0, first], [row]
-    for right, row in _pieces(arm, first, edge):
-        knots.append(right)
-        rows.append(row)
-    middle = np.array([even, even * (2 * powers + 1), even / (2 * powers + 2)])
-    starts = np.array(knots)
-    lifts = np.concatenate([[0.0], lift(starts[1:-1])])
-    return SmoothLever(starts, np.array(rows), lifts, middle)
-
-
-def _middle(arm: ArrayFunction, edge: float) -> tuple[float, FloatArray]:
-    """Return the first knot and the coefficients of t/ϑ in u = (ϑ/knot)² up to it."""
-    width = edge
-    while width > SHORTEST * edge:
-        knot = width
-
-        def ratio(u: FloatArray, knot: float = knot) -> FloatArray:
-            angle = knot * np.sqrt(u)
-            return arm(angle) / angle
-
-        found = _interpolated(ratio, TERMS)
-        if found is not None:
-            return knot, found
-        width *= 0.8
-    raise _rough(0.0)
-
-
-def _pieces(arm: ArrayFunction, first: float, edge: float) -> Iterator[tuple[float, FloatArray]]:
-    """Yield right end and coefficients in ϑ − left end of the pieces beyond the first."""
+    # the others, in ϑ less their left end
     left, width = first, first
     while left < edge:
         width = min(1.5 * width, edge - left)
@@ -642,27 +598,26 @@ def _pieces(arm: ArrayFunction, first: float, edge: float) -> Iterator[tuple[flo
             # the last piece ends exactly at the edge
             right = edge if width >= (1.0 - 1e-9) * (edge - left) else left + width
             span = right - left
-
-            def piece(x: FloatArray, left: float = left, span: float = span) -> FloatArray:
-                return arm(np.minimum(left + span * x, edge))
-
             found = _interpolated(piece, 2 * TERMS, 4.0 * _EPSILON * right / span)
             if found is not None:
                 break
             width *= 0.8
             if width < SHORTEST * edge:
                 raise _rough(left)
-        yield right, found / span ** np.arange(2 * TERMS)
+        rows.append(found / span ** np.arange(2 * TERMS))
+        knots.append(right)
         left = right
+    middle = np.array([even, even * (2 * powers + 1), even / (2 * powers + 2)])
+    starts = np.array(knots)
+    lifts = np.concatenate([[0.0], lift(starts[1:-1])])
+    return SmoothLever(starts, np.array(rows), lifts, middle)
 
 
 def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> FloatArray | None:
     """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None if they do not resolve it.
 
-    Args:
-        function: the function, accurate to rounding of its value, and of x by the blur.
-        terms: number of terms.
-        blur: rounding of x, which shows where the function is steep.
+    The function is accurate to rounding of its value, and of x by the blur, which shows where it
+    is steep.
     """
     nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
     values = function(nodes)
@@ -773,8 +728,7 @@ class CamKind(Kind):
 def rate_for_period(setting: Setting, period: float) -> float:
     """Return t'(0) = I ω²/F(0), which gives small swings a period [m/rad].
 
-    Raises:
-        SceneError: a period that is impossible with wheel and power.
+    SceneError: a period that is impossible with wheel and power.
     """
     omega = math.tau / period
     rate = setting.inertia * omega * omega / setting.pull.at_rest(setting.gravity)

@@ -41,23 +41,14 @@ class Cheeks(NamedTuple):
 def cheeks(
     cam: Cam, points: int = 200, reach_rad: float | None = None, thread_thickness: float = 0.0
 ) -> Cheeks:
-    """Return the cheeks of a cam for a thread of some thickness e.
+    """Return the cheeks of a cam for a thread of some thickness e ≥ 0, each of some points.
 
     The thread's centre line follows the cam's curve; the cheek is the parallel curve e/2 inwards.
-    It begins where the curve's radius of curvature reaches e/2 (R = 0 at the tip of every cam
-    that is smooth through rest): up to there the thread bends round its edge.
-
-    Args:
-        cam: the cam.
-        points: on each cheek, ≥ 2.
-        reach_rad: largest angle drawn [rad], > 0 and within the range; when left out, as far as
-            `cam.drawn_rad` and the thread go.
-        thread_thickness: e [m], ≥ 0.
-
-    Raises:
-        UsageError: fewer than two points, a thickness that is none, or a cheek that no such
-            thread can follow up to there.
-        CamRangeError: a reach beyond the range.
+    It begins where the curve's radius of curvature reaches e/2 (R = 0 at the tip of every cam that
+    is smooth through rest): up to there the thread bends round its edge. Without a `reach_rad`
+    they go as far as `cam.drawn_rad` and the thread do. UsageError: fewer than two points, a
+    thickness that is none, or a cheek that no such thread can follow up to there; CamRangeError: a
+    reach beyond the range.
     """
     if points < 2:
         raise UsageError(f'points = {points!r}: a cheek needs at least 2; ask for more')
@@ -65,9 +56,26 @@ def cheeks(
         raise UsageError(f'thread thickness {thread_thickness!r} m: must be ≥ 0; give another')
     reach = cam.drawn_rad if reach_rad is None else reach_rad
     cam.within(reach)
-    start, end = _followed(cam, 0.5 * thread_thickness, reach)
-    if end <= start or (end < reach and reach_rad is not None):
-        raise _not_followed(cam, thread_thickness, start, end)
+    # the first interval of angles where R is at least half the thickness
+    start, end = 0.0, reach
+    for low, high in too_sharp(cam, 0.5 * thread_thickness, reach):
+        if low > 0.0 or thread_thickness == 0.0:
+            end = low
+            break
+        start = high
+    if end <= start:
+        raise UsageError(
+            f'the cheek of {cam!r} is nowhere as round as a thread of {thread_thickness!r} m '
+            'needs, or hollow from its tip on. Use a thinner thread or another cam'
+        )
+    if end < reach and reach_rad is not None:
+        raise UsageError(
+            f'beyond {end:.9g} rad the cheek of {cam!r} has a radius of curvature below half the '
+            f"thread's thickness, {0.5 * thread_thickness!r} m, where no thread can follow it. "
+            'Draw up to there (',
+            Argument('reach_rad', f'{end * (1.0 - 1e-6):.6f}'),
+            '), or use a thinner thread',
+        )
     # closer together at the end, where ψ grows like a square root when a thread meets its hole
     angle = start + (end - start) * np.sin(np.linspace(0.0, 0.5, points) * math.pi)
     x, y = cam.contact(angle)
@@ -85,16 +93,8 @@ def outline(
 ) -> tuple[FloatArray, FloatArray]:
     """Return both cheeks as one polyline (x, y) in the wheel's frame [m], for a thin thread.
 
-    It runs from the end of the cheek at x > 0 over the common tip to the end of the other.
-
-    Args:
-        cam: the cam.
-        points: points on each cheek, the tip counted, ≥ 2; the shapes are (2·points − 1,).
-        reach_rad: as for `cheeks`.
-
-    Raises:
-        UsageError: as `cheeks`.
-        CamRangeError: a reach beyond the range.
+    It runs from the end of the cheek at x > 0 over the common tip to the end of the other, with
+    2·points − 1 points. Reach and errors are those of `cheeks`.
     """
     _, x, y, _ = cheeks(cam, points, reach_rad)
     return np.concatenate([-x[:0:-1], x]), np.concatenate([y[:0:-1], y])
@@ -104,13 +104,8 @@ def cheeks_meet_rad(cam: Cam) -> float:
     """Return the angle at which the two mirror-image cheeks meet again beyond their tip [rad].
 
     There the contact point of the thread returns to the line x = 0. Longer cheeks would cross each
-    other and could not be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad.
-
-    Args:
-        cam: the cam, considered up to `cam.drawn_rad`.
-
-    Returns:
-        The smallest such angle; inf where the cheeks do not meet.
+    other and could not be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad. It is inf
+    where they do not meet up to `cam.drawn_rad`.
     """
     angles = np.linspace(0.0, cam.drawn_rad, _PROBES)
     # at positive angles the thread lies on the cheek at x < 0
@@ -122,34 +117,6 @@ def cheeks_meet_rad(cam: Cam) -> float:
     return bisect(
         lambda at: bool(cam.contact(at)[0] < 0.0), float(angles[first]), float(angles[first + 1])
     )[0]
-
-
-def _followed(cam: Cam, radius: float, reach: float) -> tuple[float, float]:
-    """Return the first interval of angles where R is at least a radius."""
-    start = 0.0
-    for low, high in too_sharp(cam, radius, reach):
-        if low > 0.0:
-            return start, low
-        if radius == 0.0:
-            # hollow from its tip on
-            return 0.0, 0.0
-        start = high
-    return start, reach
-
-
-def _not_followed(cam: Cam, thickness: float, start: float, end: float) -> UsageError:
-    if end <= start:
-        return UsageError(
-            f'the cheek of {cam!r} is nowhere as round as a thread of {thickness!r} m needs, or '
-            'hollow from its tip on. Use a thinner thread or another cam'
-        )
-    return UsageError(
-        f'beyond {end:.9g} rad the cheek of {cam!r} has a radius of curvature below half the '
-        f"thread's thickness, {0.5 * thickness!r} m, where no thread can follow it. Draw up to "
-        'there (',
-        Argument('reach_rad', f'{end * (1.0 - 1e-6):.6f}'),
-        '), or use a thinner thread',
-    )
 
 
 # -----------------------------------------------------------------------------
@@ -173,49 +140,39 @@ class LeverCheek(NamedTuple):
 def lever_cheek(
     shape: CorrectedLeverGeometry, end: float, points: int, thread_thickness: float = 0.0
 ) -> LeverCheek:
-    """Return one cheek of a lever's cam, as `cheeks` does for an ideal thread.
+    """Return one cheek of a lever's cam up to τ = end, as `cheeks` does for an ideal thread.
 
     The thread's centre line follows the cam, so the cheek is the parallel curve e/2 inwards. It
     begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
-
-    Args:
-        shape: the shape of the cam.
-        end: τ up to which it is drawn, < 0 for negative angles.
-        points: number of points, ≥ 2.
-        thread_thickness: e [m], ≥ 0.
-
-    Raises:
-        UsageError: a cheek that such a thread cannot follow up to there.
+    UsageError: a cheek that such a thread cannot follow up to there.
     """
     half, start = 0.5 * thread_thickness, 0.0
     if half:
-        start = _rounder_from(shape, end, half)
+        looked = np.linspace(0.0, end, _PROBES - 1)
+        radius = shape.radius_of_curvature(looked)
+        sharp = np.flatnonzero(radius < half)
+        last = int(sharp[-1]) if len(sharp) else 0
+        if last == len(looked) - 1 or not np.array_equal(sharp, np.arange(last + 1)):
+            reach = float(shape.theta(looked[-1:])[0])
+            raise UsageError(
+                f'thread thickness {2.0 * half!r} m: up to {reach:.6g} rad the cheek is not '
+                'everywhere beyond its tip as round as half of it; its greatest '
+                f'radius of curvature is {float(np.max(radius)):.6g} m. Use a thinner thread or a '
+                'shorter ',
+                Argument('reach_rad'),
+            )
+        sharp_at, round_at = float(looked[last]), float(looked[last + 1])
+        start, _ = bisect(
+            lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= half),
+            round_at,
+            sharp_at,
+        )
     tau = np.linspace(start, end, points)
     (x, y), angle = shape.contact(tau), shape.theta(tau)
     if half:
         u, inwards = shape.pose(tau).u, -half * float(np.sign(end))
         x, y = x + inwards * np.cos(u), y + inwards * np.sin(u)
     return LeverCheek(angle, x, y)
-
-
-def _rounder_from(shape: CorrectedLeverGeometry, end: float, radius: float) -> float:
-    """Return the τ beyond which R is at least a given radius."""
-    tau = np.linspace(0.0, end, _PROBES - 1)
-    sharp = np.flatnonzero(shape.radius_of_curvature(tau) < radius)
-    last = int(sharp[-1]) if len(sharp) else 0
-    if last == len(tau) - 1 or not np.array_equal(sharp, np.arange(last + 1)):
-        greatest = float(np.max(shape.radius_of_curvature(tau)))
-        reach = float(shape.theta(tau[-1:])[0])
-        raise UsageError(
-            f'thread thickness {2.0 * radius!r} m: up to {reach:.6g} rad the cheek is not '
-            'everywhere beyond its tip as round as half of it; its greatest '
-            f'radius of curvature is {greatest:.6g} m. Use a thinner thread or a shorter ',
-            Argument('reach_rad'),
-        )
-    sharp_at, round_at = float(tau[last]), float(tau[last + 1])
-    return bisect(
-        lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= radius), round_at, sharp_at
-    )[0]
 
 
 # -----------------------------------------------------------------------------
@@ -301,14 +258,8 @@ class CamDrawing:
         return float(min(x)), float(min(y + low)), float(max(right)), float(max(top))
 
 
-def draw(cam: Cam, cut: Cheeks, title: str) -> CamDrawing:
-    """Return the drawing of a cam: cheeks, thread at rest, axle, circles, dimensions.
-
-    Args:
-        cam: the cam.
-        cut: its cheeks.
-        title: title, for example the scene's name.
-    """
+def draw_cam(cam: Cam, cut: Cheeks, title: str) -> CamDrawing:
+    """Return the drawing of a cam: cheeks, thread at rest, axle, circles, dimensions."""
     x, y = MM_PER_M * cut.x, MM_PER_M * cut.y
     rate = MM_PER_M * float(cam.lever_rate(0.0))
     tip, below = MM_PER_M * float(cam.p(0.0)), float(np.max(y)) + _GAP_MM
@@ -334,12 +285,8 @@ def draw_uneven(
 ) -> CamDrawing:
     """Return the drawing of cheeks that are not mirror images of each other.
 
-    Args:
-        left: (x, y) of the cheek for positive angles, beginning at the tip [mm].
-        right: the same for the other cheek.
-        rate: lever arm per radian at rest [mm].
-        title: title, for example the scene's name.
-        words: dimensions, one line each.
+    `left` is the cheek for positive angles, beginning at the tip; `rate` the lever arm per radian
+    at rest [mm].
     """
     top = max(float(np.max(left[1])), float(np.max(right[1]))) + _GAP_MM
     lines = [
@@ -354,12 +301,9 @@ def draw_uneven(
 def draw_in_fluid(
     curve: DescentCurve, outline: tuple[FloatArray, FloatArray], title: str
 ) -> CamDrawing:
-    """Return the drawing of a curve in a fluid: the curve, its lowest point, dimensions.
+    """Return the drawing of a curve in a fluid, its lowest point and dimensions.
 
-    Args:
-        curve: the curve.
-        outline: (x, y) of its points [mm], origin at the lowest, +y upwards.
-        title: title, for example the scene's name.
+    The outline is in millimetres, origin at the lowest point, +y upwards.
     """
     ascent = curve.ascent_cusp
     words = [
@@ -388,18 +332,15 @@ def _explained(
     scale = Polyline(SCALE, left + along, place + ticks)
     letters = int(max(width, LEAST_WIDTH_MM) / (LETTER * text_mm))
     words = [
-        line for text in (f'{bar:g} mm', title, *dimensions) for line in _wrapped(text, letters)
+        line
+        for text in (f'{bar:g} mm', title, *dimensions)
+        for line in textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
     ]
     notes = [
         Note(NOTES, left, place - LINE * text_mm * (n + 1.25), text)
         for n, text in enumerate(words)
     ]
     return CamDrawing(title, (*lines, scale), tuple(circles), tuple(notes), text_mm)
-
-
-def _wrapped(text: str, letters: int) -> list[str]:
-    """Return a text in lines, those after the first indented."""
-    return textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
 
 
 def dimensions(cam: Cam, cut: Cheeks) -> list[str]:

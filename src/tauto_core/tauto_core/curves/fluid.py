@@ -65,11 +65,7 @@ class DescentCurve(Protocol):
 
 
 def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
-    """Return the arcs as an array.
-
-    Raises:
-        DescentError: an arc beyond a cusp, or NaN.
-    """
+    """Return the arcs as an array; DescentError: an arc beyond a cusp, or NaN."""
     found = np.asarray(arc, np.float64)
     bad = ~((found >= curve.ascent_cusp) & (found <= curve.descent_cusp))
     bad |= np.isinf(found)
@@ -376,17 +372,11 @@ class FluidTautochrone(_InMedium):
         return self.friction * s + s * s * exponential_defect(self.kappa * s) / (2.0 * self._gf)
 
     def arc_of_height(self, height: ArrayLike, branch: Literal['descent', 'ascent']) -> FloatArray:
-        """Return the arc s at a height above A [m].
+        """Return the arc s on a branch at a height above A [m].
 
         Solves the logarithmic form κs = ln(1 + κs + γκ²f x) (§16) by Newton's method on √x. With
         friction the curve about its lowest point is Euler's with f/(1 − βμ) in place of f.
-
-        Args:
-            height: x [m], not below the lowest point.
-            branch: side of the lowest point.
-
-        Raises:
-            DescentError: a height below the lowest point, or NaN.
+        DescentError: a height below the lowest point, or NaN.
         """
         x = np.asarray(height, np.float64)
         lowest = self.lowest_arc
@@ -397,7 +387,20 @@ class FluidTautochrone(_InMedium):
                 f'{float(self.height(lowest))!r} m; give a height above it'
             )
         root = np.sqrt(2.0 * self._gf / (1.0 - self.beta * self.friction) * above)
-        return lowest + _arc_of_root(self.kappa, root if branch == 'descent' else -root)
+        if branch == 'ascent':
+            root = -root
+        # s √(2(e^{κs} − 1 − κs)/(κs)²) = root is convex in s, so Newton's method from the right
+        # never overshoots; e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)
+        scaled = self.kappa * root
+        log = logarithmic_mean(np.where(scaled > 0.0, scaled, 0.0))
+        start = np.where(scaled > 0.0, root * np.minimum(1.0, 2.0 * log), root)
+
+        def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
+            z = self.kappa * arc
+            growth = np.sqrt(exponential_defect(z))
+            return arc * growth - root, exponential_mean(z) / growth
+
+        return lowest + bracketed_newton(excess, start, (-math.inf, math.inf), relative=_ROUNDING)
 
     def series_of_height(self, arc: ArrayLike, terms: int) -> FloatArray:
         """Return x by its first terms, γf x = s²/2 + κs³/6 + κ²s⁴/24 + … [m] (§24)."""
@@ -406,24 +409,6 @@ class FluidTautochrone(_InMedium):
         for n in range(terms):
             total, term = total + term, term * self.kappa * s / (n + 3)
         return self.friction * s + total
-
-
-def _arc_of_root(kappa: float, root: FloatArray) -> FloatArray:
-    """Return s with s √(2(e^{κs} − 1 − κs)/(κs)²) = root [m].
-
-    The left side is convex in s, so Newton's method from the right never overshoots.
-    """
-    scaled = kappa * root
-    # e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)
-    log = logarithmic_mean(np.where(scaled > 0.0, scaled, 0.0))
-    start = np.where(scaled > 0.0, root * np.minimum(1.0, 2.0 * log), root)
-
-    def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
-        z = kappa * arc
-        growth = np.sqrt(exponential_defect(z))
-        return arc * growth - root, exponential_mean(z) / growth
-
-    return bracketed_newton(excess, start, (-math.inf, math.inf), relative=_ROUNDING)
 
 
 # -----------------------------------------------------------------------------
@@ -438,9 +423,7 @@ def abscissa(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
     """Return y = ∫ √(1 − p²) ds from A [m], the horizontal coordinate (1729, 29).
 
     By Gauss's quadrature in u, s = s* sin u, which takes the root out of the cusp s*.
-
-    Raises:
-        DescentError: an arc beyond a cusp.
+    DescentError: an arc beyond a cusp.
     """
     s = within(curve, arc)
     flat = np.atleast_1d(s).astype(np.float64)
@@ -453,8 +436,7 @@ def abscissa(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 def coordinates(curve: DescentCurve, arc: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """Return (x, y) [m]: Euler's height above A and horizontal distance from it.
 
-    Raises:
-        DescentError: an arc beyond a cusp.
+    DescentError: an arc beyond a cusp.
     """
     return curve.height(within(curve, arc)), abscissa(curve, arc)
 
@@ -462,26 +444,17 @@ def coordinates(curve: DescentCurve, arc: ArrayLike) -> tuple[FloatArray, FloatA
 def radius_of_curvature(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
     """Return R = (dy/ds)/(dp/ds) [m], γf (dy/ds) e^{−κs} for Euler's curve (1729, 30).
 
-    Raises:
-        DescentError: an arc beyond a cusp.
+    DescentError: an arc beyond a cusp.
     """
     s = within(curve, arc)
     return _cosine(curve, s) / curve.slope_rate(s)
 
 
 def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
-    """Return (x, y) [m] after the curve has passed a number of cusps (1729, 30).
+    """Return (x, y) [m] after the curve has passed cusps on the side of descent (1729, 30).
 
     Beyond each cusp it continues as its own mirror image, in arcs congruent to the one between the
-    cusps.
-
-    Args:
-        curve: the curve, with a cusp at both ends.
-        arc: arc of the point on the original curve [m].
-        cusps: number of cusps passed on the side of descent, ≥ 0.
-
-    Raises:
-        DescentError: an arc beyond a cusp, or a curve without one of them.
+    cusps. DescentError: an arc beyond a cusp, or a curve without one of them.
     """
     ends = curve.descent_cusp, curve.ascent_cusp
     if math.isinf(ends[0]) or math.isinf(ends[1]):
@@ -498,36 +471,24 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
 def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, FloatArray]:
     """Return both branches as one polyline (horizontal, height) [m], ascent first.
 
-    The branch of ascent ends at its cusp, but not above the cusp of descent, which no body
-    exceeds.
-
-    Args:
-        curve: the curve, with a cusp on the branch of descent.
-        points: number on each branch, including A, ≥ 2; the shapes are (2·points − 1,).
-
-    Raises:
-        DescentError: fewer than two points.
+    It has 2·points − 1 points, A among them. The branch of ascent ends at its cusp, but not above
+    the cusp of descent, which no body exceeds. DescentError: fewer than two points.
     """
     if points < 2:
         raise DescentError(f'points = {points!r}: a branch needs at least 2; ask for more')
-    # closer together at the cusps, where the curve is vertical
-    share = np.sin(np.linspace(0.0, 0.5 * math.pi, points))
-    arc = np.concatenate([_ascent_end(curve) * share[:0:-1], curve.descent_cusp * share])
-    x, y = coordinates(curve, arc)
-    return y, x
-
-
-def _ascent_end(curve: DescentCurve) -> float:
-    """Return the arc of the ascent's cusp, or where it is as high as the descent's [m]."""
-    top = float(curve.height(curve.descent_cusp))
-    low = curve.ascent_cusp
+    # the ascent ends at its cusp, or where it is as high as the descent's
+    top, low = float(curve.height(curve.descent_cusp)), curve.ascent_cusp
     if math.isinf(low):
         low = -curve.descent_cusp
         while curve.height(low) < top:
             low *= 2.0
-    if curve.height(low) <= top:
-        return low
-    return bisect(lambda arc: bool(curve.height(arc) <= top), 0.0, low)[0]
+    if not curve.height(low) <= top:
+        low = bisect(lambda arc: bool(curve.height(arc) <= top), 0.0, low)[0]
+    # closer together at the cusps, where the curve is vertical
+    share = np.sin(np.linspace(0.0, 0.5 * math.pi, points))
+    arc = np.concatenate([low * share[:0:-1], curve.descent_cusp * share])
+    x, y = coordinates(curve, arc)
+    return y, x
 
 
 def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:

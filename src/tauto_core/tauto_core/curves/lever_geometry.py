@@ -169,10 +169,7 @@ class LeverLinkage(ABC):
 def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
     """Return where lever and thread are within the limits, away from dead point, upright and end.
 
-    Args:
-        beta: β of the lever [rad], NaN where it cannot be.
-        delta: δ of the thread [rad], likewise.
-        free: length of the thread from the cam to B over that at rest, likewise.
+    `free` is the length of the thread from the cam to B over that at rest; NaN where it cannot be.
     """
     least = np.minimum(np.cos(beta), np.cos(beta - delta))
     return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))

@@ -87,17 +87,11 @@ def bracketed_newton(
 ) -> FloatArray:
     """Return the roots of increasing functions, in the shape of `start`.
 
-    Newton's method inside a bracket that only shrinks; where a step would leave the bracket, the
-    bracket is halved. An element whose last step was within the tolerance keeps its value while
-    others continue, so the bits of a root do not depend on the rest of the batch.
-
-    Args:
-        equation: value and derivative of the functions at x, element by element.
-        start: first x.
-        bracket: least and largest x, broadcast against `start`; infinite where Newton's method
-            cannot overshoot.
-        relative: tolerance of the last step, as a share of the root.
-        absolute: further tolerance of the last step, added to the first; broadcast too.
+    `equation` gives values and derivatives, element by element. Newton's method inside a bracket
+    that only shrinks, and that is infinite where a step cannot overshoot; where a step would leave
+    the bracket, the bracket is halved. An element whose last step was within the absolute plus
+    relative tolerance keeps its value while others continue, so the bits of a root do not depend
+    on the rest of the batch.
     """
     low, high = (np.broadcast_to(np.asarray(end, np.float64), start.shape) for end in bracket)
     x, settled = np.clip(start, low, high), np.zeros(start.shape, np.bool_)
@@ -119,21 +113,14 @@ def bracketed_newton(
 # -----------------------------------------------------------------------------
 # Finding the place where a condition ceases to hold, by bisection.
 
-BISECTIONS = 60
-"""Number of halvings, after which the interval is no longer than the rounding error of its first
-length.
-"""
-
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
     """Return two neighbouring numbers: at the first a condition holds, at the second it does not.
 
-    Args:
-        holds: the condition, true from `good` up to one place and false from there to `bad`.
-        good: a number at which it holds.
-        bad: a number at which it does not, on either side.
+    It holds from `good` up to one place and not from there to `bad`, which may be on either side.
     """
-    for _ in range(BISECTIONS):
+    # after 60 halvings the interval is no longer than the rounding error of its first length
+    for _ in range(60):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good, bad
@@ -147,14 +134,10 @@ FACTORS_TRIED = 40
 
 
 def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
-    """Return the nearest value that works, in the direction of the factor.
+    """Return the nearest value that works, in the direction of the factor ≠ 1.
 
-    It is rounded to four digits, away from the value that does not work.
-
-    Args:
-        value: > 0, does not work.
-        factor: other than 1; applied repeatedly until a value works.
-        works: test of a value; true for all values beyond the first that works.
+    The value > 0 does not work; all beyond the first that works must work. It is rounded to four
+    digits, away from the value that does not work.
     """
     while (found := nearest_if_any(value, factor, works)) is None:
         value *= factor**FACTORS_TRIED
@@ -215,13 +198,10 @@ def chebyshev_nodes(count: int) -> FloatArray:
 
 
 def chebyshev_coefficients(values: FloatArray) -> FloatArray:
-    """Return the coefficients c_j of the polynomials Σ c_j T_j(x) with given values, (…, n).
+    """Return the coefficients c_j of Σ c_j T_j(x) from values at `chebyshev_nodes(n)`, (…, n).
 
     c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
     transform is computed as the Fourier transform of the values and their mirror image.
-
-    Args:
-        values: values at `chebyshev_nodes(n)`, (…, n).
     """
     count = values.shape[-1]
     mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
@@ -261,15 +241,10 @@ def complete_series(
 ) -> FloatArray | None:
     """Return the first Chebyshev series that represents its functions; None if none does.
 
-    A smooth function's coefficients fall geometrically down to rounding. A series is complete
-    when its last coefficients are that small: several, since one may vanish by symmetry.
-
-    Args:
-        series: function that gives the coefficients with n terms, (…, n).
-        counts: numbers of terms to be tried, one after the other.
-        tail: largest of the last coefficients of a complete series, over its largest one.
-        last: how many are looked at.
-        scale: what `tail` is a share of, instead of the largest coefficient.
+    `series` gives the coefficients with n terms, (…, n), for the counts that are tried in order. A
+    smooth function's coefficients fall geometrically down to rounding. A series is complete when
+    the `last` ones are at most `tail` of its largest one, or of `scale`: several, since one may
+    vanish by symmetry.
     """
     for count in counts:
         found = series(count)
@@ -297,17 +272,10 @@ def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> 
     """Return the integrals of a function over n intervals, shape (n,).
 
     24-point Gauss–Legendre; each panel is halved until that changes it by less than 1e-14 of the
-    whole integral, and the value of the halves is returned. Layers as thin as 2⁻⁴⁸ of the interval
-    are found. The bits of an integral do not depend on the other intervals.
-
-    Args:
-        function: a function of an array of any shape, element by element, smooth within each
-            interval.
-        lower: lower limits, shape (n,).
-        upper: upper limits, shape (n,).
-
-    Raises:
-        QuadratureError: no such agreement after 48 halvings, or with 1024 panels at once.
+    whole integral, and the value of the halves is returned. The function must be smooth within
+    each interval; layers as thin as 2⁻⁴⁸ of it are found. The bits of an integral do not depend on
+    the other intervals. QuadratureError: no such agreement after 48 halvings, or with 1024 panels
+    at once.
     """
     count = len(lower)
     owner, left, width = np.arange(count), lower, upper - lower
@@ -339,13 +307,7 @@ def _rule() -> tuple[FloatArray, FloatArray]:
 
 
 def gauss_sums(function: ArrayFunction, left: FloatArray, width: FloatArray) -> FloatArray:
-    """Return 24-point Gauss–Legendre sums over intervals, shape (n,).
-
-    Args:
-        function: a function of an array of any shape, element by element.
-        left: where the intervals begin, shape (n,).
-        width: lengths of the intervals, shape (n,).
-    """
+    """Return 24-point Gauss–Legendre sums over n intervals of given beginnings and widths."""
     nodes, weights = _rule()
     values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
     # along the last axis, so that the order of summation does not depend on the shape
@@ -361,9 +323,7 @@ def panel_nodes(edges: FloatArray) -> FloatArray:
 def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
     """Return the integrals from the first edge to each node, and to the last edge.
 
-    Args:
-        values: the values of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
-        edges: edges of the panels, ascending, shape (panels + 1,).
+    The values are those of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
     """
     width = 0.5 * np.diff(edges)
     parts = width * np.sum(values * _rule()[1], axis=-1)
@@ -373,11 +333,7 @@ def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
 
 
 def unresolved(values: FloatArray) -> float:
-    """Return the size of the last Legendre coefficients of the panels against the largest value.
-
-    Args:
-        values: the values at `panel_nodes`, shape (panels, 24).
-    """
+    """Return the size of the last Legendre coefficients of the panels, over the largest value."""
     nodes, weights = _rule()
     last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
     tails = np.abs(np.sum(values[..., None] * last, axis=1)) * _NODES

@@ -208,7 +208,9 @@ def weight_period() -> Figure:
         (Involute(BASE_RADIUS), 25.0, {'color': OTHER}, 'involute, disc of 5 BC'),
         (own, 1.0, {'color': CURVE, 'linewidth': 2.0}, "the weight's own cam, disc of BC"),
     ):
-        machine = _weight_machine(cam, part)
+        # a wheel of `part` times the inertia of §XX
+        inertia = part * MASS * BASE_RADIUS**2 / ON_ITS_DISC
+        machine = Machine(inertia, MASS, MASS, 0.0, 0.0, GRAVITY, cam, True, None, None, 0.1)
         loss = [-rate_s_per_day(machine.period(float(a)), machine.small_period) for a in angles]
         left.plot(angles, loss, label=name, **look)
     named_axes(left, 'amplitude, rad', 'loses, s/day', 'a weight of Q/100 (§XX)')
@@ -222,12 +224,6 @@ def weight_period() -> Figure:
     note(right, (4.2, 4.2), 'involute', (6.0, -9.0), ha='left', color=THREAD)
     named_axes(right, 'angle of the wheel, rad', 'lever arm / BC', 'lever arms, disc of BC')
     return figure
-
-
-def _weight_machine(cam: Cam, part: float) -> Machine:
-    """Return a wheel of `part` times the inertia of §XX under a weight."""
-    inertia = part * MASS * BASE_RADIUS**2 / ON_ITS_DISC
-    return Machine(inertia, MASS, MASS, 0.0, 0.0, GRAVITY, cam, True, None, None, 0.1)
 
 
 def lever_machine() -> Figure:
@@ -456,7 +452,16 @@ def other_supports() -> Figure:
     letter(plane, axle, 'C', (0.0, 8.0))
     letter(plane, low, 'G', (9.0, 2.0))
     bare(plane, 'plane: G keeps to its vertical')
-    _on_convex(convex)
+    # upright, and falling off
+    radius = 0.12
+    ring(convex, (0.0, 0.0), radius, edgecolor=INK, linewidth=2.0)
+    own = modes(-(radius + AXLE), C, K * K)
+    for theta, color in ((0.0, FAINT), (0.5, CURVE)):
+        axle = (radius + AXLE) * math.sin(theta), (radius + AXLE) * math.cos(theta)
+        _body(convex, axle, theta * own.B_prime / C, color)
+    letter(convex, (0.0, 0.0), 'O', (-8.0, 0.0))
+    letter(convex, axle, 'C', (9.0, 6.0))
+    bare(convex, f'convex: b′ = −{-1e3 * own.b_prime:.0f} mm, it falls')
     turns = np.linspace(-4.0, 12.0, 161)
     found = [modes(1.0 / x if abs(x) > 1e-9 else math.inf, C, K * K) for x in turns]
     pairs = np.array([sorted(each.squared_frequencies(GRAVITY)) for each in found])
@@ -475,29 +480,9 @@ def other_supports() -> Figure:
     return figure
 
 
-def _on_convex(axes: Axes) -> None:
-    """Draw the body on a convex support, upright and falling off."""
-    radius = 0.12
-    ring(axes, (0.0, 0.0), radius, edgecolor=INK, linewidth=2.0)
-    own = modes(-(radius + AXLE), C, K * K)
-    for theta, color in ((0.0, FAINT), (0.5, CURVE)):
-        axle = (radius + AXLE) * math.sin(theta), (radius + AXLE) * math.cos(theta)
-        _body(axes, axle, theta * own.B_prime / C, color)
-    letter(axes, (0.0, 0.0), 'O', (-8.0, 0.0))
-    letter(axes, axle, 'C', (9.0, 6.0))
-    bare(axes, f'convex: b′ = −{-1e3 * own.b_prime:.0f} mm, it falls')
-
-
 @dataclass(frozen=True)
 class Plate:
-    """A figure of the page.
-
-    Attributes:
-        name: name of its file, without ending.
-        paper: the paper that it belongs to.
-        caption: paragraph and content, in a line or two.
-        draw: returns the figure.
-    """
+    """A figure of the page: its file's name, paper, caption (paragraph and content), drawing."""
 
     name: str
     paper: Paper
@@ -584,11 +569,7 @@ PLATES = (
 
 
 def write_plates(folder: Path) -> list[Path]:
-    """Write every figure as SVG, the same bytes each time; return the files.
-
-    Raises:
-        OSError: a file that cannot be written.
-    """
+    """Write every figure as SVG, the same bytes each time; return the files."""
     import matplotlib as mpl
 
     files = []

@@ -34,13 +34,7 @@ CLOSE, FAIR = 1e-10, 1e-8
 
 
 def slope(s: float, kappa: float = GLOBE, length: float = F) -> float:
-    """Return dx/ds = e^{2κs} (dt/ds)/γ, with √t proportional to ∫ e^{−κs} ds (§14).
-
-    Args:
-        s: arc [m], < 0 on the branch of ascent.
-        kappa: κ [1/m].
-        length: length of the pendulum [m].
-    """
+    """Return dx/ds = e^{2κs} (dt/ds)/γ, with √t proportional to ∫ e^{−κs} ds (§14)."""
     root, _ = quad(lambda r: math.exp(-kappa * r), 0.0, s, epsabs=0.0, epsrel=1e-13)
     return root * math.exp(kappa * s) / (GAMMA * length)
 
@@ -88,10 +82,8 @@ def root(function: Callable[[float], float], low: float, high: float) -> float:
 def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
     """Return the time from rest at an arc to A on the curve, by the equation of motion [s].
 
-    Args:
-        start: arc [m]; < 0: in the other direction, down the branch of ascent.
-        friction: μ, constant resistance over the weight in the fluid; the curve is steeper by μ.
-        length: length of the pendulum [m].
+    A negative arc goes in the other direction, down the branch of ascent; with friction μ, over
+    the weight in the fluid, the curve is steeper by μ.
     """
     found = _motion(start, friction, length, to_rest=False)
     return found[0]

@@ -77,12 +77,7 @@ class PageError(TautoError):
 def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
     """Write `euler.md` and `figures/*.svg` into a folder, and return the files.
 
-    Args:
-        folder: made if it does not exist; files of these names in it are replaced.
-        claims: in the order of the page.
-
-    Raises:
-        PageError: a file or folder that cannot be written.
+    The folder is made, and files of these names replaced. PageError: one that cannot be written.
     """
     text, figures = folder / 'euler.md', folder / 'figures'
     try:

@@ -74,12 +74,7 @@ class Modes(NamedTuple):
         return -1.0 / self.B_prime, -1.0 / self.B
 
     def coordinates_at(self, tilt: float, c: float) -> tuple[float, float]:
-        """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ where θ = φ = tilt.
-
-        Args:
-            tilt: of link and body [rad].
-            c: depth of the centre of gravity below the end of the link [m].
-        """
+        """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ where θ = φ = tilt [rad], c in m."""
         apart = c * (self.B - self.B_prime)
         return tilt * (c - self.B_prime) / apart, tilt * (self.B - c) / apart
 
@@ -92,18 +87,13 @@ class Modes(NamedTuple):
 def modes(e: float, c: float, k_squared: float) -> Modes:
     """Return both modes, without cancellation from the knife-edge to the plane and beyond.
 
+    Lengths in metres; e = ±inf is a plane, a negative one a convex support, c < 0 a centre of
+    gravity above the end of the link. ValueError: c = 0, where gravity turns the body in neither
+    direction, k² < 0, or values that are not finite numbers.
+
     Of the two forms D² = (k² + c² − ce)² + 4c³e = (k² + c² + ce)² − 4cek² the one without a
     difference is used. Of two roots the one whose terms have one sign is computed; the other
     follows from their product.
-
-    Args:
-        e: length of the link [m]; ±inf: a plane; negative: convex.
-        c: depth of the centre of gravity below the end of the link [m]; negative: above it.
-        k_squared: square of the radius of gyration [m2], ≥ 0.
-
-    Raises:
-        ValueError: c = 0, where gravity turns the body in neither direction; k² < 0; or values
-            that are not finite numbers.
     """
     if math.isnan(e) or not math.isfinite(c) or c == 0.0 or not 0.0 <= k_squared < math.inf:
         raise ValueError(
@@ -136,10 +126,7 @@ def _over(above: float, below: float) -> float:
 def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, Decimal]:
     """Return b and b′ [m] to some 40 digits, for phases followed through millions of turns.
 
-    Args:
-        e: length of the link [m], > 0, finite.
-        c: depth [m], > 0.
-        k_squared: square of the radius of gyration [m2], > 0.
+    For e, c and k² > 0 and finite.
     """
     with localcontext() as context:
         context.prec = DIGITS
@@ -200,11 +187,7 @@ class AxlePendulum:
         return math.sqrt(max(0.0, *(-w for w in self.modes.squared_frequencies(self.gravity))))
 
     def require_swing(self) -> None:
-        """Refuse a body that is unstable.
-
-        Raises:
-            UnsteadyAxleError: names the length that is negative and the nearest body that swings.
-        """
+        """Refuse an unstable body: UnsteadyAxleError names the negative length and a remedy."""
         if self.growth_rate == 0.0:
             return
         lengths = self.modes
@@ -224,12 +207,8 @@ class AxlePendulum:
 def axle_on(support_radius: float, axle_radius: float) -> float:
     """Return the curvature 1/e = 1/(a − b₀) of the path of an axle's centre [1/m].
 
-    Args:
-        support_radius: radius a of the hollow [m]; ±inf: a plane; negative: a convex support.
-        axle_radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0.
-
-    Raises:
-        UnsteadyAxleError: an axle that does not fit into its hollow.
+    The hollow's radius a is ±inf for a plane, negative for a convex support; b₀ ≥ 0 may be that of
+    a cradle's rockers. UnsteadyAxleError: an axle that does not fit into its hollow.
     """
     if 0.0 < support_radius <= axle_radius:
         raise UnsteadyAxleError(
@@ -260,16 +239,11 @@ REST = AxleState(0.0, 0.0, 0.0, 0.0)
 
 
 def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> AxleState:
-    """Return the small motion from any state, as the sum of both modes (§29–36, 43–47).
+    """Return the small motion from any state, at times of any shape (§29–36, 43–47).
 
     With r and r′ the ratios φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′)
     each obey q̈ = −(g/b) q. The solution is a sine, on a plane a steady drift, for an unstable
     mode a sinh.
-
-    Args:
-        body: the body and its support.
-        start: state at t = 0, floats.
-        times_s: t [s], any shape.
     """
     slow, fast = body.modes.tilt_per_arc
     times, apart = np.asarray(times_s, np.float64), slow - fast
@@ -307,13 +281,8 @@ def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple
 
         α √(g/b) = (c ν b′ − n B′)/(eD),   α′ √(g/b′) = (n B − c ν b)/(eD),   D/c = B − B′
 
-    Args:
-        body: one that swings on a hollow support.
-        speed: n of the centre of gravity at the start [m/s].
-        spin: ν of the body at the start [rad/s].
-
-    Raises:
-        UnsteadyAxleError: an unstable body, or a plane, where θ stays 0.
+    n is the speed of the centre of gravity [m/s] and ν the spin [rad/s] at the start.
+    UnsteadyAxleError: an unstable body, or a plane, where θ stays 0.
     """
     body.require_swing()
     if not body.curvature > 0.0:
@@ -376,11 +345,6 @@ def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL)
 
         N/M = (g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
         φ̈ = −(N/M) c sin δ/k²,    s̈ = −g sin θ − A⊥ − c φ̈ cos δ + c φ̇² sin δ.
-
-    Args:
-        body: the body and its support.
-        state: floats or arrays.
-        support: motion of the support, floats or arrays; at rest when left out.
     """
     s, phi, s1, phi1 = (
         np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
@@ -433,15 +397,9 @@ def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
 def plane_period(body: AxlePendulum, amplitude: float) -> float:
     """Return the period of swings of any size on a plane, T = 4 ∫ dφ/φ̇ [s] (theory C).
 
-    The centre of gravity moves on a vertical line: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A). With
-    sin(φ/2) = sin(A/2) sin u the integrand is smooth.
-
-    Args:
-        body: on a plane, curvature 0.
-        amplitude: A [rad], 0 < A < π.
-
-    Raises:
-        UnsteadyAxleError: another support, an unstable body, an amplitude out of range.
+    The centre of gravity moves on a vertical line: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A), 0 <
+    A < π. With sin(φ/2) = sin(A/2) sin u the integrand is smooth. UnsteadyAxleError: another
+    support, an unstable body, an amplitude out of range.
     """
     body.require_swing()
     if body.curvature != 0.0 or not 0.0 < amplitude < math.pi:

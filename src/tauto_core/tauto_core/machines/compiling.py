@@ -91,9 +91,7 @@ class Isochronism(AmplitudeTable):
 def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
     """Return what a clock gains in a day of true time, 86400 (T₀ − T)/T [s/day].
 
-    Args:
-        period_s: T, of a full swing in true time [s], > 0.
-        nominal_period_s: T₀, time by which the dial advances in a full swing [s], > 0.
+    T is the period of a full swing in true time, T₀ the time by which the dial advances in it [s].
     """
     return DAY_S * (nominal_period_s - period_s) / period_s
 
@@ -103,15 +101,10 @@ def isochronism(
 ) -> Isochronism:
     """Return period and rate of free swings on land at several amplitudes.
 
-    Args:
-        machine: the machine; its drag and escapement are ignored.
-        amplitudes: [rad], each > 0, within the machine's range and at most 1e6.
-        nominal_period_s: time by which the dial advances in a full swing; the small-amplitude
-            period when left out.
-
-    Raises:
-        UsageError: no amplitude, or one out of range, before anything is computed.
-        SlackThreadError: a swing in which the thread goes slack.
+    Drag and escapement are ignored. Amplitudes [rad] are > 0, within the machine's range and at
+    most 1e6. The nominal period, by which the dial advances in a full swing, is the
+    small-amplitude one when left out. UsageError: no amplitude, or one out of range, before
+    anything is computed; SlackThreadError: a swing in which the thread goes slack.
     """
     asked = [float(amplitude) for amplitude in amplitudes]
     edge = min(machine.range_rad, LARGEST_ANGLE)
@@ -174,8 +167,7 @@ class SceneParts(Protocol):
 def compile_machine(scene: SceneParts) -> AnyMachine | FluidPendulum:
     """Return the regulator of a scene as numbers: its trochlea, or the body in its fluid.
 
-    Raises:
-        SceneError: a machine that cannot be built, or a release beyond its range.
+    SceneError: a machine that cannot be built, or a release beyond its range.
     """
     if scene.regulator is not None:
         return compile_fluid_pendulum(scene.name, scene.g, scene.regulator)
@@ -187,10 +179,8 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
 
     The release is checked here where it alone determines the angle of the cam: on a still ship,
     and at sea if the thread's neutral line turns with the case. For a thread that follows the
-    apparent vertical it is checked when the motion is known.
-
-    Raises:
-        SceneError: a machine that cannot be built, or a release beyond its range.
+    apparent vertical it is checked when the motion is known. SceneError: a machine that cannot be
+    built, or a release beyond its range.
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):
@@ -213,16 +203,10 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
 def free_swings(
     scene: SceneParts, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> Isochronism | DescentIsochronism:
-    """Return period and rate of free swings of a scene's regulator on land.
+    """Return period and rate of free swings on land, of a trochlea [rad] or a body in a fluid [m].
 
-    Args:
-        scene: the scene; its drag and escapement are ignored.
-        amplitudes: [rad]; of a body in a fluid arcs [m].
-        nominal_period_s: as for `isochronism`.
-
-    Raises:
-        SceneError: a machine that cannot be built.
-        UsageError: see `isochronism` and `descent_isochronism`.
+    SceneError: a machine that cannot be built; UsageError as of `isochronism` and
+    `descent_isochronism`.
     """
     if scene.regulator is None:
         return isochronism(compile_trochlea(scene), amplitudes, nominal_period_s)
@@ -235,10 +219,7 @@ def free_swings(
 def compile_ideal(scene: SceneParts) -> Machine:
     """Return the trochlea of a scene as if its thread were ideal, vertical or through a hole.
 
-    The release is not checked.
-
-    Raises:
-        SceneError: a cam, thread or table that cannot be used.
+    The release is not checked. SceneError: a cam, thread or table that cannot be used.
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):
@@ -258,14 +239,10 @@ _SAME = 4.0 * np.finfo(float).eps
 
 
 def swing_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,).
+    """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,), of (n,) angles and rates.
 
-    For a thread that swings it is the energy of small swings.
-
-    Args:
-        machine: the machine.
-        angle: θ of the wheel in its case [rad], (n,); an angle beyond the range counts as its end.
-        rate: θ̇ [rad/s], (n,).
+    For a thread that swings it is the energy of small swings. An angle beyond the range counts as
+    its end.
     """
     if isinstance(machine, HangingMachine):
         small = (machine.frequency * angle) ** 2 + rate * rate
@@ -282,11 +259,6 @@ def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> F
 
     s, the sign of the last impulse, is that of a swing that reaches both impulses: sgn θ̇ beyond
     the angle of the impulse, −sgn θ̇ before it.
-
-    Args:
-        machine: the machine.
-        angle: θ of the wheel in its case [rad], (n,).
-        rate: θ̇ [rad/s], (n,).
     """
     escapement = machine.escapement
     if escapement is None or escapement.recoil == 0.0:
@@ -299,11 +271,8 @@ def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> F
 def amplitude_of(machine: AnyMachine, energy: float) -> float:
     """Return the amplitude A on land [rad] of a swing of the energy V(A) + R A [J].
 
-    For the lever it is the turning point on the positive side. It is at most the end of the range.
-
-    Args:
-        machine: the machine.
-        energy: sum of `swing_energy` and `recoil_energy`; a negative one counts as 0.
+    That is the sum of `swing_energy` and `recoil_energy`; a negative one counts as 0. For the
+    lever A is the turning point on the positive side. It is at most the end of the range.
     """
     energy = max(energy, 0.0)
     if isinstance(machine, HangingMachine):
@@ -329,10 +298,6 @@ def nearest_period(machine: AnyMachine, amplitude: float) -> float:
     Where no such swing exists, as with an amplitude that only the sea makes possible, it is that
     of half the amplitude, and so on. Half the amplitude has at least half the period: a period
     grows at most in proportion to the amplitude, where the weight alone has inertia.
-
-    Args:
-        machine: the machine.
-        amplitude: as `amplitude_of` returns [rad].
     """
     while amplitude > 0.0:
         try:

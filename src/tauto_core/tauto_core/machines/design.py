@@ -27,7 +27,7 @@ PARIS_LINE_M = PARIS_FOOT_M / 144.0
 
 PARIS_POUND_KG = 0.4895
 
-LENGTHS_M = {
+LENGTH_UNITS_M = {
     'm': 1.0,
     'mm': 1e-3,
     'scruple': SCRUPLE_M,
@@ -37,7 +37,7 @@ LENGTHS_M = {
 }
 """Units of length in which a design may be given."""
 
-WEIGHTS_KG = {'kg': 1.0, 'pound': PARIS_POUND_KG}
+WEIGHT_UNITS_KG = {'kg': 1.0, 'pound': PARIS_POUND_KG}
 """Units of weight besides the newton; a force is the mass times gravity."""
 
 
@@ -69,16 +69,9 @@ def complete(
     pull: float | None = None,
     lever_rate: float | None = None,
 ) -> Design:
-    """Return the design that three of its four numbers determine: I (2π/T)² = P b.
+    """Return the design that three of its four numbers determine: I (2π/T)² = P b, in SI units.
 
-    Args:
-        period: T of a full swing [s].
-        inertia: I of the wheel [kg m2].
-        pull: P in the thread [N].
-        lever_rate: b, the base radius of an involute [m/rad].
-
-    Raises:
-        UsageError: not exactly one is left out, or one is not between 1e-30 and 1e30.
+    UsageError: not exactly one is left out, or one is not between 1e-30 and 1e30.
     """
     given = {'period': period, 'inertia': inertia, 'pull': pull, 'lever_rate': lever_rate}
     missing = [name for name, value in given.items() if value is None]
@@ -150,24 +143,15 @@ class WheelDesign:
 
 
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
-    """Return the units of a design in metres and newtons.
-
-    Args:
-        length_unit: one of `LENGTHS_M`.
-        weight_unit: N, or one of `WEIGHTS_KG`.
-        gravity: acceleration of gravity [m/s2].
-
-    Raises:
-        UsageError: an unknown unit.
-    """
-    if length_unit not in LENGTHS_M:
+    """Return the units of a design in metres and newtons; UsageError for one that is not known."""
+    if length_unit not in LENGTH_UNITS_M:
         given = Argument('length_unit', repr(length_unit), spaced=True)
-        raise UsageError(given, f': use one of {", ".join(LENGTHS_M)}')
-    if weight_unit not in ('N', *WEIGHTS_KG):
+        raise UsageError(given, f': use one of {", ".join(LENGTH_UNITS_M)}')
+    if weight_unit not in ('N', *WEIGHT_UNITS_KG):
         given = Argument('weight_unit', repr(weight_unit), spaced=True)
-        raise UsageError(given, f': use one of N, {", ".join(WEIGHTS_KG)}')
-    newtons = 1.0 if weight_unit == 'N' else WEIGHTS_KG[weight_unit] * gravity
-    return LENGTHS_M[length_unit], newtons
+        raise UsageError(given, f': use one of N, {", ".join(WEIGHT_UNITS_KG)}')
+    newtons = 1.0 if weight_unit == 'N' else WEIGHT_UNITS_KG[weight_unit] * gravity
+    return LENGTH_UNITS_M[length_unit], newtons
 
 
 def design(
@@ -198,8 +182,8 @@ def design(
         disc_is_base: the radius of the disc is the base radius (XX).
         pull: pull in the thread, without inertia.
         base_radius: base radius of the involute; a hole's rate.
-        length_unit: unit of lengths, one of `LENGTHS_M`.
-        weight_unit: unit of weights and the pull, N or one of `WEIGHTS_KG`.
+        length_unit: unit of lengths, one of `LENGTH_UNITS_M`.
+        weight_unit: unit of weights and the pull, N or one of `WEIGHT_UNITS_KG`.
         gravity: acceleration of gravity [m/s2].
 
     Raises:
@@ -301,35 +285,17 @@ def _disc_is_base(
 
 
 def disc_inertia(weight: float, radius: float, gravity: float) -> float:
-    """Return I = Q a²/(2g) of a homogeneous disc [kg m2].
-
-    Args:
-        weight: Q of the disc [N].
-        radius: a of the disc [m].
-        gravity: g [m/s2], > 0.
-    """
+    """Return I = Q a²/(2g) of a homogeneous disc of the weight Q [kg m2]."""
     return weight * radius * radius / (2.0 * gravity)
 
 
 def weight_of_disc(inertia: float, radius: float, gravity: float) -> float:
-    """Return Q = 2 g I/a² of a homogeneous disc [N].
-
-    Args:
-        inertia: I [kg m2].
-        radius: a of the disc [m], > 0.
-        gravity: g [m/s2].
-    """
+    """Return Q = 2 g I/a² of a homogeneous disc [N]."""
     return 2.0 * gravity * inertia / (radius * radius)
 
 
 def radius_of_disc(inertia: float, weight: float, gravity: float) -> float:
-    """Return a = √(2 g I/Q) of a homogeneous disc [m].
-
-    Args:
-        inertia: I [kg m2].
-        weight: Q of the disc [N], > 0.
-        gravity: g [m/s2].
-    """
+    """Return a = √(2 g I/Q) of a homogeneous disc of the weight Q [m]."""
     return math.sqrt(2.0 * gravity * inertia / weight)
 
 
@@ -338,70 +304,35 @@ def equivalent_pendulum_length(
 ) -> float:
     """Return L = I g/(P b) of the isochronous simple pendulum [m].
 
-    For a disc of weight Q and radius a, and an involute of base radius r, it is Q a²/(2 P r)
+    For a disc of weight Q and radius a, and an involute of base radius r = b, it is Q a²/(2 P r)
     (§XXI), and Q r/(2P) where the base circle is the disc (§XIX).
-
-    Args:
-        inertia: I of the wheel [kg m2].
-        pull: P in the thread [N], > 0.
-        lever_rate: b, the base radius of an involute [m/rad], > 0.
-        gravity: g [m/s2].
     """
     return inertia * gravity / (pull * lever_rate)
 
 
 def lever_rate_for(inertia: float, pull: float, length: float, gravity: float) -> float:
-    """Return b = I g/(P L) [m/rad]: the base radius that gives a pendulum length (§XX).
-
-    Args:
-        inertia: I of the wheel [kg m2].
-        pull: P in the thread [N], > 0.
-        length: L of the isochronous simple pendulum [m], > 0.
-        gravity: g [m/s2].
-    """
+    """Return b = I g/(P L) [m/rad]: the base radius that gives a pendulum length (§XX)."""
     return inertia * gravity / (pull * length)
 
 
 def base_radius_of_disc(weight: float, pull: float, length: float) -> float:
-    """Return r = 2 P L/Q [m], where the base circle is the disc itself (§XX).
-
-    Args:
-        weight: Q of the disc [N], > 0.
-        pull: P in the thread [N].
-        length: L of the isochronous simple pendulum [m].
-    """
+    """Return r = 2 P L/Q [m], where the base circle is the disc itself, of weight Q (§XX)."""
     return 2.0 * pull * length / weight
 
 
 def length_of_thick_disc(weight: float, radius: float, pull: float, base_radius: float) -> float:
-    """Return L = Q a⁴ r/(2 P) with a in units of r [m]: §XXI as printed.
+    """Return L = Q a⁴ r/(2 P) with the radius a of the disc in units of r [m]: §XXI as printed.
 
     Q is then the weight of a disc of radius r and of the thickness of the larger one.
-
-    Args:
-        weight: Q of the small disc [N].
-        radius: radius of the large disc [m].
-        pull: P in the thread [N], > 0.
-        base_radius: r [m], > 0.
     """
     return weight * (radius / base_radius) ** 4 * base_radius / (2.0 * pull)
 
 
 def length_of_period(period: float, gravity: float) -> float:
-    """Return L = g (T/2π)² [m] of the simple pendulum with this full period.
-
-    Args:
-        period: T [s].
-        gravity: g [m/s2].
-    """
+    """Return L = g (T/2π)² [m] of the simple pendulum with the full period T."""
     return gravity * (period / math.tau) ** 2
 
 
 def half_period(length: float, gravity: float) -> float:
-    """Return π √(L/g) [s]: one oscillation in the papers' sense, half a period.
-
-    Args:
-        length: L of the simple pendulum [m].
-        gravity: g [m/s2], > 0.
-    """
+    """Return π √(L/g) [s]: one oscillation in the papers' sense, half a period."""
     return math.pi * math.sqrt(length / gravity)

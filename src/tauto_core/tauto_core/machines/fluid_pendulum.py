@@ -73,28 +73,17 @@ def euler_descent_time(curve: FluidTautochrone, gravity: float) -> float:
 
 
 def composed_length(descent: float, ascent: float) -> float:
-    """Return L = ((√f + √h)/2)² [m]: descent on a curve of f, ascent on one of h (§21).
-
-    Args:
-        descent: f, pendulum length of the branch of descent [m].
-        ascent: h, of the branch of ascent [m].
-    """
+    """Return L = ((√f + √h)/2)² [m]: descent on a curve of f, ascent on one of h (§21)."""
     return (0.5 * (math.sqrt(descent) + math.sqrt(ascent))) ** 2
 
 
 def euler_half_swing(
     curve: FluidTautochrone, gravity: float, start: ArrayLike, time: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return arc [m] and ds/dt [m/s] at times since the release at rest [s].
+    """Return arc [m] and ds/dt [m/s] at times since the release at rest, 0 to π√(f/g) [s].
 
-    Args:
-        curve: the curve, with its fluid.
-        gravity: g [m/s2].
-        start: arc of the release [m], > 0.
-        time: from 0 to π√(f/g), the duration of the half swing; of the same shape.
-
-    Raises:
-        DescentError: a start that is not on the branch of descent.
+    Arcs of release > 0 and times have one shape. DescentError: a start that is not on the branch
+    of descent.
     """
     top = harmonic_of_arc(curve.kappa, _all_on_descent(curve, start))
     omega = math.sqrt(gravity / curve.pendulum_length)
@@ -104,13 +93,7 @@ def euler_half_swing(
 
 
 def velocity_height(curve: FluidTautochrone, arc: ArrayLike, at_lowest: float) -> FloatArray:
-    """Return v(s) = b e^{2κs} − (e^{κs} − 1)²/(2κ²f) [m] (§31–32).
-
-    Args:
-        curve: the curve, with its fluid.
-        arc: s [m], within the half swing.
-        at_lowest: b, the height of fall of the speed at A [m].
-    """
+    """Return v(s) = b e^{2κs} − (e^{κs} − 1)²/(2κ²f) [m] in a half swing, b at A (§31–32)."""
     s = np.asarray(arc, np.float64)
     top = _top(curve, at_lowest)
     z = harmonic_of_arc(curve.kappa, s)
@@ -121,25 +104,18 @@ def velocity_height(curve: FluidTautochrone, arc: ArrayLike, at_lowest: float) -
 def height_at_lowest(curve: FluidTautochrone, start: float) -> float:
     """Return b = z²/2f [m] of a descent from rest at an arc.
 
-    Raises:
-        DescentError: a start that is not on the branch of descent.
+    DescentError: a start that is not on the branch of descent.
     """
     z = float(harmonic_of_arc(curve.kappa, _all_on_descent(curve, start)))
     return z * z / (2.0 * curve.pendulum_length)
 
 
 def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
-    """Return the arcs of descent and ascent and their difference (§33–34).
+    """Return the arcs of descent and ascent and their difference (§33–34), 0 < b < 1/(2κ²f).
 
     S_d = −ln(1 − κ√(2bf))/κ, S_a = ln(1 + κ√(2bf))/κ. Exactly, S_d − S_a = −ln(1 − 2κ²bf)/κ, which
-    is also the arc before A at which the body is fastest.
-
-    Args:
-        curve: the curve, with its fluid.
-        at_lowest: b, the height of fall of the speed at A [m], 0 < b < 1/(2κ²f).
-
-    Raises:
-        DescentError: a b that no descent on the curve reaches.
+    is also the arc before A at which the body is fastest. DescentError: a b [m] that no descent on
+    the curve reaches.
     """
     top = _top(curve, at_lowest)
     kappa = curve.kappa
@@ -161,8 +137,7 @@ def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
 def greatest_velocity_height(curve: FluidTautochrone, at_lowest: float) -> float:
     """Return v = b/(1 − 2κ²bf) [m], at the arc `arcs(…).loss` before A (§33).
 
-    Raises:
-        DescentError: a b that no descent reaches.
+    DescentError: a b that no descent reaches.
     """
     reduced = curve.kappa * _top(curve, at_lowest)
     return at_lowest / ((1.0 - reduced) * (1.0 + reduced))
@@ -208,7 +183,7 @@ LARGEST_SERIES = 1024
 LARGEST_REDUCED_ARC = 64.0
 """Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
 SMALLEST_SERIES = 16
-TAIL = 2.0**-48
+_TAIL = 2.0**-48
 """Size of the last terms over the first at which a series is complete; t has them divided by k."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _STEPS = 64
@@ -238,15 +213,9 @@ class Grid(NamedTuple):
 
 
 def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
-    """Return the time from rest at an arc to A [s].
+    """Return the time from rest at an arc [m] to A [s]; the slope must be positive between them.
 
-    Args:
-        curve: the curve, with its fluid; its slope must be positive between A and the start.
-        gravity: g [m/s2].
-        start: arc of the release [m], > 0, at most at the cusp.
-
-    Raises:
-        DescentError: a start that is not on the branch of descent.
+    DescentError: a start that is not on the branch of descent.
     """
     panels = _panels(curve.kappa * _on_descent(curve, start))
 
@@ -261,16 +230,10 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
 def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
     """Return the duration and end of the half swing from rest down the branch of descent.
 
-    For the other direction pass `Mirrored(curve)`.
-
-    Args:
-        curve: the curve, with its fluid; A must be its lowest point.
-        gravity: g [m/s2].
-        start: arc of the release [m], > 0, at most at the cusp.
-
-    Raises:
-        DescentError: a start that is not on the branch of descent, or an ascent beyond the cusp.
-        QuadratureError: resistance so strong that the series does not converge.
+    The arc of the release [m] is > 0 and at most at the cusp, and A is the lowest point. For the
+    other direction pass `Mirrored(curve)`. DescentError: a start that is not on the branch of
+    descent, or an ascent beyond the cusp; QuadratureError: resistance so strong that the series
+    does not converge.
     """
     end = far_end(curve, start)
     grid = grid_for(curve, start, end)
@@ -279,13 +242,10 @@ def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
 
 
 def far_end(curve: DescentCurve, start: float) -> float:
-    """Return S₁ > 0, the arc of ascent from rest at S > 0 [m].
+    """Return S₁ > 0, the arc of ascent from rest at S > 0 [m]; DescentError beyond either cusp.
 
     Newton's method converges: the energy that the ascent takes, ∫ e^{2κσ} p dσ, is convex, and S₁
     is at most the arc that the body would reach without resistance.
-
-    Raises:
-        DescentError: a start beyond the cusp, or an ascent beyond it.
     """
     _on_descent(curve, start)
     mirror, kappa, zero = Mirrored(curve), curve.kappa, np.zeros(1)
@@ -313,15 +273,14 @@ def far_end(curve: DescentCurve, start: float) -> float:
 def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
     """Return the nodes that resolve a half swing to rounding.
 
-    Raises:
-        QuadratureError: more than 1024 terms, or κS beyond 64.
+    QuadratureError: more than 1024 terms, or κS beyond 64.
     """
     reduced = curve.kappa * max(start, end)
     panels, nodes = _panels(reduced), SMALLEST_SERIES
     while nodes <= LARGEST_SERIES and reduced <= LARGEST_REDUCED_ARC:
         grid = Grid(nodes, panels)
         series = cosines(curve, np.array([start]), np.array([end]), grid)[0]
-        if np.max(np.abs(series[-4:])) <= TAIL * series[0]:
+        if np.max(np.abs(series[-4:])) <= _TAIL * series[0]:
             return grid
         nodes *= 2
     raise QuadratureError(
@@ -332,14 +291,7 @@ def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
 
 
 def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid) -> FloatArray:
-    """Return the cosine coefficients of √g dt/dθ, shape (n, grid.nodes).
-
-    Args:
-        curve: the curve, with its fluid.
-        start: S of n half swings [m], (n,).
-        end: S₁ of the same [m], (n,).
-        grid: nodes that resolve them.
-    """
+    """Return the cosine coefficients of √g dt/dθ of n half swings, shape (n, grid.nodes)."""
     rates = _rates(curve, start, end, grid)
     # k θ_j reduced in integers, so that high terms are rounded no more than low ones
     turns = np.outer(np.arange(grid.nodes), 2 * np.arange(grid.nodes) + 1) % (4 * grid.nodes)
@@ -354,17 +306,10 @@ def place(
     curve: DescentCurve, gravity: float, start: FloatArray, end: FloatArray, time: FloatArray,
     grid: Grid,
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Return arc [m] and ds/dt [m/s] at times since the release, (n,) each.
+    """Return arc [m] and ds/dt [m/s] at times since the release [s], (n,) each.
 
-    The bits of each do not depend on the others.
-
-    Args:
-        curve: the curve, with its fluid.
-        gravity: g [m/s2].
-        start: S [m], (n,).
-        end: S₁ [m], (n,).
-        time: from 0 to the duration of the half swing [s], (n,).
-        grid: nodes that resolve them all.
+    `start` and `end` are S and S₁ of n half swings [m]. The bits of each do not depend on the
+    others.
     """
     series, order = cosines(curve, start, end, grid), np.arange(1, grid.nodes)
     goal = np.minimum(time * math.sqrt(gravity) / series[:, 0], math.pi)
@@ -382,13 +327,10 @@ def place(
     return arc, -0.5 * width * np.sin(angle) * np.sqrt(gravity * evenness)
 
 
-def _midpoints(grid: Grid) -> FloatArray:
-    return np.arange(0.5, grid.nodes, dtype=np.float64) * (math.pi / grid.nodes)
-
-
 def _rates(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid) -> FloatArray:
     """Return √g dt/dθ at the midpoints, (n, nodes)."""
-    width, sines = (start + end)[:, None], np.sin(0.5 * _midpoints(grid))
+    middles = np.arange(0.5, grid.nodes, dtype=np.float64) * (math.pi / grid.nodes)
+    width, sines = (start + end)[:, None], np.sin(0.5 * middles)
     arc = start[:, None] - width * sines * sines
     top, bottom = (np.broadcast_to(part[:, None], arc.shape) for part in (start, end))
     return np.asarray(_evenness(curve, top, bottom, arc, grid.panels) ** -0.5, np.float64)
@@ -409,12 +351,8 @@ def _mean(
 ) -> FloatArray:
     """Return the mean of e^{±2κ(σ − near)} p(σ) over σ from near to far, of any shape.
 
-    Args:
-        curve: the curve, with its fluid.
-        far: end of the swing [m].
-        near: position of the body, on the same side of A [m].
-        panels: number of panels, of 24 nodes each.
-        sign: −1 where the body comes from `far`, 1 where it goes there.
+    `far` is an end of the swing, `near` the body, on the same side of A [m]; the sign is −1 where
+    the body comes from `far`, 1 where it goes there.
     """
     shares = ((np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES)) / panels).ravel()
     length = (far - near)[..., None] * shares
@@ -427,8 +365,7 @@ def _mean(
 def _panels(reduced: float) -> int:
     """Return the number of panels that resolve e^{−2κσ} over an arc of κσ = `reduced`.
 
-    Raises:
-        DescentError: an arc a million times longer than the stopping distance.
+    DescentError: an arc a million times longer than the stopping distance.
     """
     if not reduced <= _LONGEST_REDUCED:
         raise DescentError(
@@ -504,12 +441,7 @@ def _course(kappa: float, start: ArrayLike) -> _Course:
 
 
 def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
-    """Return T/(π√(f/g)) − 1 of the reverse half swing: 5q²/12 − 5q³/18 + ….
-
-    Args:
-        kappa: κ [1/m], ≥ 0.
-        start: arc from A on the branch of ascent [m], > 0.
-    """
+    """Return T/(π√(f/g)) − 1 of the reverse half swing: 5q²/12 − 5q³/18 + …, q = 1 − e^{−κs₁}."""
     course = _course(kappa, start)
     q = kappa * course.fall
     series = np.polynomial.polynomial.polyval(np.minimum(q, _SMALL_Q), SERIES)
@@ -542,23 +474,17 @@ def quarter_ratios(kappa: float, start: float) -> tuple[float, float]:
 def reverse_half_swing(
     kappa: float, frequency: float, start: ArrayLike, time: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start.
+    """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start, any one shape.
 
-    Rounding errors of the arc are amplified by e^{κs₁/2}, which matters for starts beyond 15/κ,
-    where the body begins close to unstable equilibrium.
-
-    Args:
-        kappa: κ [1/m], ≥ 0.
-        frequency: √(g/f) [rad/s].
-        start: arc from A on the branch of ascent [m], > 0, any shape.
-        time: from 0 to the duration of the half swing [s], of the same shape.
+    `frequency` is √(g/f) [rad/s]. Rounding errors of the arc are amplified by e^{κs₁/2}, which
+    matters for starts beyond 15/κ, where the body begins close to unstable equilibrium.
     """
     course = _course(kappa, start)
     span, m1 = course.rise + course.fall, course.complement
     pace = 0.5 * frequency * np.sqrt(course.breadth / 1.5)
     whole = quarter_period(m1)
     turned = np.clip(pace * np.asarray(time, np.float64), 0.0, whole)
-    phi = amplitude(turned, m1)
+    phi = jacobi_amplitude(turned, m1)
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
     # counted from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
@@ -573,23 +499,17 @@ def reverse_half_swing(
 
 
 def quarter_period(complement: FloatArray) -> FloatArray:
-    """Return K(m) = π/(2 agm(1, √m₁)).
-
-    Args:
-        complement: m₁ = 1 − m, 0 < m₁ ≤ 1.
-    """
+    """Return K(m) = π/(2 agm(1, √m₁)) for m₁ = 1 − m, 0 < m₁ ≤ 1."""
     one, other = np.ones_like(complement), np.sqrt(complement)
     for _ in range(_MEANS):
         one, other = 0.5 * (one + other), np.sqrt(one * other)
     return 0.5 * math.pi / one
 
 
-def amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray:
+def jacobi_amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray:
     """Return φ = am(u | m), so that sn = sin φ, cn = cos φ, dn² = m₁ + m cos²φ.
 
-    Args:
-        argument: u, 0 ≤ u ≤ K.
-        complement: m₁ = 1 − m, 0 < m₁ ≤ 1, of the same shape.
+    For 0 ≤ u ≤ K and m₁ = 1 − m, 0 < m₁ ≤ 1, of one shape.
     """
     one, other = np.ones_like(complement), np.sqrt(complement)
     ratios: list[FloatArray] = []
@@ -674,9 +594,8 @@ class FluidPendulum:
     def swing(self, start: float) -> tuple[float, float]:
         """Return duration over π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
 
-        Raises:
-            DescentError: a start beyond the cusp.
-            QuadratureError: resistance too strong for the series.
+        DescentError: a start beyond the cusp; QuadratureError: resistance too strong for the
+        series.
         """
         kappa = self.curve.kappa
         if not self.is_euler:
@@ -691,11 +610,8 @@ class FluidPendulum:
     def period(self, amplitude: float) -> float:
         """Return the duration of a swing from rest to the other side and back [s].
 
-        Args:
-            amplitude: arc of the release [m], its sign the branch; 0 gives the limit 2π/ω.
-
-        Raises:
-            DescentError: an amplitude beyond the cusp.
+        The sign of the amplitude [m] is its branch; 0 gives the limit 2π/ω. DescentError: one
+        beyond the cusp.
         """
         if amplitude == 0.0:
             return self.small_period
@@ -707,18 +623,11 @@ class FluidPendulum:
 def descent_isochronism(
     machine: FluidPendulum, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> DescentIsochronism:
-    """Return descent time, period and rate at several amplitudes.
+    """Return descent time, period and rate at several arcs on the branch of descent [m].
 
-    The descent is integrated, even where it is constant on Euler's curve.
-
-    Args:
-        machine: the body on its curve.
-        amplitudes: arcs on the branch of descent [m], each > 0 and within the cusp.
-        nominal_period_s: time by which the dial advances in a full swing; the small-amplitude
-            period when left out.
-
-    Raises:
-        UsageError: no amplitude, or one out of range, before anything is computed.
+    The descent is integrated, even where it is constant on Euler's curve. The nominal period, by
+    which the dial advances in a full swing, is the small-amplitude one when left out. UsageError:
+    no amplitude, or one out of range, before anything is computed.
     """
     asked = [float(amplitude) for amplitude in amplitudes]
     edge = machine.curve.descent_cusp

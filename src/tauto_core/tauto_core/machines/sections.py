@@ -84,22 +84,23 @@ class Trochlea(Section):
     def made_cam(self, gravity: float) -> Cam:
         """Return the cam for the thread of this trochlea.
 
-        Args:
-            gravity: acceleration of gravity of the scene [m/s2].
-
-        Raises:
-            SceneError: a cam, a thread and a power that are not compatible, a cam that is
-                impossible (`possible_cam`), or a table that cannot be used.
+        SceneError: a cam, a thread and a power that are not compatible, a cam that is impossible
+        (`possible_cam`), or a table that cannot be used.
         """
         fits = self.thread.kind in self.cam.threads
         if not fits or self.cam.corrects not in ('', self.power.acts_as):
+            together = (
+                f'{kind_of(cam)} with thread {" or ".join(cam.threads)}'
+                + (f' under a {cam.corrects}' if cam.corrects else '')
+                for cam in cam_kinds()
+            )
             raise SceneError(
                 'trochlea',
                 'thread.kind',
                 self.thread.kind,
                 f'a cam of kind {self.cam.kind!r} is not made for this thread and power '
                 f'{self.power.kind!r}',
-                'Use ' + '; '.join(_what_goes_together(each) for each in cam_kinds()) + '.',
+                f'Use {"; ".join(together)}.',
             )
         return self.thread.cam(self.parts(gravity))
 
@@ -111,14 +112,7 @@ class Trochlea(Section):
         *,
         still: bool,
     ) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, or with the drag and escapement.
-
-        Args:
-            gravity: acceleration of gravity of the scene [m/s2].
-            drag: the drag of the scene.
-            escapement: the escapement of the scene.
-            still: whether the ship lies still.
-        """
+        """Yield what is wrong between its keys, or with the drag and escapement of the scene."""
         fitting = self.cam.threads
         if self.thread.kind not in fitting:
             cams = (kind_of(each) for each in cam_kinds() if self.thread.kind in each.threads)
@@ -175,11 +169,6 @@ class Trochlea(Section):
             f'{cam.corrects}',
             f'For the period of {cam.period!r} s {others}.',
         )
-
-
-def _what_goes_together(cam: type[CamKind]) -> str:
-    power = f' under a {cam.corrects}' if cam.corrects else ''
-    return f'{kind_of(cam)} with thread {" or ".join(cam.threads)}{power}'
 
 
 # -----------------------------------------------------------------------------
@@ -286,13 +275,7 @@ class FluidTautochroneRegulator(Section):
     def problems(
         self, others: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
-        """Yield what is wrong with it, and what does not go with it.
-
-        Args:
-            others: the sections `trochlea`, `drag`, `escapement` and `suspension`, or None.
-            ship: kind of the ship's motion.
-            still: whether the ship lies still.
-        """
+        """Yield what is wrong with it, and which other sections and ship do not go with it."""
         why = {
             'trochlea': 'a scene has one regulator',
             'drag': 'the fluid is the drag',
@@ -324,11 +307,7 @@ class FluidTautochroneRegulator(Section):
 
 
 def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
-    """Return the curve of a regulator, made for its body and fluid.
-
-    Raises:
-        DescentError: a body that does not sink.
-    """
+    """Return the curve of a regulator for its body and fluid; DescentError if it does not sink."""
     from tauto_core.machines.fluid_pendulum import CURVES
 
     body = _body(regulator)
@@ -338,15 +317,9 @@ def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
 def compile_fluid_pendulum(
     name: str, gravity: float, regulator: FluidTautochroneRegulator
 ) -> FluidPendulum:
-    """Return the regulator as numbers.
+    """Return the regulator of a named scene as numbers.
 
-    Args:
-        name: name of the scene, for errors.
-        gravity: g [m/s2].
-        regulator: the regulator of the scene.
-
-    Raises:
-        SceneError: a body that does not sink, or a release beyond the cusp.
+    SceneError: a body that does not sink, or a release beyond the cusp.
     """
     if regulator.fluid_density >= regulator.body_density:
         raise SceneError(
@@ -427,7 +400,6 @@ def _nearest_that_holds(
 
 
 def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
-
     return ImmersedBody(
         regulator.body,
         regulator.diameter,

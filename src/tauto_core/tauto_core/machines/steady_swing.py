@@ -14,7 +14,6 @@ to be the same at both turning points, which errs by the square of the loss. All
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -28,7 +27,7 @@ from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
-SETTLED = 1e-14
+_SETTLED = 1e-14
 """Relative change of the energy lost on an arc at which the iteration ends."""
 
 _FAR_TOO_MUCH = 1e6
@@ -66,11 +65,7 @@ class SteadySwing:
 
 @dataclass(frozen=True)
 class NoSteadySwing:
-    """The reason why no swing repeats.
-
-    Attributes:
-        why: what happens instead, with the quantity and its limit.
-    """
+    """The reason why no swing repeats: what happens instead, with the quantity and its limit."""
 
     why: str
 
@@ -89,12 +84,7 @@ class _Torques(NamedTuple):
 
 
 class _Leg(NamedTuple):
-    """An arc between a turning point and the impulse.
-
-    Attributes:
-        lost: energy that the drag takes [J].
-        time: [s]; inf where the wheel comes to rest on the way.
-    """
+    """An arc from turning point to impulse: energy lost to drag [J], time [s] (inf: it stops)."""
 
     lost: float
     time: float
@@ -171,7 +161,19 @@ def _driven(
             f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
             f'{loss(top):.6g} J in a swing, the escapement gives {work:.6g} J'
         )
-    amplitude = _where(loss, work, least, top)
+    from scipy.optimize import brentq  # slow to import
+
+    def missing(log_amplitude: float) -> float:
+        return math.log(work / loss(math.exp(log_amplitude)))
+
+    # the loss is roughly a power of the amplitude, so logarithms of both are used
+    ends = math.log(least), math.log(top)
+    log_amplitude, found = brentq(
+        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=_TRIALS, full_output=True, disp=False
+    )
+    if not found.converged:
+        raise QuadratureError(f'no swing between {least:.6g} and {top:.6g} rad loses {work:.6g} J')
+    amplitude = math.exp(log_amplitude)
     legs = _legs(machine, torques, escapement.angle, amplitude)
     if abs(start) > least:
         legs.append(
@@ -267,12 +269,9 @@ def _far_turning(machine: LeverMachine, recoil: float, amplitude: float) -> floa
 def _leg(
     machine: Machine | LeverMachine, torques: _Torques, turning: float, end: float, sign: float
 ) -> _Leg:
-    """Return loss and time between a turning point and an angle.
+    """Return loss and time between a turning point and an angle [rad].
 
-    Args:
-        turning: the turning point [rad].
-        end: the angle [rad].
-        sign: −1 where the turning point comes first, 1 where it comes last.
+    The sign is −1 where the turning point comes first, 1 where it comes last.
     """
     top = float(machine.potential(turning))
     across = math.sqrt(min(float(machine.potential(end)) / top, 1.0))
@@ -290,7 +289,7 @@ def _leg(
         if lost > _FAR_TOO_MUCH * top:
             break
         share = np.maximum(1.0 + eased + sign * since / (top * sine * sine), 0.0)
-        if np.max(np.abs(since - before)) <= SETTLED * lost:
+        if np.max(np.abs(since - before)) <= _SETTLED * lost:
             if np.min(share) <= 0.0:
                 break
             return _Leg(lost, running(slowness / np.sqrt(share), edges)[1])
@@ -300,11 +299,7 @@ def _leg(
 def _free_swing(
     machine: Machine | LeverMachine, turning: float, last: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing.
-
-    Raises:
-        QuadratureError: too many panels.
-    """
+    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing."""
     cuts = [0.5 * math.pi]
     if isinstance(machine, Machine):
         joints = machine.cam.joints[machine.cam.joints < abs(turning)]
@@ -313,7 +308,14 @@ def _free_swing(
     edges = np.array([0.0, *sorted(cut for cut in cuts if 0.0 < cut < last), last])
     for _ in range(_HALVINGS):
         w = panel_nodes(edges)
-        mass, slowness = _along(machine, turning, w)
+        # M and dt/dW where V = V(A) cos²W
+        if isinstance(machine, LeverMachine):
+            tau, slowness = machine.swing(turning, w)
+            ratio = machine.geometry.slopes(tau)[0]
+            mass = machine.inertia + machine.turned_inertia * ratio * ratio
+        else:
+            angle, slowness = machine.swing(abs(turning), np.abs(0.5 * math.pi - w))
+            mass = machine.mass(angle)
         if unresolved(slowness) <= _UNRESOLVED:
             return edges, w, mass, slowness
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
@@ -321,38 +323,3 @@ def _free_swing(
         f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a '
         'weaker escapement'
     )
-
-
-def _along(
-    machine: Machine | LeverMachine, turning: float, w: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return M and dt/dW where V = V(A) cos²W in a free swing from A."""
-    if isinstance(machine, LeverMachine):
-        tau, slowness = machine.swing(turning, w)
-        ratio = machine.geometry.slopes(tau)[0]
-        return machine.inertia + machine.turned_inertia * ratio * ratio, slowness
-    angle, slowness = machine.swing(abs(turning), np.abs(0.5 * math.pi - w))
-    return machine.mass(angle), slowness
-
-
-def _where(loss: Callable[[float], float], work: float, low: float, high: float) -> float:
-    """Return the amplitude between two others at which the loss equals the work.
-
-    The loss is roughly a power of the amplitude, so logarithms of both are used.
-
-    Raises:
-        QuadratureError: it is not found.
-    """
-
-    from scipy.optimize import brentq  # slow to import
-
-    def missing(log_amplitude: float) -> float:
-        return math.log(work / loss(math.exp(log_amplitude)))
-
-    ends = math.log(low), math.log(high)
-    log_amplitude, found = brentq(
-        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=_TRIALS, full_output=True, disp=False
-    )
-    if not found.converged:
-        raise QuadratureError(f'no swing between {low:.6g} and {high:.6g} rad loses {work:.6g} J')
-    return math.exp(log_amplitude)

@@ -103,12 +103,7 @@ class Machine:
         return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
-        """Return F = P + κh + m g_eff [N].
-
-        Args:
-            lift: h [m].
-            apparent_gravity: g_eff [m/s2]; gravity when left out.
-        """
+        """Return F = P + κh + m g_eff [N] at the lift h; without g_eff gravity on land."""
         weight = self.gravity if apparent_gravity is None else np.asarray(apparent_gravity)
         return self.force + self.stiffness * np.asarray(lift) + self.pulling_mass * weight
 
@@ -141,10 +136,20 @@ class Machine:
             arc: FloatArray = np.sqrt(2.0 * self.potential(angle)) / self.frequency
             return np.copysign(arc, angle)
         rate = self.cam.linear_rate
-        if rate is None:
-            return np.copysign(self._arc_by_quadrature(np.abs(angle)), angle)
-        k = rate * math.sqrt(self.carried_mass) / root
-        return 0.5 * root * (angle * np.hypot(1.0, k * angle) + np.arcsinh(k * angle) / k)
+        if rate is not None:
+            k = rate * math.sqrt(self.carried_mass) / root
+            return 0.5 * root * (angle * np.hypot(1.0, k * angle) + np.arcsinh(k * angle) / k)
+
+        def slope(inner: FloatArray) -> FloatArray:
+            return np.sqrt(self.mass(inner))
+
+        # piece by piece, since √M is not smooth at the joints of the cam
+        flat = np.atleast_1d(np.abs(angle))
+        edges = np.concatenate([[0.0], self.cam.joints])
+        whole = np.concatenate([[0.0], np.cumsum(integrate(slope, edges[:-1], edges[1:]))])
+        piece = np.searchsorted(edges, flat, side='right') - 1
+        arc = whole[piece] + integrate(slope, edges[piece], flat)
+        return np.copysign(arc.reshape(np.shape(angle)), angle)
 
     def angle_of_arc(self, arc: ArrayLike) -> FloatArray:
         """Return ϑ at which the arc in a harmonic well is s [√kg m], odd in s; V = ½ω²s²."""
@@ -155,16 +160,10 @@ class Machine:
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s].
 
-        T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ from 0 to A. With V(ϑ) = V(A) sin²u the integrand
-        4 √(2 V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, including the turning point.
-
-        Args:
-            amplitude: A [rad], within the cam's range; the sign does not matter, and 0 gives
-                the limit 2π/ω.
-
-        Raises:
-            CamRangeError: an amplitude beyond the cam.
-            SlackThreadError: a swing in which the thread goes slack.
+        T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ from 0 to A. With V(ϑ) = V(A) sin²u the integrand 4 √(2
+        V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, including the turning point. The sign of
+        A does not matter, and 0 gives the limit 2π/ω. CamRangeError: an amplitude beyond the cam;
+        SlackThreadError: a swing in which the thread goes slack.
         """
         cam, amplitude = self.cam, abs(amplitude)
         top = float(self.potential(amplitude))
@@ -175,8 +174,17 @@ class Machine:
         def integrand(u: FloatArray) -> FloatArray:
             angle, lift = self._along(amplitude, top, u)
             mass = self.mass(angle)
-            self._check_taut(angle, lift, mass, top * np.cos(u) ** 2)
-            return np.sqrt(mass) * np.sin(u) / (self.pull(lift) * cam.lever_arm(angle))
+            # the tension F + m ḧ = I (F + m t' ϑ̇²)/M
+            kinetic, rate, pull = top * np.cos(u) ** 2, cam.lever_rate(angle), self.pull(lift)
+            tension = pull + self.carried_mass * rate * 2.0 * kinetic / mass
+            if not np.all(tension > 0.0):
+                where = float(angle[tension <= 0.0].min())
+                raise SlackThreadError(
+                    f'the thread goes slack at an angle of {where!r} rad: there the wheel turns '
+                    f'so fast that the falling lever arm of {cam!r} would make it push; use a '
+                    'smaller amplitude, a lighter weight or a cam whose lever arm does not fall'
+                )
+            return np.sqrt(mass) * np.sin(u) / (pull * cam.lever_arm(angle))
 
         cuts = np.arcsin(np.sqrt(self.potential(joints) / top))
         edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
@@ -184,13 +192,9 @@ class Machine:
         return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
 
     def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land.
+        """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land, for any u in (0, π/2].
 
         V = V(A) sin²u runs from the middle to the turning point as u goes from 0 to π/2.
-
-        Args:
-            amplitude: A > 0, within the cam's range [rad].
-            u: in (0, π/2], any shape.
         """
         top = float(self.potential(amplitude))
         angle, lift = self._along(amplitude, top, u)
@@ -218,15 +222,11 @@ class Machine:
         return angle, lift
 
     def _angle_at(self, kinetic: FloatArray, near: FloatArray, amplitude: float) -> FloatArray:
-        """Return the angle at which a swing has a kinetic energy, counted from its turning point.
+        """Return the angle of a swing's kinetic energy [J], counted from its turning point.
 
         Where the lever arm decreases, counting from 0 would lose the last digits of the angle, at
-        which the wheel spends much time.
-
-        Args:
-            kinetic: ½ M ϑ̇² [J], shape (n,).
-            near: approximate angle [rad], shape (n,); up to the amplitude the arm is smooth.
-            amplitude: amplitude of the swing [rad].
+        which the wheel spends much time. From the approximate angle up to the amplitude the arm
+        must be smooth.
         """
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
         drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))
@@ -237,32 +237,6 @@ class Machine:
     @property
     def _rest_pull(self) -> float:
         return self.force + self.pulling_mass * self.gravity
-
-    def _check_taut(
-        self, angle: FloatArray, lift: FloatArray, mass: FloatArray, kinetic: FloatArray
-    ) -> None:
-        """Refuse a tension F + m ḧ = I (F + m t' ϑ̇²)/M that is not positive."""
-        rate = self.cam.lever_rate(angle)
-        tension = self.pull(lift) + self.carried_mass * rate * 2.0 * kinetic / mass
-        if np.all(tension > 0.0):
-            return
-        where = float(angle[tension <= 0.0].min())
-        raise SlackThreadError(
-            f'the thread goes slack at an angle of {where!r} rad: there the wheel turns so fast '
-            f'that the falling lever arm of {self.cam!r} would make it push; use a smaller '
-            'amplitude, a lighter weight or a cam whose lever arm does not fall'
-        )
-
-    def _arc_by_quadrature(self, angle: FloatArray) -> FloatArray:
-        def root(inner: FloatArray) -> FloatArray:
-            return np.sqrt(self.mass(inner))
-
-        flat = np.atleast_1d(angle)
-        edges = np.concatenate([[0.0], self.cam.joints])
-        whole = np.concatenate([[0.0], np.cumsum(integrate(root, edges[:-1], edges[1:]))])
-        piece = np.searchsorted(edges, flat, side='right') - 1
-        arc = whole[piece] + integrate(root, edges[piece], flat)
-        return arc.reshape(np.shape(angle))
 
 
 # -----------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from tauto_core.curves.drawing import (
     LeverCheek,
     cheeks,
     cheeks_meet_rad,
-    draw,
+    draw_cam,
     draw_in_fluid,
     draw_uneven,
     lever_cheek,
@@ -147,7 +147,7 @@ def cut(
     acts_from_rad = _checked_thread(scene, thread_mm, float(both.angle[0]))
     if 'csv' in files:
         write_points(files['csv'], both)
-    _write_drawings(draw(cam, both, scene.name), files)
+    _write_drawings(draw_cam(cam, both, scene.name), files)
     meeting = cheeks_meet_rad(cam)
     return CamCut(written, reach, acts_from_rad, meeting if both.angle[-1] > meeting else None)
 

@@ -337,11 +337,7 @@ class SpringCorrectedCam(CamKind):
     period: Positive = Field(description='period of every swing on land [s]')
 
     def made(self, setting: Setting) -> SpringCorrected:
-        """Return the cam for the wheel and its spring.
-
-        Raises:
-            SceneError: a cheek that would be hollow.
-        """
+        """Return the cam for the wheel and its spring; SceneError: a cheek that is hollow."""
         pull, distance = setting.pull, setting.distance
 
         def cam(period: float, stiffness: float) -> SpringCorrected:

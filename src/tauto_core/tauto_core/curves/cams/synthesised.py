@@ -117,17 +117,13 @@ class Synthesis:
         def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
             return self.angle(arc) - angle, self._share(arc) / root
 
-        bracket = root * angle, self._beyond(angle)
-        return bracketed_newton(excess, bracket[0], bracket, relative=2e-16)
-
-    def _beyond(self, angle: FloatArray) -> FloatArray:
-        """Return arcs whose angle ϑ is at least as large."""
-        if math.isfinite(self.arc_range):
-            return np.full_like(angle, self.arc_range)
-        high = math.sqrt(self.inertia) * angle
-        while np.any(short := self.angle(high) < angle):
-            high = np.where(short, 2.0 * high, high)
-        return high
+        low = root * angle
+        high = np.full_like(angle, self.arc_range)
+        if math.isinf(self.arc_range):
+            high = low
+            while np.any(short := self.angle(high) < angle):
+                high = np.where(short, 2.0 * high, high)
+        return bracketed_newton(excess, low, (low, high), relative=2e-16)
 
     def _share(self, arc: FloatArray) -> FloatArray:
         """Return √I dϑ/ds = √(1 − M (ω²s/F)²)."""
@@ -137,21 +133,23 @@ class Synthesis:
 
 
 def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis:
-    """Return the motion of the cam that makes a wheel and a power train isochronous.
+    """Return the motion of the cam that makes a wheel of inertia I and a power train isochronous.
 
-    Args:
-        inertia: I of the wheel [kg m2], > 0.
-        frequency: ω = 2π/period wanted [rad/s], > 0.
-        train: the power train.
-
-    Raises:
-        SynthesisError: a train that by itself cannot swing as fast.
+    SynthesisError: a train that by itself cannot swing at ω = 2π/period [rad/s].
     """
     largest = math.inf
     if math.isfinite(train.largest):
         largest = math.sqrt(2.0 * train.largest) / frequency
-    edge = _first_too_fast(train, frequency, largest)
-    if not edge > 0.0:
+    # the least arc at which the train has all of the speed
+    arcs = min(largest, 1e6) * np.logspace(-12.0, 0.0, _BRACKETS)
+    beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
+    edge = largest
+    if len(beyond) and beyond[0] > 0:
+        low, high = float(arcs[beyond[0] - 1]), float(arcs[beyond[0]])
+        edge, _ = bisect(
+            lambda arc: bool(_speed(train, frequency, np.array([arc]))[0] < 1.0), low, high
+        )
+    if (len(beyond) and beyond[0] == 0) or not edge > 0.0:
         raise SynthesisError(
             f'no cam makes this power train swing at {frequency!r} rad/s: it is slower by itself '
             'at any amplitude. Use less inertia, a stronger pull or a longer period'
@@ -164,15 +162,10 @@ def synthesised_cam(
 ) -> Fitted:
     """Return the cam of a power train whose coordinate is the length of thread drawn: t = dy/dϑ.
 
-    Args:
-        synthesis: as `synthesise` returns.
-        distance: distance of the hole from the axle [m]; inf for a vertical thread.
-        edge: range of the cam [rad], > 0; the largest possible when left out.
-
-    Raises:
-        SynthesisError: a range that is not possible, a lever arm longer than the distance of the
-            hole, or a cheek that would be hollow; with the angle, and the range that works.
-        FitError: a train that is not smooth.
+    The distance of the hole is inf for a vertical thread; the range `edge` [rad] is the largest
+    possible when left out. SynthesisError: a range that is not possible, a lever arm longer than
+    the distance of the hole, or a cheek that would be hollow; with the angle, and the range that
+    works. FitError: a train that is not smooth.
     """
     limit = synthesis.angle_range
     reach = limit if edge is None else edge
@@ -214,21 +207,6 @@ def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
     return speed
 
 
-def _first_too_fast(train: PowerTrain, frequency: float, largest: float) -> float:
-    """Return the least arc at which the train has all of the speed, at most `largest`."""
-    top = min(largest, 1e6)
-    arcs = top * np.logspace(-12.0, 0.0, _BRACKETS)
-    beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
-    if not len(beyond):
-        return largest
-    if beyond[0] == 0:
-        return 0.0
-    low, high = float(arcs[beyond[0] - 1]), float(arcs[beyond[0]])
-    return bisect(lambda arc: bool(_speed(train, frequency, np.array([arc]))[0] < 1.0), low, high)[
-        0
-    ]
-
-
 class SynthesisedCam(CamKind):
     """The isochronous cam for any power, made for one period and a range of angles (theory D).
 
@@ -247,9 +225,8 @@ class SynthesisedCam(CamKind):
     def made(self, setting: Setting) -> Fitted:
         """Return the cam for the wheel and its power.
 
-        Raises:
-            SceneError: a power too slow for the period, a range that the power cannot provide, a
-                lever arm longer than the distance of the hole, or a cheek that would be hollow.
+        SceneError: a power too slow for the period, a range that the power cannot provide, a lever
+        arm longer than the distance of the hole, or a cheek that would be hollow.
         """
         rate_for_period(setting, self.period)
         key, value = 'trochlea.cam.period', self.period

@@ -128,16 +128,10 @@ class Fitted(Table):
 def load_table(path: Path, distance: float = math.inf) -> Table:
     """Read a cam from a CSV file with the header `angle_rad,lever_arm_m`.
 
-    At least six rows; the first is 0,0, then angles strictly increase and lever arms are
-    positive. The other cheek is the mirror image. The spline interpolates the rows and their
-    odd continuation, so that it is smooth through rest.
-
-    Args:
-        path: the file.
-        distance: distance of the hole from the axle [m]; inf for a vertical thread.
-
-    Raises:
-        SceneError: naming file, line, value and remedy.
+    At least six rows; the first is 0,0, then angles strictly increase and lever arms are positive.
+    The other cheek is the mirror image. The spline interpolates the rows and their odd
+    continuation, so that it is smooth through rest. SceneError: naming file, line, value and
+    remedy.
     """
     from scipy.interpolate import PPoly, make_interp_spline
 
@@ -216,12 +210,9 @@ def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
 
 
 def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
-    """Return the odd law of a quintic spline.
+    """Return the odd law of a quintic spline on n pieces from (n, 6) coefficients of (ϑ − knot)^j.
 
-    Args:
-        knots: from 0 to the range [rad], shape (n + 1,).
-        coefficients: the coefficients of (ϑ − knots[k])^j, shape (n, 6); rounding makes those even
-            in ϑ at rest.
+    Rounding makes those that are even in ϑ at rest.
     """
     from scipy.interpolate import PPoly
 
@@ -273,12 +264,9 @@ def _wrappable(path: Path, table: Table) -> Table:
 
 
 def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLever:
-    """Return the smoothest odd quintic spline within a tolerance of all points.
+    """Return the smoothest odd quintic spline within a tolerance [m] of all points.
 
-    Args:
-        angles: ϑ > 0, strictly increasing [rad], shape (n,), n ≥ 6.
-        arms: t measured there [m], shape (n,).
-        tolerance: largest difference of the spline from any point [m], > 0.
+    The n ≥ 6 angles are > 0 and strictly increase.
     """
     from scipy.interpolate import PPoly
 
@@ -349,8 +337,7 @@ class TableCam(CamKind):
     def made(self, setting: Setting) -> Table:
         """Return the cam through the rows; it is the same for any wheel and power.
 
-        Raises:
-            SceneError: naming file, line, value and remedy.
+        SceneError: naming file, line, value and remedy.
         """
         path = data_path(self.path)
         return _wrappable(path, load_table(path, setting.distance))
@@ -382,9 +369,8 @@ class MeasuredCam(CamKind):
     def made(self, setting: Setting) -> Table:
         """Return the smoothed cam; it is the same for any wheel and power.
 
-        Raises:
-            SceneError: naming file, line, value and remedy; or a tolerance with which no thread
-                can wrap the cheek.
+        SceneError: naming file, line, value and remedy; or a tolerance with which no thread can
+        wrap the cheek.
         """
         path = data_path(self.path)
         rows = _read_rows(path)

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, NamedTuple, TypeVar
+from typing import Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -37,11 +37,11 @@ from tauto_core.scene.fields import Positive
 # motion at as many instants of a quarter swing, and by Σ a_k = A. The series converge
 # geometrically, so the period is accurate to rounding.
 
-FEWEST_TERMS, MOST_TERMS = 8, 128
-TAIL = 2.0**-46
+_FEWEST_TERMS, _MOST_TERMS = 8, 128
+_TAIL = 2.0**-46
 """Size of the last coefficients over the amplitude at which a series is complete."""
 
-SETTLED = 2.0**-48
+_SETTLED = 2.0**-48
 _ITERATIONS = 40
 _STRIDE = 0.25
 _IMAGINARY = 1e-30
@@ -56,15 +56,7 @@ class SwingError(TautoError):
 
 
 class CommonSwing(NamedTuple):
-    """A periodic swing, at instants of a quarter of it.
-
-    Attributes:
-        period: [s].
-        psi: ψ of the wheel [rad], (n,).
-        delta: δ of the thread [rad], (n,).
-        psi_rate: ψ̇ [rad/s], (n,).
-        delta_rate: δ̇ [rad/s], (n,).
-    """
+    """A periodic swing: its period [s], and ψ, δ [rad] their rates at n instants of a quarter."""
 
     period: float
     psi: FloatArray
@@ -76,23 +68,17 @@ class CommonSwing(NamedTuple):
 def common_swing(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float
 ) -> CommonSwing:
-    """Return the periodic swing of an amplitude, continued from a mode of small swings.
+    """Return the periodic swing of an amplitude of ψ, continued from a mode of small swings.
 
-    Args:
-        accelerations: function that gives ψ̈ and δ̈ from (ψ, δ, ψ̇, δ̇), complex arrays.
-        amplitude: amplitude of ψ [rad], > 0.
-        frequency: frequency of the mode [rad/s].
-        share: δ/ψ in the mode.
-
-    Raises:
-        SwingError: no such swing is found, or it takes more than 128 terms.
+    `accelerations` gives ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays; the mode has a frequency and
+    `share`, its δ/ψ. SwingError: no such swing is found, or it takes more than 128 terms.
     """
-    terms = FEWEST_TERMS
-    while terms <= MOST_TERMS:
+    terms = _FEWEST_TERMS
+    while terms <= _MOST_TERMS:
         found = _continued(accelerations, amplitude, frequency, share, terms)
         if found is None:
             break
-        if np.max(np.abs(found[[terms - 2, terms - 1, -3, -2]])) <= TAIL * amplitude:
+        if np.max(np.abs(found[[terms - 2, terms - 1, -3, -2]])) <= _TAIL * amplitude:
             angles, rates, _ = _along(found[None], terms)
             parts = [part[0] for part in (*angles, *rates)]
             return CommonSwing(math.tau / float(found[-1]), *parts)
@@ -125,47 +111,34 @@ def _continued(
 def _newton(
     accelerations: Accelerations, amplitude: float, unknowns: FloatArray, terms: int
 ) -> FloatArray | None:
-    scale = np.append(np.full(2 * terms, amplitude), unknowns[-1])
+    """Return the solution near some unknowns, by complex steps; None if it fails.
+
+    The equations are divided by ω²; all columns of their derivative are computed together.
+    """
+    count, scale = len(unknowns), np.append(np.full(2 * terms, amplitude), unknowns[-1])
     before = math.inf
     for _ in range(_ITERATIONS):
-        residual, matrix = _linearised(accelerations, amplitude, unknowns, terms)
+        shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
+        steps = _IMAGINARY * np.maximum(np.abs(unknowns), 1.0)
+        shifted[np.arange(count), np.arange(count)] += 1j * steps
+        angles, rates, bends = _along(shifted, terms)
+        pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
+        omega = shifted[:, -1:]
+        rest = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
+        size = np.sum(shifted[:, :terms], axis=1, keepdims=True)
+        left = np.hstack([*rest, size - amplitude])
+        residual, matrix = left[0].real, (left.imag / steps[:, None]).T
         if not np.all(np.isfinite(residual)):
             return None
         change = np.linalg.solve(matrix, residual)
         unknowns = unknowns - change
         moved = float(np.max(np.abs(change / scale)))
-        if moved <= SETTLED or (moved <= 2.0**-40 and moved >= 0.5 * before):
+        if moved <= _SETTLED or (moved <= 2.0**-40 and moved >= 0.5 * before):
             return unknowns
         if not math.isfinite(moved) or not unknowns[-1] > 0.0:
             return None
         before = moved
     return None
-
-
-def _linearised(
-    accelerations: Accelerations, amplitude: float, unknowns: FloatArray, terms: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return the residuals of the equations over ω² and their derivatives, by complex steps.
-
-    All columns are computed together.
-    """
-    count = len(unknowns)
-    shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
-    steps = _IMAGINARY * np.maximum(np.abs(unknowns), 1.0)
-    shifted[np.arange(count), np.arange(count)] += 1j * steps
-    left = _left(accelerations, amplitude, shifted, terms)
-    return left[0].real, (left.imag / steps[:, None]).T
-
-
-def _left(
-    accelerations: Accelerations, amplitude: float, unknowns: np.ndarray, terms: int
-) -> np.ndarray:
-    angles, rates, bends = _along(unknowns, terms)
-    pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
-    omega = unknowns[:, -1:]
-    rest = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
-    size = np.sum(unknowns[:, :terms], axis=1, keepdims=True)
-    return np.hstack([*rest, size - amplitude])
 
 
 def _along(
@@ -181,9 +154,6 @@ def _along(
     rates = [-omega * ((orders * part) @ sines) for part in series]
     bends = [-((orders * orders * part) @ cosines) for part in series]
     return angles, rates, bends
-
-
-Angles = TypeVar('Angles', FloatArray, np.ndarray)
 
 
 LEAST_FREE = 0.01
@@ -284,8 +254,8 @@ class HangingMachine:
         )
 
     def accelerations(
-        self, psi: Angles, delta: Angles, psi_rate: Angles, delta_rate: Angles
-    ) -> tuple[Angles, Angles]:
+        self, psi: np.ndarray, delta: np.ndarray, psi_rate: np.ndarray, delta_rate: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return ψ̈ and δ̈ of free motion on land [rad/s2]; arrays may be complex."""
         radius, ratio = self.base_radius, self.mass * self.base_radius / self.inertia
         u = psi - delta
@@ -308,12 +278,7 @@ class HangingMachine:
     ) -> float:
         """Return kinetic plus potential energy, 0 at rest in equilibrium [J].
 
-        Args:
-            psi: ψ, from the apparent vertical [rad].
-            delta: δ, from the apparent vertical [rad].
-            psi_rate: ψ̇ [rad/s].
-            delta_rate: δ̇ [rad/s].
-            gravity: [m/s2].
+        The angles ψ and δ are counted from the apparent vertical.
         """
         radius, u = self.base_radius, psi - delta
         free = self.length - 0.5 * radius * u * u
@@ -329,15 +294,9 @@ class HangingMachine:
 
         In this swing wheel and thread come to rest together and pass the middle together, so that
         it repeats. Other releases also excite the thread's mode. As A → 0 it becomes the mode of
-        small swings.
-
-        Args:
-            amplitude: A of the wheel [rad]; the sign does not matter.
-
-        Raises:
-            CamRangeError: an amplitude at which the whole thread would be wound up.
-            SwingError: no such swing.
-            SlackThreadError: a swing in which the thread goes slack.
+        small swings; the sign of A does not matter. CamRangeError: an amplitude at which the whole
+        thread would be wound up; SwingError: no such swing; SlackThreadError: a swing in which the
+        thread goes slack.
         """
         amplitude = abs(amplitude)
         if amplitude < LEAST_AMPLITUDE:

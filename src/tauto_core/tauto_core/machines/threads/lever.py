@@ -147,14 +147,10 @@ class LeverMachine:
         return np.hypot(math.sqrt(self.inertia) * theta, math.sqrt(self.turned_inertia) * beta)
 
     def swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return τ and dt/dW along a swing released at rest at an amplitude ≠ 0.
+        """Return τ and dt/dW along a swing released at rest at A ≠ 0, for any W in [0, π].
 
         V = V(A) cos²W runs once through the swing as W goes from 0 to π. With Y = ±√V, of the sign
         of θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
-
-        Args:
-            amplitude: A, angle of the release [rad].
-            w: in [0, π], any shape.
         """
         shape, cosine = self.geometry, np.cos(w)
         top = float(np.sin(self.beta(amplitude)))
@@ -183,14 +179,9 @@ class LeverMachine:
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s].
 
-        The thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
-
-        Args:
-            amplitude: angle of the release at rest [rad]; its sign matters, since the well is not
-                even. 0 gives the limit 2π/ω.
-
-        Raises:
-            CamRangeError: an amplitude, or its far turning point, beyond the geometry.
+        The sign of the amplitude matters, since the well is not even; 0 gives the limit 2π/ω. The
+        thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
+        CamRangeError: an amplitude, or its far turning point, beyond the geometry.
         """
         if amplitude == 0.0:
             return self.small_period
@@ -245,11 +236,7 @@ class LeverThread(ThreadKind):
     )
 
     def machine(self, parts: Parts) -> LeverMachine:
-        """Return the lever machine.
-
-        Raises:
-            SceneError: a cam that is not compatible with a lever.
-        """
+        """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
         mass = parts.power.pull.carried_mass
         lever = LeverSetting(
             inertia=parts.inertia,
