@@ -32,7 +32,7 @@ from tauto_core.navigation import DriftStage, LongitudeStage, covariates
 from tauto_core.results import Summary
 from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
-from tauto_core.scene.models import StillShip
+from tauto_core.scene.loader import StillShip
 from tauto_core.ship.buffer import felt_parts
 from tauto_core.voyage import QUIET_CHUNK, Pipeline, ShipSource
 

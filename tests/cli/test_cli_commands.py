@@ -16,8 +16,8 @@ from tauto_core import voyage
 from tauto_core.cli.app import app
 from tauto_core.cli.scene import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
-from tauto_core.scene.fields import kind_of, kinds_in
 from tauto_core.scene.reference import ASKED
+from tauto_core.scene.sections import kind_of, kinds_in
 
 SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
 BAGS = Path(__file__).parents[2] / 'bags'

@@ -21,7 +21,7 @@ KIND = '''
 from typing import Literal, NamedTuple
 
 from tauto_core.machines.parts import DragKind
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 
 class Cubic(NamedTuple):

@@ -21,7 +21,7 @@ from tauto_core.machines.design import (
     lever_rate_for,
 )
 from tauto_core.scene.errors import SceneError, UsageError
-from tauto_core.scene.models import Scene
+from tauto_core.scene.loader import Scene
 
 GOLDEN = {
     entry['id']: entry

@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.models import Solver
+from tauto_core.scene.loader import Solver
 from tauto_core.ship import ShipMotion
 
 STIFFNESS = FORCE * LEVER_RATE

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import SceneError, load_scene
-from tauto_core.scene.data import data_path
+from tauto_core.scene.tables import data_path
 from tauto_core.ship.sea import height_and_period
 
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}

@@ -10,8 +10,8 @@ import pytest
 
 from tauto_core import scene as names
 from tauto_core.scene import SceneError, parse_scene, scene_yaml
-from tauto_core.scene.fields import Kind, kind_of
 from tauto_core.scene.reference import all_kinds, page, schema
+from tauto_core.scene.sections import Kind, kind_of
 
 ROOT = Path(__file__).parents[3]
 TROCHLEA = """

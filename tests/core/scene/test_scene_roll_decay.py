@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import SceneError, load_scene
-from tauto_core.scene.data import data_path
+from tauto_core.scene.tables import data_path
 from tauto_core.ship.sea_files import fit_decay, released
 
 MEASURED = 'shipped:kvlcc2_rolldecay/roll_{}.csv'

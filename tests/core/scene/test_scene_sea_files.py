@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
-from tauto_core.scene.data import data_path
+from tauto_core.scene.tables import data_path
 
 SPECTRUM = 'shipped:ndbc_44004/2000-01-01T02.csv'
 OPERATOR = 'shipped:supply_rao/supply_rao.csv'

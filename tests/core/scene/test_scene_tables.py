@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import load_scene
-from tauto_core.scene.data import LARGEST_BYTES
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
+    LARGEST_BYTES,
     Column,
     Columns,
     read_header,

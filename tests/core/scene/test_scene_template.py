@@ -12,8 +12,8 @@ from tauto_core.checks.readiness import check_scene, implausible, oddities
 from tauto_core.machines import compile_trochlea
 from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.fields import kind_of, kinds_in
 from tauto_core.scene.reference import FOLDERS, all_kinds, all_that_go, new_scene
+from tauto_core.scene.sections import kind_of, kinds_in
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.weather_kind import WeatherKind
 

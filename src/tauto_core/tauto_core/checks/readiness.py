@@ -38,7 +38,7 @@ from tauto_core.ship.imu import attitude
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
-    from tauto_core.scene.models import Scene
+    from tauto_core.scene.loader import Scene
 
 
 # -----------------------------------------------------------------------------

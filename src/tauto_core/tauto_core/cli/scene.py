@@ -78,8 +78,8 @@ class NewCommand(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help, with the kinds of each section."""
-        from tauto_core.scene.fields import kind_of, kinds_in
         from tauto_core.scene.reference import ASKED
+        from tauto_core.scene.sections import kind_of, kinds_in
 
         for option in self.params:
             if isinstance(option, TyperOption) and option.name in ASKED:

@@ -35,7 +35,7 @@ from tauto_core.curves.numerics import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
-from tauto_core.scene.fields import Kind
+from tauto_core.scene.sections import Kind
 
 # -----------------------------------------------------------------------------
 # Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.

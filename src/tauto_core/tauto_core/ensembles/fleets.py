@@ -42,7 +42,6 @@ from tauto_core.scene.errors import (
     install,
     naming,
 )
-from tauto_core.scene.fields import Number, Positive, Section
 from tauto_core.scene.loader import (
     check_key,
     checked_scene,
@@ -51,6 +50,7 @@ from tauto_core.scene.loader import (
     value_at,
     write_mapping,
 )
+from tauto_core.scene.sections import Number, Positive, Section
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from pydantic import Field, Strict
 from tauto_core.curves.cam import Pull
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import Kind, NonNegative, Number, Section
+from tauto_core.scene.sections import Kind, NonNegative, Number, Section
 
 # -----------------------------------------------------------------------------
 # What all kinds of drag share: torques on the wheel against its motion in the case.

@@ -18,7 +18,7 @@ from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
-from tauto_core.scene.fields import (
+from tauto_core.scene.sections import (
     NonNegative,
     Number,
     OneOf,

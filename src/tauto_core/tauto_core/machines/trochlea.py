@@ -23,7 +23,7 @@ from tauto_core.curves.numerics import gauss_sums, integrate
 from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, Regulator
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem, TautoError
-from tauto_core.scene.fields import Kind
+from tauto_core.scene.sections import Kind
 
 
 class SlackThreadError(TautoError):

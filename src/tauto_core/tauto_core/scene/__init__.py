@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from tauto_core.machines.drags import Drag
     from tauto_core.machines.parts import Rest
     from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
-    from tauto_core.scene.data import data_path
     from tauto_core.scene.loader import (
         DEFAULT_SCENE,
+        Scene,
         load_scene,
         parse_scene,
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.models import Scene
     from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage, Waypoint
+    from tauto_core.scene.tables import data_path
     from tauto_core.ship.motions.components import Component
     from tauto_core.ship.motions.recorded import Recorded
     from tauto_core.ship.sections import AxleSuspension, Rao, Roll, Sea, SpectrumTable
@@ -71,14 +71,14 @@ _of_a_section = loaded_from(
         'Recorded': 'tauto_core.ship.motions.recorded',
         'Rest': 'tauto_core.machines.parts',
         'Roll': 'tauto_core.ship.sections',
-        'Scene': 'models',
+        'Scene': 'loader',
         'Sea': 'tauto_core.ship.sections',
         'Solver': 'sections',
         'SpectrumTable': 'tauto_core.ship.sections',
         'Trochlea': 'tauto_core.machines.sections',
         'Voyage': 'sections',
         'Waypoint': 'sections',
-        'data_path': 'data',
+        'data_path': 'tables',
         'load_scene': 'loader',
         'parse_scene': 'loader',
         'scene_yaml': 'loader',

@@ -23,10 +23,9 @@ from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.trochlea import THREADS
 from tauto_core.scene.errors import Argument, UsageError
-from tauto_core.scene.fields import Kind, OneOf, Section, kind_of, kinds_in
-from tauto_core.scene.loader import parse_scene, write_mapping
-from tauto_core.scene.models import Scene
+from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
+from tauto_core.scene.sections import Kind, OneOf, Section, kind_of, kinds_in
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile

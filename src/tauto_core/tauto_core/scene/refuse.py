@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import OneOf
+from tauto_core.scene.sections import OneOf
 from tauto_core.scene.times import (
     LAST_STAMP_S,
     MAX_GAP_S,

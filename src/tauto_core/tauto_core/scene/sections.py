@@ -1,17 +1,159 @@
-"""Sections of a scene that have only one kind: dial, navigator, log, solver, voyage."""
+"""What models of a scene are built of, and the sections that have only one kind.
+
+Numbers are finite and never read from strings or booleans; unknown keys are refused. The sections
+of one kind are dial, navigator, log, solver and voyage.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import pkgutil
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 from itertools import pairwise
-from typing import Annotated, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, Union, cast
 
-from pydantic import BeforeValidator, Field, Strict
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    Strict,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+)
+from pydantic_core import CoreSchema
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import Flag, Instant, Number, Position, Positive, Section
-from tauto_core.scene.times import DAY_S, nanoseconds
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S, nanoseconds
+
+LONGEST_TEXT = 1000
+
+Number: TypeAlias = Annotated[float, Strict()]
+Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
+NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
+# From the start of the scene [s]; later ones have no stamp.
+Instant: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=LAST_STAMP_S)]
+Flag: TypeAlias = Annotated[bool, Strict()]
+# One line: no control characters, no line or paragraph separators.
+Text: TypeAlias = Annotated[
+    str,
+    Strict(),
+    Field(min_length=1, max_length=LONGEST_TEXT, pattern=r'^[^\p{Cc}\p{Zl}\p{Zp}]+$'),
+]
+Latitude: TypeAlias = Annotated[float, Strict(), Field(ge=-90.0, le=90.0)]
+Longitude: TypeAlias = Annotated[float, Strict(), Field(ge=-180.0, le=180.0)]
+Position: TypeAlias = tuple[Latitude, Longitude]
+
+
+def _number_or_normal(value: object, number: ValidatorFunctionWrapHandler) -> object:
+    return value if value == 'normal' else number(value)
+
+
+if TYPE_CHECKING:
+    Gravity: TypeAlias = float | Literal['normal']
+else:
+    # A union would report what is wrong with a value for each of its members.
+    Gravity = Annotated[
+        Positive,
+        WrapValidator(_number_or_normal),
+        PlainSerializer(lambda value: value),
+        WithJsonSchema(
+            {'anyOf': [{'type': 'number', 'exclusiveMinimum': 0.0}, {'const': 'normal'}]}
+        ),
+    ]
+
+
+class Section(BaseModel):
+    """Base of all models: frozen, no unknown keys, finite numbers."""
+
+    model_config = ConfigDict(frozen=True, extra='forbid', allow_inf_nan=False)
+
+
+# -----------------------------------------------------------------------------
+# Kinds of a section, found by listing their folder.
+#
+# A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. All of
+# a kind is in one module: keys, checks, equations and messages. The module names its models
+# `KINDS`; no list of kinds has to be extended.
+
+
+class Kind(Section):
+    """Base of all kinds of one section.
+
+    Attributes:
+        rank: its place among its siblings in lists, simplest first.
+        starter: values with which a new scene starts (`scene/reference.py`): all keys without a
+            default, for a machine that swings about once a second.
+    """
+
+    rank: ClassVar[int] = 100
+    starter: ClassVar[Mapping[str, Any]] = {}
+
+
+@cache
+def kinds_in(folder: str) -> tuple[type[Kind], ...]:
+    """Return the models of a folder's kinds, sorted by rank, then by module name.
+
+    Args:
+        folder: name of the package whose modules each have `KINDS`, a tuple of models, or `KIND`;
+            the package itself may have `KINDS` too.
+    """
+    package = import_module(folder)
+    kinds: list[type[Kind]] = list(getattr(package, 'KINDS', ()))
+    for name in sorted(each.name for each in pkgutil.iter_modules(package.__path__)):
+        module = import_module(f'{folder}.{name}')
+        kinds += getattr(module, 'KINDS', None) or [module.KIND]
+    return tuple(sorted(kinds, key=lambda kind: kind.rank))
+
+
+def kind_of(model: type[Kind]) -> str:
+    """Return the value of the key `kind` for a model."""
+    return str(model.model_fields['kind'].default)
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Marks a field that takes any kind of a folder: `Annotated[CamKind, OneOf(folder)]`.
+
+    Attributes:
+        folder: name of the package.
+        default: kind of a mapping that does not name one; None if it must.
+    """
+
+    folder: str
+    default: str | None = None
+
+    @property
+    def models(self) -> tuple[type[Kind], ...]:
+        """The models of the folder."""
+        return kinds_in(self.folder)
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        """Return the schema of the union whose members `kind` distinguishes."""
+        del source
+        if len(self.models) == 1:
+            return handler.generate_schema(self.models[0])
+        union: Any = Annotated[Union[self.models], Field(discriminator='kind')]  # noqa: UP007
+        if self.default is not None:
+            union = Annotated[union, BeforeValidator(self._with_default)]
+        return handler.generate_schema(union)
+
+    def _with_default(self, value: object) -> object:
+        if isinstance(value, dict) and 'kind' not in value:
+            return {'kind': self.default, **cast(dict[str, object], value)}
+        return value
+
+
+# -----------------------------------------------------------------------------
+# Sections with only one kind: dial, navigator, log, solver.
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 # The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.

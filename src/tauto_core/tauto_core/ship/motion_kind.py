@@ -10,8 +10,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self
 from pydantic import Field
 
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import Kind, Number, Positive
-from tauto_core.scene.sections import Voyage
+from tauto_core.scene.sections import Kind, Number, Positive, Voyage
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Fades, Harmonics
 

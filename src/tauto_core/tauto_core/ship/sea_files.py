@@ -19,17 +19,19 @@ import numpy as np
 from pydantic import Field, Strict, ValidationError
 
 from tauto_core.samples import FloatArray
-from tauto_core.scene.data import data_path, missing_file, source_name
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
-from tauto_core.scene.fields import LONGEST_TEXT, NonNegative, Positive, Section, Text
 from tauto_core.scene.refuse import explain
+from tauto_core.scene.sections import LONGEST_TEXT, NonNegative, Positive, Section, Text
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     TIME_UNITS,
     Column,
     Columns,
+    data_path,
+    missing_file,
     read_header,
     read_table,
+    source_name,
     unit_factor,
     utc,
 )

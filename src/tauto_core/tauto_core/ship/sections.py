@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import Flag, NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.sections import Flag, NonNegative, Number, Positive, Section, Text
 from tauto_core.ship.motion_kind import sampled
 
 # -----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Flag, Kind
+from tauto_core.scene.sections import Flag, Kind
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.sections import CUTOFF, CUTOFF_MEANS, ComponentCount, Cutoff, Sea

@@ -12,7 +12,7 @@ from pydantic import Field
 from tauto_core.curves.cam import ArcLever, Cam, CamKind, Setting
 from tauto_core.curves.numerics import sine_defect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ from tauto_core.curves.numerics import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 STEEPEST_THREAD = 1000.0
 """tan χ at the edge of a weight's cam on a vertical thread, where t grows without bound."""

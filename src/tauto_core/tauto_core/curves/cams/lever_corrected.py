@@ -30,7 +30,7 @@ from tauto_core.curves.cam import CamKind
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Pose, clear
 from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 _COMPLEX_STEP = 1e-30
 

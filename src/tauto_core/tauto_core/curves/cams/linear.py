@@ -19,7 +19,7 @@ from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting, arm_roundi
 from tauto_core.curves.lever_geometry import LeverGeometry, LeverSetting
 from tauto_core.curves.numerics import arctangent_defect, farther, involute_defect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 
 class LinearCam(Cam):

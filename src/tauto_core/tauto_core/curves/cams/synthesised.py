@@ -32,7 +32,7 @@ from tauto_core.curves.cams.table import Fitted
 from tauto_core.curves.numerics import ArrayFunction, bisect, bracketed_newton, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError, TautoError
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 _BRACKETS = 400
 

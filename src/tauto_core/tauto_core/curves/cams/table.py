@@ -25,9 +25,9 @@ from pydantic import Field
 from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever, hollow
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
-from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.fields import Positive, Text
+from tauto_core.scene.sections import Positive, Text
+from tauto_core.scene.tables import data_path
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly

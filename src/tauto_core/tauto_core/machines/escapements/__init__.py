@@ -17,7 +17,7 @@ from pydantic import Field, Strict
 
 from tauto_core.machines.parts import Ebb, EscapementKind, Train
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import Positive, Section
+from tauto_core.scene.sections import Positive, Section
 
 
 class Escapement(EscapementKind):

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from tauto_core.curves.cam import Pull
 from tauto_core.machines.parts import PowerKind
-from tauto_core.scene.fields import Flag, NonNegative, Positive
+from tauto_core.scene.sections import Flag, NonNegative, Positive
 
 
 class ForcePower(PowerKind):

@@ -10,7 +10,7 @@ from typing import Literal
 from pydantic import Field
 
 from tauto_core.machines.trochlea import ThreadKind
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 
 class VerticalThread(ThreadKind):

@@ -27,7 +27,7 @@ from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.trochlea import Parts, SlackThreadError, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, TautoError
-from tauto_core.scene.fields import Positive
+from tauto_core.scene.sections import Positive
 
 # -----------------------------------------------------------------------------
 # The periodic swing of a wheel and its thread together: Fourier series and Newton's method.

@@ -26,7 +26,7 @@ from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.fields import NonNegative, Positive
+from tauto_core.scene.sections import NonNegative, Positive
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.fields import NonNegative, Number, Positive, Section
+from tauto_core.scene.sections import NonNegative, Number, Positive, Section
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, sampled
 from tauto_core.ship.waves import Harmonics
 

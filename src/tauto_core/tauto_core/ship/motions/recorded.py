@@ -20,15 +20,15 @@ import numpy as np
 from pydantic import Field
 
 from tauto_core.samples import FloatArray, ImuSamples
-from tauto_core.scene.data import data_path
 from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
-from tauto_core.scene.fields import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.sections import NonNegative, Number, Positive, Section, Text
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     LENGTH_UNITS,
     TIME_UNITS,
     Column,
     Columns,
+    data_path,
     read_table,
     unit_factor,
 )

@@ -14,7 +14,7 @@ from pydantic import Field, Strict, field_validator
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Flag, OneOf
+from tauto_core.scene.sections import Flag, OneOf
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Flag, Instant, Positive, Section
+from tauto_core.scene.sections import Flag, Instant, Positive, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.fields import Positive, Text
+from tauto_core.scene.sections import Positive, Text
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import WeatherKind, WeatherSetting, WeatherState

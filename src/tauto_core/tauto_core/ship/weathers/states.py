@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.fields import Flag, Instant, Positive, Section
+from tauto_core.scene.sections import Flag, Instant, Positive, Section
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
