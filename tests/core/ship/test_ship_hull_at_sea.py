@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typer.testing import CliRunner
 
+from tauto_core.cli.app import app
+from tauto_core.ensembles.comparison import with_roll
 from tauto_core.samples import FloatArray, ImuSamples, join
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.ship.hull import ClockPlace, Hull, named_hull
 from tauto_core.ship.sea import bretschneider
 from tauto_core.ship.source import ShipMotion
@@ -195,3 +198,17 @@ def test_the_answer_says_that_a_ship_without_a_hull_is_a_cork(scene: Any) -> Non
     assert 'cork' not in ship['answer']
     assert ship['sea']['hull'] == 'deptford'
     assert 'cork' not in sail(load_scene('buoy_44004_supply', **short)).result['answer']
+
+
+def test_the_roll_of_a_hull_cannot_be_scaled(scene: Any) -> None:
+    with pytest.raises(UsageError, match='follows from her hull'):
+        with_roll(scene(), 5.0)
+
+
+def test_scene_check_names_the_hull_or_its_absence(scene: Any) -> None:
+    def hull_row(name: str, *settings: str) -> str:
+        result = CliRunner().invoke(app, ['scene', 'check', name, *settings])
+        return next(line for line in result.stdout.splitlines() if '│ hull ' in line)
+
+    assert 'none: she heaves' in hull_row('involute_weight_at_sea')
+    assert 'sloop' in hull_row('involute_weight_at_sea', '--set', 'ship.hull=sloop')

@@ -263,6 +263,11 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'sea', sea_words(facts['sea'])
     if 'weather' in facts:
         yield 'weather', weather_words(facts['weather'])
+    waves = facts.get('sea') or facts.get('weather') or {}
+    if 'hull' in waves:
+        yield 'hull', waves['hull']
+    elif waves.get('heave') and 'operator' not in waves:
+        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
     if hung := facts['suspension']:
         slow, fast = hung['periods_s']
         angles = 'any angles' if hung['large_angles'] else 'small angles'

@@ -73,8 +73,8 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
             'roll. Write for example 0,10,20',
         )
     ship, now = scene.ship, significant_roll_deg(scene)
-    if not now:
-        why = 'was measured' if now is None else 'is zero'
+    if not now or not ship.roll_scales:
+        why = 'was measured' if now is None else 'follows from her hull' if now else 'is zero'
         raise UsageError(
             Argument('roll_deg', f'{roll_deg:g}'),
             f': the roll of {scene.name} (ship.kind {ship.kind}) {why} and cannot be scaled. Use '

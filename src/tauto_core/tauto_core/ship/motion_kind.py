@@ -172,8 +172,13 @@ class ShipKind(Kind):
         """
         return (WorstSea('the only sea', None, self, scene.duration),)
 
+    @property
+    def roll_scales(self) -> bool:
+        """Whether there is a ship that differs in her roll alone: see `with_roll_scaled`."""
+        return self.is_computed
+
     def with_roll_scaled(self, factor: float) -> Self:
-        """Return the ship in the same waves with another roll, if `is_computed`."""
+        """Return the ship in the same waves with another roll, if `roll_scales`."""
         del factor
         return self
 

@@ -232,12 +232,16 @@ class SeaShip(ShipKind):
         met = 2.0 * math.pi / moved.period
         return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
 
+    @property
+    def roll_scales(self) -> bool:
+        """False with a hull, whose roll, sway and yaw belong together."""
+        return self.hull is None
+
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with another slope coefficient, or response operator."""
         if self.roll is not None:
-            assert (
-                self.roll.slope_coefficient is not None
-            )  # `rolls_by_factor` is false with a hull
+            # only a scene with a hull has none, and its roll does not scale
+            assert self.roll.slope_coefficient is not None
             slope = factor * self.roll.slope_coefficient
             roll = self.roll.model_copy(update={'slope_coefficient': slope})
             return self.model_copy(update={'roll': roll})
