@@ -81,7 +81,13 @@ def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True)
 class _InMedium:
-    """A curve with its body and fluid; refuses numbers that no body in a fluid can have."""
+    """A curve with its body and fluid; refuses numbers that no body in a fluid can have.
+
+    Attributes:
+        kappa: κ, deceleration over the square of the speed [1/m], ≥ 0.
+        gamma: γ, acceleration in the fluid over that in vacuum, 0 < γ ≤ 1.
+        pendulum_length: f [m].
+    """
 
     kappa: float
     gamma: float
@@ -113,10 +119,7 @@ class _InMedium:
 class Cycloid(_InMedium):
     """Huygens' cycloid, γ f dx/ds = s: the tautochrone in vacuum, used in a fluid (1729, 18).
 
-    Attributes:
-        kappa: κ of the fluid, which the curve does not take into account [1/m].
-        gamma: acceleration in the fluid over that in vacuum.
-        pendulum_length: f [m].
+    It does not take κ of the fluid into account.
     """
 
     @property
@@ -145,11 +148,6 @@ class SymmetricCurve(_InMedium):
     On a cycloid in the fluid a swing to and fro takes 1 + (κS)²/6 of a small swing, with S its
     arc. A term cκ²s³ of the force reduces that by 3c(κS)²/8, so c = 4/9 leaves no error of second
     order in either direction. The curve does not depend on the direction of the motion.
-
-    Attributes:
-        kappa: κ of the fluid [1/m].
-        gamma: acceleration in the fluid over that in vacuum.
-        pendulum_length: f [m].
     """
 
     @property
@@ -182,16 +180,8 @@ class ActaCurve(_InMedium):
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
     From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
-    each start needs a curve of its own. At A the slope is κS²/γf.
-
-    Attributes:
-        kappa: κ of the fluid [1/m].
-        gamma: acceleration in the fluid over that in vacuum.
-        pendulum_length: f [m].
-        start: S [m], > 0.
-
-    Raises:
-        DescentError: a start from which the curve would be steeper than vertical on the way.
+    each start S > 0 needs a curve of its own. At A the slope is κS²/γf. DescentError: a start
+    from which the curve would be steeper than vertical on the way.
     """
 
     start: float
@@ -241,11 +231,7 @@ class ActaCurve(_InMedium):
 
 @dataclass(frozen=True)
 class Mirrored:
-    """A curve with its branches exchanged, s → −s, for reverse half swings.
-
-    Attributes:
-        curve: the original curve.
-    """
+    """A curve with its branches exchanged, s → −s, for reverse half swings."""
 
     curve: DescentCurve
 
@@ -304,9 +290,6 @@ class FluidTautochrone(_InMedium):
     """The joined curve of descent and ascent (§22), with or without constant friction (§35).
 
     Attributes:
-        kappa: κ, deceleration over the square of the speed [1/m], ≥ 0.
-        gamma: γ, acceleration in the fluid over that in vacuum, 0 < γ ≤ 1.
-        pendulum_length: f [m].
         friction: μ, constant resistance over the weight in the fluid, 0 ≤ μ < 1. The curve is then
             x = μs + (e^{κs} − 1 − κs)/(γκ²f), which still has the slope μ at A.
 

@@ -105,6 +105,12 @@ def claims_page(claims: Sequence[Claim]) -> str:
 
 
 def _row(claim: Claim) -> str:
+    # below rounding, the power of ten that the difference is known to be under
+    off = f'{claim.difference:.1e}'
+    if math.isinf(claim.difference):
+        off = '—'
+    elif claim.difference <= SHOWN_ABOVE:
+        off = f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
     value = f' → {_number(claim.value)}' if math.isfinite(claim.value) else ''
     cells = (
         claim.paragraph,
@@ -113,7 +119,7 @@ def _row(claim: Claim) -> str:
         _safe(claim.must),
         _safe(claim.adds if claim.stands else claim.adds + value),
         _number(claim.computed),
-        _off_by(claim),
+        off,
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
         + (f': {_safe(claim.because)}' if claim.because else ''),
     )
@@ -122,16 +128,6 @@ def _row(claim: Claim) -> str:
 
 def _number(value: float) -> str:
     return f'{value:.7g}'
-
-
-def _off_by(claim: Claim) -> str:
-    """Return the difference; below rounding, the power of ten that it is known to be under."""
-    off = claim.difference
-    if math.isinf(off):
-        return '—'
-    if off > SHOWN_ABOVE:
-        return f'{off:.1e}'
-    return f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
 
 
 def _safe(text: str) -> str:

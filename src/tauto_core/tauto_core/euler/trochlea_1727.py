@@ -119,31 +119,6 @@ def disc_energy(weight: float, radius: float, rim: float) -> float:
     return 0.5 * inertia_of_rings(weight, radius) * (rim / radius) ** 2
 
 
-def _quarter(
-    amplitude: float, inertia: float, pull: float, carried: float
-) -> tuple[float, FloatArray]:
-    """Return the time from rest to the middle, and the state there, by DOP853."""
-    from scipy.integrate import solve_ivp
-
-    r = BASE_RADIUS
-
-    def motion(_: float, state: FloatArray) -> list[float]:
-        angle, rate = state
-        push = pull * r * angle + carried * r * r * angle * rate * rate
-        return [rate, -push / (inertia + carried * (r * angle) ** 2)]
-
-    def middle(_: float, state: FloatArray) -> float:
-        return float(state[0])
-
-    middle.terminal = True  # type: ignore[attr-defined]
-    long = 10.0 * math.sqrt((inertia + carried * (r * amplitude) ** 2) / (pull * r))
-    run = solve_ivp(
-        motion, (0.0, long), [amplitude, 0.0], 'DOP853', events=middle, rtol=1e-12, atol=1e-15
-    )
-    times, states = run.t_events or [], run.y_events or []
-    return float(times[0][0]), np.asarray(states[0][0])
-
-
 @lru_cache(maxsize=32)
 def period(
     amplitude: float,
@@ -154,9 +129,28 @@ def period(
     carried: float = 0.0,
 ) -> float:
     """Return the period on an involute of base radius r, of a disc of radius r or an inertia."""
+    from scipy.integrate import solve_ivp
+
     wheel = inertia_of_rings(weight, BASE_RADIUS) if inertia is None else inertia
-    time, (angle, rate) = _quarter(amplitude, wheel, pull, carried)
-    return 4.0 * (time - float(angle) / float(rate))
+    r = BASE_RADIUS
+
+    def motion(_: float, state: FloatArray) -> list[float]:
+        angle, rate = state
+        push = pull * r * angle + carried * r * r * angle * rate * rate
+        return [rate, -push / (wheel + carried * (r * angle) ** 2)]
+
+    def middle(_: float, state: FloatArray) -> float:
+        return float(state[0])
+
+    middle.terminal = True  # type: ignore[attr-defined]
+    long = 10.0 * math.sqrt((wheel + carried * (r * amplitude) ** 2) / (pull * r))
+    run = solve_ivp(
+        motion, (0.0, long), [amplitude, 0.0], 'DOP853', events=middle, rtol=1e-12, atol=1e-15
+    )
+    # from rest to the middle, which the event misses by rounding
+    times, states = run.t_events or [], run.y_events or []
+    angle, rate = states[0][0]
+    return 4.0 * (float(times[0][0]) - float(angle) / float(rate))
 
 
 def rim_height(arc: float, weight: float, pull: float) -> OfArray:

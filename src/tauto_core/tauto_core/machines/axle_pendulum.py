@@ -235,9 +235,6 @@ class AxleState:
     tilt_rate: ArrayLike
 
 
-REST = AxleState(0.0, 0.0, 0.0, 0.0)
-
-
 def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> AxleState:
     """Return the small motion from any state, at times of any shape (§29–36, 43–47).
 
@@ -351,8 +348,16 @@ def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL)
     )
     sigma = body.curvature * s
     theta = np.asarray(support.turn) + sigma
-    along, aside = _carried(support, s, sigma, theta)
-    turning = np.asarray(support.turn_rate)
+    # C's place from the axis, and A, A⊥ there
+    half, rho = 0.5 * sigma, np.asarray(support.turn)
+    chord = s * np.sinc(half / np.pi)
+    x, y = support.depth - chord * np.sin(half), support.aside + chord * np.cos(half)
+    down, lateral = x * np.cos(rho) - y * np.sin(rho), x * np.sin(rho) + y * np.cos(rho)
+    turning, faster = np.asarray(support.turn_rate), np.asarray(support.turn_acceleration)
+    a = np.asarray(support.down) - faster * lateral - turning * turning * down
+    b = np.asarray(support.lateral) + faster * down - turning * turning * lateral
+    along = a * np.cos(theta) + b * np.sin(theta)
+    aside = b * np.cos(theta) - a * np.sin(theta)
     g, c, per_k = body.gravity, body.depth, body.depth / body.gyration_radius
     sine, cosine = np.sin(phi - theta), np.cos(phi - theta)
     pressed = g * np.cos(theta) - along + 2.0 * turning * s1 + body.curvature * s1 * s1
@@ -361,25 +366,6 @@ def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL)
     bend = -contact * sine * per_k / body.gyration_radius
     pull = g * np.sin(theta) + aside
     return AxleForces(contact, c * (sine * phi1 * phi1 - cosine * bend) - pull, bend)
-
-
-def _carried(
-    support: SupportMotion,
-    s: FloatArray,
-    sigma: FloatArray,
-    theta: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return A and A⊥, the acceleration of the support's frame where C is, along and across."""
-    half = 0.5 * sigma
-    chord = s * np.sinc(half / np.pi)
-    x, y = support.depth - chord * np.sin(half), support.aside + chord * np.cos(half)
-    rho = np.asarray(support.turn)
-    down, lateral = x * np.cos(rho) - y * np.sin(rho), x * np.sin(rho) + y * np.cos(rho)
-    rate, bend = np.asarray(support.turn_rate), np.asarray(support.turn_acceleration)
-    a = np.asarray(support.down) - bend * lateral - rate * rate * down
-    b = np.asarray(support.lateral) + bend * down - rate * rate * lateral
-    cosine, sine = np.cos(theta), np.sin(theta)
-    return a * cosine + b * sine, b * cosine - a * sine
 
 
 def energy(body: AxlePendulum, state: AxleState) -> FloatArray:

@@ -74,13 +74,9 @@ class AmplitudeTable:
 
 @dataclass(frozen=True, eq=False)
 class Isochronism(AmplitudeTable):
-    """Period and rate of free swings on land at several amplitudes; `str` gives a table.
+    """Period and rate of free swings on land at n amplitudes; `str` gives a table.
 
-    Attributes:
-        nominal_period_s: time by which the dial advances in a full swing [s].
-        amplitude_rad: amplitude of the swing, (n,) [rad].
-        period_s: period of a full swing, (n,) [s].
-        rate_s_per_day: what the clock gains a day, (n,) [s/day]; fast is positive.
+    `rate_s_per_day` is what the clock gains a day; fast is positive.
     """
 
     amplitude_rad: FloatArray
@@ -96,6 +92,22 @@ def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
     return DAY_S * (nominal_period_s - period_s) / period_s
 
 
+def checked_amplitudes(
+    amplitudes: Iterable[float], edge: float, unit: str, words: str, limit: str
+) -> list[float]:
+    """Return the amplitudes; UsageError where there is none, or one is not in 0 < A ≤ edge."""
+    asked = [float(amplitude) for amplitude in amplitudes]
+    if not asked:
+        raise UsageError(f'amplitudes: none given; give at least one, {words}')
+    for amplitude in asked:
+        if not 0.0 < amplitude <= edge:
+            raise UsageError(
+                f'amplitude {amplitude!r} {unit}: must be > 0 and {limit}, {edge!r} {unit}; give '
+                'another'
+            )
+    return asked
+
+
 def isochronism(
     machine: Regulator, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> Isochronism:
@@ -106,16 +118,10 @@ def isochronism(
     small-amplitude one when left out. UsageError: no amplitude, or one out of range, before
     anything is computed; SlackThreadError: a swing in which the thread goes slack.
     """
-    asked = [float(amplitude) for amplitude in amplitudes]
     edge = min(machine.range_rad, LARGEST_ANGLE)
-    if not asked:
-        raise UsageError('amplitudes: none given; give at least one, in radians')
-    for amplitude in asked:
-        if not 0.0 < amplitude <= edge:
-            raise UsageError(
-                f'amplitude {amplitude!r} rad: must be > 0 and within the range of the machine, '
-                f'{edge!r} rad; give another'
-            )
+    asked = checked_amplitudes(
+        amplitudes, edge, 'rad', 'in radians', 'within the range of the machine'
+    )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
     period = np.array([machine.period(amplitude) for amplitude in asked])
     rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
@@ -131,37 +137,30 @@ class SceneParts(Protocol):
     @property
     def name(self) -> str:
         """Name of the scene, for error messages."""
-        ...
 
     @property
     def g(self) -> float:
         """Acceleration of gravity at the start [m/s2]."""
-        ...
 
     @property
     def trochlea(self) -> Trochlea | None:
         """The wheel with its cam, thread and power."""
-        ...
 
     @property
     def regulator(self) -> FluidTautochroneRegulator | None:
         """The oscillator in place of a trochlea."""
-        ...
 
     @property
     def drag(self) -> DragKind | None:
         """Torques against the motion in the case."""
-        ...
 
     @property
     def escapement(self) -> EscapementKind | None:
         """Impulses."""
-        ...
 
     @property
     def lies_still(self) -> bool:
         """Whether the ship does not move."""
-        ...
 
 
 def compile_machine(scene: SceneParts) -> AnyMachine | FluidPendulum:

@@ -43,14 +43,7 @@ WEIGHT_UNITS_KG = {'kg': 1.0, 'pound': PARIS_POUND_KG}
 
 @dataclass(frozen=True)
 class Design:
-    """A regulator with a linear lever arm under a pull without inertia.
-
-    Attributes:
-        period: period of a full swing [s].
-        inertia: I of the wheel [kg m2].
-        pull: P in the thread [N].
-        lever_rate: b, the base radius of an involute [m/rad].
-    """
+    """A regulator with a linear lever arm b·ϑ under a pull P without inertia, in SI units."""
 
     period: float
     inertia: float

@@ -33,9 +33,9 @@ from tauto_core.curves.numerics import (
     integrate,
     logarithmic_mean,
 )
-from tauto_core.machines.compiling import AmplitudeTable, rate_s_per_day
+from tauto_core.machines.compiling import AmplitudeTable, checked_amplitudes, rate_s_per_day
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import DescentError, UsageError
+from tauto_core.scene.errors import DescentError
 
 # -----------------------------------------------------------------------------
 # Motion along Euler's tautochrone, in closed form (Euler 1729, 13–15, 21, 31–35).
@@ -534,14 +534,10 @@ CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]]
 
 @dataclass(frozen=True, eq=False)
 class DescentIsochronism(AmplitudeTable):
-    """Descent, period and rate of a body in a fluid at several amplitudes; `str` gives a table.
+    """Descent, period and rate of a body in a fluid at n amplitudes; `str` gives a table.
 
-    Attributes:
-        nominal_period_s: time by which the dial advances in a full swing [s].
-        amplitude_m: arc of the release on the branch of descent, (n,) [m].
-        descent_s: time from there to the lowest point, (n,) [s].
-        period_s: time to the other side and back, (n,) [s].
-        rate_s_per_day: what the clock gains a day, (n,) [s/day]; fast is positive.
+    The amplitude is the arc of the release on the branch of descent; from there `descent_s` goes
+    to the lowest point, `period_s` to the other side and back.
     """
 
     amplitude_m: FloatArray
@@ -629,16 +625,10 @@ def descent_isochronism(
     which the dial advances in a full swing, is the small-amplitude one when left out. UsageError:
     no amplitude, or one out of range, before anything is computed.
     """
-    asked = [float(amplitude) for amplitude in amplitudes]
     edge = machine.curve.descent_cusp
-    if not asked:
-        raise UsageError('amplitudes: none given; give at least one, in metres of arc')
-    for amplitude in asked:
-        if not 0.0 < amplitude <= edge:
-            raise UsageError(
-                f'amplitude {amplitude!r} m: must be > 0 and at most the arc of the cusp, '
-                f'{edge!r} m; give another'
-            )
+    asked = checked_amplitudes(
+        amplitudes, edge, 'm', 'in metres of arc', 'at most the arc of the cusp'
+    )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
     descent = [descent_time(machine.curve, machine.gravity, amplitude) for amplitude in asked]
     period = [machine.period(amplitude) for amplitude in asked]

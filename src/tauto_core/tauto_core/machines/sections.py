@@ -301,6 +301,13 @@ class FluidTautochroneRegulator(Section):
                 'Release it at an arc other than 0 m.',
             )
 
+    @property
+    def immersed(self) -> ImmersedBody:
+        """The body in its fluid; DescentError where it does not sink."""
+        return ImmersedBody(
+            self.body, self.diameter, self.body_density, self.fluid_density, self.added_mass
+        )
+
     def left_out(self) -> tuple[str, ...]:
         """Return the terms that it does not have."""
         return () if self.added_mass else ('added mass',)
@@ -310,7 +317,7 @@ def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
     """Return the curve of a regulator for its body and fluid; DescentError if it does not sink."""
     from tauto_core.machines.fluid_pendulum import CURVES
 
-    body = _body(regulator)
+    body = regulator.immersed
     return CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
 
 
@@ -322,13 +329,20 @@ def compile_fluid_pendulum(
     SceneError: a body that does not sink, or a release beyond the cusp.
     """
     if regulator.fluid_density >= regulator.body_density:
+        # the lightest body and the densest fluid for which the curve can be made
+        lightest = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
+        fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
+        sinks = 'Take a denser body or a lighter fluid, and release it nearer to A.'
+        if lightest and fluid is not None:
+            sinks = f'Take a denser body, {lightest}, or a lighter fluid, of at most '
+            sinks += f'{fluid:.4g} kg/m3.'
         raise SceneError(
             name,
             'regulator.fluid_density',
             regulator.fluid_density,
             f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
             f'{regulator.body} does not sink',
-            _that_sinks(regulator),
+            sinks,
         )
     try:
         curve = make_descent_curve(regulator)
@@ -343,39 +357,25 @@ def compile_fluid_pendulum(
     start = regulator.release_arc
     edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
     if not abs(start) <= abs(edge):
+        # the shortest pendulum whose curve includes the release, or else the nearest body
+        longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
+        remedy = f', or give {longer}'
+        if not longer:
+            larger = _at_least(regulator, 'diameter', regulator.diameter, 'm')
+            denser = _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3')
+            bodies = ' or '.join(body for body in (larger, denser) if body)
+            remedy = f', or take a larger or denser body: {bodies}' if bodies else ''
         raise SceneError(
             name,
             'regulator.release_arc',
             start,
             f'beyond the cusp of the curve, at {edge!r} m',
-            f'Release the body nearer to A{_longer(regulator)}.',
+            f'Release the body nearer to A{remedy}.',
         )
     from tauto_core.machines.fluid_pendulum import FluidPendulum
 
-    weight = _body(regulator).sunk_mass * gravity
+    weight = regulator.immersed.sunk_mass * gravity
     return FluidPendulum(curve, weight, gravity, start)
-
-
-def _longer(regulator: FluidTautochroneRegulator) -> str:
-    """Return the shortest pendulum whose curve includes the release, or else the nearest body."""
-    longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
-    if longer:
-        return f', or give {longer}'
-    bodies = (
-        _at_least(regulator, 'diameter', regulator.diameter, 'm'),
-        _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3'),
-    )
-    found = ' or '.join(body for body in bodies if body)
-    return f', or take a larger or denser body: {found}' if found else ''
-
-
-def _that_sinks(regulator: FluidTautochroneRegulator) -> str:
-    """Return the lightest body and the densest fluid for which the curve can be made."""
-    body = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
-    fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
-    if not body or fluid is None:
-        return 'Take a denser body or a lighter fluid, and release it nearer to A.'
-    return f'Take a denser body, {body}, or a lighter fluid, of at most {fluid:.4g} kg/m3.'
 
 
 def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
@@ -397,13 +397,3 @@ def _nearest_that_holds(
         return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
 
     return nearest_if_any(value, factor, holds)
-
-
-def _body(regulator: FluidTautochroneRegulator) -> ImmersedBody:
-    return ImmersedBody(
-        regulator.body,
-        regulator.diameter,
-        regulator.body_density,
-        regulator.fluid_density,
-        regulator.added_mass,
-    )

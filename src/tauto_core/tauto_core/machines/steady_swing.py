@@ -240,30 +240,26 @@ def _legs(
             _leg(machine, torques, amplitude, angle, 1.0),
         ]
         return pair + pair
-    far = _far_turning(machine, torques.recoil, amplitude)
+    # the turning point on the other side, at which V + R |θ| is the same
+    far = machine.far_turning(amplitude)
+    if torques.recoil:
+        from scipy.optimize import brentq  # slow to import
+
+        height = float(machine.potential(amplitude)) + torques.recoil * amplitude
+
+        def above(angle: float) -> float:
+            return float(machine.potential(angle)) - torques.recoil * angle - height
+
+        # at these two angles V alone, or R |θ| alone, is the same
+        far, high = sorted((far, -amplitude))
+        if above(far) > 0.0:
+            far = float(brentq(above, far, high, xtol=_SAME, rtol=_SAME))
     return [
         _leg(machine, torques, far, angle, -1.0),
         _leg(machine, torques, amplitude, angle, 1.0),
         _leg(machine, torques, amplitude, -angle, -1.0),
         _leg(machine, torques, far, -angle, 1.0),
     ]
-
-
-def _far_turning(machine: LeverMachine, recoil: float, amplitude: float) -> float:
-    """Return the turning point on the other side at which V + R |θ| is the same."""
-    level = machine.far_turning(amplitude)
-    if recoil == 0.0:
-        return level
-    from scipy.optimize import brentq  # slow to import
-
-    height = float(machine.potential(amplitude)) + recoil * amplitude
-
-    def above(angle: float) -> float:
-        return float(machine.potential(angle)) - recoil * angle - height
-
-    # at these two angles V alone, or R |θ| alone, is the same
-    low, high = sorted((level, -amplitude))
-    return low if above(low) <= 0.0 else float(brentq(above, low, high, xtol=_SAME, rtol=_SAME))
 
 
 def _leg(

@@ -396,48 +396,39 @@ class MeasuredCam(CamKind):
                 f'must be at most half of the longest lever arm, {largest:.6g} m',
                 'Give the error of the measurement, in metres.',
             )
-        try:
-            return _cam(path, angles, arms, self.tolerance, setting.distance)
-        except SceneError as error:
-            raise self._refused(path, angles, arms, setting.distance, error) from None
 
-    def files(self) -> Iterator[tuple[str, str]]:
-        """Yield the file of the points."""
-        yield 'trochlea.cam.path', self.path
-
-    def _refused(
-        self, path: Path, angles: FloatArray, arms: FloatArray, distance: float, error: SceneError
-    ) -> SceneError:
-        """Return the error for a tolerance without a cam; it names the smallest that works."""
-        largest = _LARGEST_SHARE * float(arms.max())
+        def made(tolerance: float) -> Table:
+            table = Table(path.name, smoothed(angles, arms, tolerance), setting.distance)
+            _check_spline(path, table)
+            return _wrappable(path, table)
 
         def works(tolerance: float) -> bool:
             if tolerance > largest:
                 return False
             try:
-                _cam(path, angles, arms, tolerance, distance)
+                made(tolerance)
             except SceneError:
                 return False
             return True
 
-        found = nearest_if_any(self.tolerance, 1.5, works)
-        least = f'Use a tolerance of at least {found:.4g} m, or ' if found is not None else ''
-        remedy = f'{least}measure those angles again.'
-        return SceneError(
-            'trochlea',
-            'trochlea.cam.tolerance',
-            self.tolerance,
-            f'{path}: within it of all points, {error.problem} ({error.key} = {error.value!r})',
-            remedy[0].upper() + remedy[1:],
-        )
+        try:
+            return made(self.tolerance)
+        except SceneError as error:
+            found = nearest_if_any(self.tolerance, 1.5, works)
+            least = f'Use a tolerance of at least {found:.4g} m, or ' if found is not None else ''
+            remedy = f'{least}measure those angles again.'
+            raise SceneError(
+                'trochlea',
+                'trochlea.cam.tolerance',
+                self.tolerance,
+                f'{path}: within it of all points, {error.problem} '
+                f'({error.key} = {error.value!r})',
+                remedy[0].upper() + remedy[1:],
+            ) from None
 
-
-def _cam(
-    path: Path, angles: FloatArray, arms: FloatArray, tolerance: float, distance: float
-) -> Table:
-    table = Table(path.name, smoothed(angles, arms, tolerance), distance)
-    _check_spline(path, table)
-    return _wrappable(path, table)
+    def files(self) -> Iterator[tuple[str, str]]:
+        """Yield the file of the points."""
+        yield 'trochlea.cam.path', self.path
 
 
 KINDS = TableCam, MeasuredCam
