@@ -205,7 +205,7 @@ def test_the_roll_of_a_hull_cannot_be_scaled(scene: Any) -> None:
         with_roll(scene(), 5.0)
 
 
-def test_scene_check_names_the_hull_or_its_absence(scene: Any) -> None:
+def test_scene_check_names_the_hull_or_its_absence() -> None:
     def hull_row(name: str, *settings: str) -> str:
         result = CliRunner().invoke(app, ['scene', 'check', name, *settings])
         return next(line for line in result.stdout.splitlines() if '│ hull ' in line)

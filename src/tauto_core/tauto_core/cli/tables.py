@@ -263,11 +263,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'sea', sea_words(facts['sea'])
     if 'weather' in facts:
         yield 'weather', weather_words(facts['weather'])
-    waves = facts.get('sea') or facts.get('weather') or {}
-    if 'hull' in waves:
-        yield 'hull', waves['hull']
-    elif waves.get('heave') and 'operator' not in waves:
-        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
+    yield from _hull_rows(facts.get('sea') or facts.get('weather') or {})
     if hung := facts['suspension']:
         slow, fast = hung['periods_s']
         angles = 'any angles' if hung['large_angles'] else 'small angles'
@@ -320,6 +316,13 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         )
         source = f'from trial runs: {trials}' if trials else 'as the scene says'
         yield f'coefficient of {name}', f'{said}, {source}'
+
+
+def _hull_rows(sea: Section) -> Iterator[tuple[str, str]]:
+    if 'hull' in sea:
+        yield 'hull', sea['hull']
+    elif sea.get('heave') and 'operator' not in sea:
+        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
 
 
 def _swing_words(swing: dict[str, Any]) -> str:
