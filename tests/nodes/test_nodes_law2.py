@@ -9,12 +9,34 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
+from tauto_core.cli.app import app
+from tauto_core.samples import READING, SHIP_IMU, ImuSamples
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
 from tauto_nodes.graph import GraphPlan, run_graph
+
+IN_A_SLOOP = """\
+duration: 600.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: involute, base_radius: 0.0053681}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.3, massless: true}
+  release_angle: 1.0
+ship:
+  kind: sea
+  rate: 10.0
+  height: 1.0
+  hull: sloop
+  clock: {forward: 5.0}
+  heading: 2.356
+  roll: {natural_period: 8.0, damping_ratio: 0.08}
+  sea: {spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -80,6 +102,25 @@ def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
     assert run_graph(plan, loaded, lambda _: None).lost == 0
     sail(loaded, tmp_path / 'sail')
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+
+
+def test_a_clock_in_a_hull_reads_in_a_graph_what_it_reads_offline(tmp_path: Path) -> None:
+    scene = tmp_path / 'in_a_sloop.yaml'
+    scene.write_text(IN_A_SLOOP, encoding='utf-8')
+    flat_out = ('--compose', '--speed', 'max')
+    for command, options in (('graph', flat_out), ('sail', ())):
+        words = [command, str(scene), *options, '--out', str(tmp_path / command)]
+        run = CliRunner().invoke(app, words)
+        assert run.exit_code == 0, run.stderr
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    bag = read_bag(tmp_path / 'graph')
+    assert bag.counts[f'/{READING}'] == 601
+    imu = bag.samples(SHIP_IMU)
+    assert isinstance(imu, ImuSamples)
+    assert len(imu.stamp_ns) >= 6001
+    # without a hull, ships of a scene roll and heave only
+    assert np.std(imu.linear_acceleration[:, 0]) > 0.1
+    assert np.std(imu.angular_velocity[:, 1:], axis=0).min() > 1e-3
 
 
 def middleware_threads() -> set[str]:
