@@ -29,20 +29,6 @@ MOST_COMPLAINTS = 20
 EXECUTORS = ('events', 'single')
 
 
-def _speed(text: str) -> float:
-    if text == 'max':
-        return 0.0
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = math.nan
-    if not 0.0 < speed <= MAX_SPEED:  # also false for NaN
-        raise UsageError(
-            f'--speed {text}: must be a number in (0, {MAX_SPEED:g}], sea seconds a second, or max'
-        )
-    return speed
-
-
 def _namespace(text: str) -> str:
     from rclpy.exceptions import InvalidNamespaceException
     from rclpy.validate_namespace import validate_namespace
@@ -91,7 +77,15 @@ def graph(
     from tauto_core.voyage import compile_kernels, summarise_bag
     from tauto_nodes.graph import GraphPlan, run_graph
 
-    pace = _speed(speed)
+    try:
+        pace = 0.0 if speed == 'max' else float(speed)
+    except ValueError:
+        pace = math.nan
+    if speed != 'max' and not 0.0 < pace <= MAX_SPEED:  # also false for NaN
+        raise UsageError(
+            f'--speed {speed}: must be a number in (0, {MAX_SPEED:g}], sea seconds a second, or '
+            'max'
+        )
     place = _namespace(namespace)
     if executor not in EXECUTORS:
         raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')

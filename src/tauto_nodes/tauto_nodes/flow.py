@@ -158,8 +158,7 @@ class Flow:
     def waiting(self, found: dict[str, set[str]]) -> list[str]:
         """Return what its outputs wait for before anything may be sent; empty if ready.
 
-        Args:
-            found: by output, the names of the nodes that its publisher has matched.
+        `found` has, by output, the names of the nodes that its publisher has matched.
         """
         if absent := self.absent():
             return [f'node {name}' for name in absent]

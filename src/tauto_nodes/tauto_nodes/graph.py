@@ -65,9 +65,7 @@ class Child:
 class Supervisor:
     """Starts nodes as processes of their own group and ends them; a context manager.
 
-    Args:
-        folder: for the logs.
-        environment: environment of the children.
+    The logs go to `folder`; the children get the `environment`.
     """
 
     folder: Path
@@ -89,13 +87,9 @@ class Supervisor:
         self.children.append(Child(name, process, log))
 
     def check(self, ended: Sequence[str] = ()) -> None:
-        """Raise if a node has ended before its time.
+        """Raise GraphError if a node has ended that is not among those which may have `ended`.
 
-        Args:
-            ended: names of the nodes that may have ended.
-
-        Raises:
-            GraphError: names the node, how it ended, and its last output.
+        The error names the node, how it ended, and its last output.
         """
         for child in self.children:
             if child.process.poll() is not None and child.name not in ended:
@@ -268,11 +262,7 @@ class Watchdog:
         return int(self.said.topics[topic]['received']) if self.said else 0
 
     def check(self) -> None:
-        """Raise if the graph stands still.
-
-        Raises:
-            GraphError: names the nodes that are not heard.
-        """
+        """Raise GraphError if the graph stands still; it names the nodes that are not heard."""
         now_s = time.monotonic()
         heard_s = self.said.heard_s if self.said else {}
         silent = [n for n, at_s in heard_s.items() if now_s - max(at_s, self.blind_s) > SILENT_S]
@@ -294,14 +284,9 @@ class Watchdog:
 def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
     """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
 
-    Args:
-        plan: what to run; its scene and folder have been checked.
-        scene: the same scene, loaded.
-        progress: called with the fraction that is recorded, from 0 to 1.
-
-    Raises:
-        GraphError: a node died or would not end, the graph stood still for STALL_S, or readings
-            are missing from the bag.
+    The scene and the folder of the plan have been checked; `scene` is the same one, loaded.
+    `progress` is called with the fraction that is recorded, from 0 to 1. GraphError: a node died
+    or would not end, the graph stood still for STALL_S, or readings are missing from the bag.
     """
     born_s = time.monotonic()
     with (

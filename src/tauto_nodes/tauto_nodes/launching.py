@@ -57,12 +57,19 @@ _ROLES = {
 
 def problems_of(given: Mapping[str, str]) -> list[str]:
     """Return what is wrong with the arguments of a launch, in words."""
-    problems = [
-        problem
-        for name, role in _ROLES.items()
-        if name in given
-        for problem in _of_table(role, {name: given[name]})
-    ]
+    problems = []
+    for name, role in _ROLES.items():
+        if (text := given.get(name)) is None:
+            continue
+        parameter = next(parameter for parameter in PARAMETERS[role] if parameter.name == name)
+        value: object = text
+        if isinstance(parameter.default, float):
+            try:
+                value = float(text)
+            except ValueError:
+                value = math.nan
+        if problem := parameter.problem(value):
+            problems.append(problem.replace(' = nan', f' := {text}'))
     if not Path(given['params_file']).is_file():
         problems.append(f'params_file := {given["params_file"]}: there is no such file')
     flags = {name: given.get(name, 'false').lower() for name in ('force', 'anyway')}
@@ -102,24 +109,6 @@ def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
     return [f'{name}: no such argument; the nearest is {match}' for name, match in near.items()]
 
 
-def _of_table(role: str, given: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with launch arguments, by the table of parameters of the same names."""
-    problems = []
-    for parameter in PARAMETERS[role]:
-        if parameter.name not in given:
-            continue
-        text = given[parameter.name]
-        value: object = text
-        if isinstance(parameter.default, float):
-            try:
-                value = float(text)
-            except ValueError:
-                value = math.nan
-        if problem := parameter.problem(value):
-            problems.append(problem.replace(' = nan', f' := {text}'))
-    return problems
-
-
 def launch_description(
     defaults: Mapping[str, str],
     config: str,
@@ -131,19 +120,16 @@ def launch_description(
     """Return the launch description of a graph: arguments, their check, nodes, their ends.
 
     The nodes talk within this machine unless the environment says otherwise, and end with the
-    launch, even if it is killed.
-
-    Args:
-        defaults: the default values of its arguments, names of ARGUMENTS.
-        config: name of the default `params_file` in the share folder.
-        parameters: called with the arguments, once they have been checked; returns the
-            parameters of each node to start, by executable.
-        last: the node whose good end is the end of the voyage; empty: there is none.
-        environment: called before any node starts; returns variables for their environment.
+    launch, even if it is killed. `defaults` are those of its arguments, names of ARGUMENTS;
+    `config` is the default `params_file` in the share folder. Once the arguments have been
+    checked, `parameters` is called with them and returns those of each node to start, by
+    executable, and `environment` returns variables for the nodes. The good end of the node `last`
+    is the end of the voyage; empty: there is none.
     """
     from launch import LaunchDescription  # type: ignore[attr-defined]  # our folder, to mypy
     from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
     from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+    from launch_ros.actions import Node
     from launch_ros.substitutions import FindPackageShare
 
     share = FindPackageShare('tauto_nodes')
@@ -164,9 +150,26 @@ def launch_description(
         atexit.register(kept.close)
         folder = kept.enter_context(work_folder(os.environ.get(FOLDER_VARIABLE)))
         file = str(write_parameters(folder, given['namespace'], whole))
+        imu, out = given.get('imu', SHIP_IMU), given['out']
+        started = [
+            Node(
+                package='tauto_nodes',
+                executable=name,
+                name=name,
+                namespace=given['namespace'],
+                parameters=[given['params_file'], file],
+                ros_arguments=enclave_of(name),
+                remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
+                output='screen',
+                sigterm_timeout=STOP_S,
+                sigkill_timeout=STOP_S,
+                on_exit=lambda event, context, name=name: end_of(name, event, context, last, out),
+            )
+            for name in own
+        ]
         return [
             *(SetEnvironmentVariable(name, value) for name, value in variables.items()),
-            *(_node(name, file, given, last) for name in own),
+            *started,
         ]
 
     return LaunchDescription(
@@ -180,37 +183,12 @@ def launch_description(
     )
 
 
-def _node(name: str, file: str, given: Mapping[str, str], last: str) -> Any:
-    from launch_ros.actions import Node
-
-    imu = given.get('imu', SHIP_IMU)
-    return Node(
-        package='tauto_nodes',
-        executable=name,
-        name=name,
-        namespace=given['namespace'],
-        parameters=[given['params_file'], file],
-        ros_arguments=enclave_of(name),
-        remappings=[(SHIP_IMU, imu)] if imu != SHIP_IMU else [],
-        output='screen',
-        sigterm_timeout=STOP_S,
-        sigkill_timeout=STOP_S,
-        on_exit=lambda event, context: end_of(name, event, context, last, given['out']),
-    )
-
-
 def end_of(name: str, event: Any, context: Any, last: str, out: str) -> list[Any]:
     """Return what a launch does when a node has ended: it ends, and well only if all was well.
 
-    Args:
-        name: name of the node.
-        event: launch's ProcessExited.
-        context: the context of the launch.
-        last: the node whose good end is the end of the voyage; empty: there is none.
-        out: folder of the bag that it has closed by then.
-
-    Raises:
-        GraphError: it ended before its time; launch then ends the others, and itself with 1.
+    The good end of the node `last` is the end of the voyage; it has closed the bag `out` by then.
+    For a node that ended before its time this raises GraphError, at which launch ends the others,
+    and itself with 1. `event` is launch's ProcessExited.
     """
     if context.is_shutdown:
         return []

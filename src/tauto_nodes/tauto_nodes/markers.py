@@ -159,22 +159,18 @@ class MarkersNode(GraphNode):
         now_s = time.monotonic()
         if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings.number('rate'):
             return
-        self._draw(self._ship)
+        ship, wheel = self._ship, about_x(self._angle_rad)
         self._ship, self._drawn_s = None, now_s
-
-    def _draw(self, ship: UnitQuaternion) -> None:
-        wheel = about_x(self._angle_rad)
+        second, nanosecond = divmod(self._stamp_ns, NS_PER_S)
+        chain = transforms(ship, wheel)
         poses = ((self._fixed, ship), (self._turning, turned_by(ship, wheel)))
         for strips, (x, y, z, w) in poses:
             for strip in strips:
                 strip.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
-                stamp = strip.header.stamp
-                stamp.sec, stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
+        for one in (*self._fixed, *self._turning, *chain):
+            one.header.stamp.sec, one.header.stamp.nanosec = second, nanosecond
         self._send(MARKERS, MarkerArray(markers=[*self._fixed, *self._turning]))
         if TF in self.outputs:
-            chain = transforms(ship, wheel)
-            for one in chain:
-                one.header.stamp.sec, one.header.stamp.nanosec = divmod(self._stamp_ns, NS_PER_S)
             self._send(TF, message_class('tf2_msgs/msg/TFMessage')(transforms=chain))
 
     def _send(self, topic: str, message: Any) -> None:

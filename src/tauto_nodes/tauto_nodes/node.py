@@ -72,9 +72,7 @@ ALARM_S = 10.0
 class GraphNode(Node):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
 
-    Args:
-        role: says which node of the table in parameters.py this is; also its default name.
-        node_options: handed to rclpy.node.Node.
+    `role` says which node of the table in parameters.py this is; it is also its default name.
     """
 
     def __init__(self, role: str, **node_options: Any) -> None:
@@ -113,8 +111,7 @@ class GraphNode(Node):
     def lost(self, short: Mapping[str, int]) -> None:
         """Act on messages that were sent and will not come, by topic: their number.
 
-        Raises:
-            NodesError: what the node would publish from now on is not what the scene says.
+        NodesError: what the node would publish from now on is not what the scene says.
         """
         raise NodesError(f'messages were lost on the way: {dict(short)}. Start the voyage again')
 
@@ -146,8 +143,7 @@ class GraphNode(Node):
     def note(self, topic: str, reason: str, words: str) -> None:
         """Count what is wrong with a message; name the first one of a kind in the log.
 
-        Raises:
-            NodesError: the message comes from our own graph, which must not lose any.
+        A message of our own graph, which must not lose any, raises NodesError.
         """
         if self.flow is not None:
             raise NodesError(f'{topic}: {reason}: {words}')
@@ -201,9 +197,8 @@ class GraphNode(Node):
     def connect(self, inputs: Sequence[TopicPort], outputs: Sequence[TopicPort]) -> None:
         """Create the ports and begin to tick.
 
-        Raises:
-            NodesError: the graph's names do not hold the node.
-            ParameterError: QoS overrides that do not go with flow control, or of no port.
+        NodesError: the graph's names do not hold the node. ParameterError: QoS overrides that do
+        not go with flow control, or of no port.
         """
         if self.settings.credits:
             topics = tuple(p.name for p in inputs), tuple(p.name for p in outputs)
@@ -219,9 +214,10 @@ class GraphNode(Node):
         if self.flow is not None:
             self._credit = self.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
             self._end = self.create_publisher(String, END_TOPIC, END_QOS)
-            hear = self.guard(self._hear)
+            hear, flow = self.guard(self._hear), self.flow
+            hear_end = self.guard(lambda message: flow.hear_end(End.from_json(message.data)))
             self.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
-            self.create_subscription(String, END_TOPIC, self.guard(self._hear_end), END_QOS)
+            self.create_subscription(String, END_TOPIC, hear_end, END_QOS)
         self.create_timer(TICK_S, self.guard(self._tick), clock=self.steady)
 
     def _publish_on(self, port: TopicPort) -> None:
@@ -396,10 +392,6 @@ class GraphNode(Node):
         if not self.backlogged:
             self.tick()
 
-    def _hear_end(self, message: String) -> None:
-        assert self.flow is not None
-        self.flow.hear_end(End.from_json(message.data))
-
     def _found(self, topic: str) -> set[str]:
         """Return the names of the nodes of this namespace whose subscriptions are matched."""
         publisher = self.outputs[topic].link
@@ -497,12 +489,9 @@ Finding = tuple[bytes, str]
 
 
 def assess(node: GraphNode, now_s: float, recent: dict[str, int] | None = None) -> Finding:
-    """Return the worst level and the reasons for it.
+    """Return the worst level and the reasons for it, at a steady time as of time.monotonic [s].
 
-    Args:
-        node: the one whose status it is.
-        now_s: steady time [s], as time.monotonic gives it.
-        recent: by how much counters have risen in the last RECENT_S; None: since the start.
+    `recent` tells by how much counters have risen in the last RECENT_S; None: since the start.
     """
     risen = {name: n for name, n in node.health().items() if n} if recent is None else recent
     found = list(_findings(node, now_s, risen))

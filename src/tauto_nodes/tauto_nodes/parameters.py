@@ -116,19 +116,12 @@ class Parameter:
             return f'{said}: must be one of {", ".join(self.choices)}'
         elif self.required and not value:
             return f'{said}: must be given, for example -p {self.name}:=…  ({self.description})'
-        return self._stray(said, value) if self.is_path and value else ''
-
-    def _stray(self, said: str, value: object) -> str:
-        """Return why a path is refused: it leads out of the folder that the environment names."""
         folder = os.environ.get(FOLDER_VARIABLE)
-        if not folder or value in shipped_scenes():
+        if not (folder and self.is_path and value) or value in shipped_scenes():
             return ''
-        inside = Path(str(value)).resolve().is_relative_to(Path(folder).resolve())
-        return (
-            ''
-            if inside
-            else f'{said}: lies outside of {FOLDER_VARIABLE} = {folder}; name a place in it'
-        )
+        if Path(str(value)).resolve().is_relative_to(Path(folder).resolve()):
+            return ''
+        return f'{said}: lies outside of {FOLDER_VARIABLE} = {folder}; name a place in it'
 
 
 # -----------------------------------------------------------------------------
@@ -138,13 +131,7 @@ class Parameter:
 def write_parameters(
     folder: Path, namespace: str, own: Mapping[str, Mapping[str, object]]
 ) -> Path:
-    """Write a file with the parameters of a graph's nodes; return its path.
-
-    Args:
-        folder: where to write it.
-        namespace: namespace of the graph; empty: the root.
-        own: parameters of each node, by its name.
-    """
+    """Write a file with the parameters of a graph's nodes, `own` by name; return its path."""
     space = f'/{namespace.strip("/")}'.rstrip('/')
     # No object comes twice: the parser of ROS takes no YAML aliases.
     content = {f'{space}/{node}': {'ros__parameters': {**held}} for node, held in own.items()}
@@ -156,11 +143,8 @@ def write_parameters(
 def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
     """Return the names in the section `/**` of the files that no section for this node sets.
 
-    What the command line sets (`-p`) is not among them, whatever files say.
-
-    Args:
-        node: fully qualified name.
-        arguments: arguments of the command line that names the files.
+    What the command line sets (`-p`) is not among them, whatever files say. `node` is the fully
+    qualified name, `arguments` the command line that names the files.
     """
     shared: set[str] = set()
     own = {word.partition(':=')[0] for word in arguments if ':=' in word}
@@ -173,7 +157,11 @@ def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
             names = set(_flat(held.get('ros__parameters', {})))
             if section == '/**':
                 shared |= names
-            elif _matches(section, node):
+                continue
+            # In the name of a section `*` is one token, `**` any number of them.
+            tokens = re.escape('/' + section.strip('/'))
+            pattern = tokens.replace(r'\*\*', '.*').replace(r'\*', '[^/]*')
+            if re.fullmatch(pattern.replace('/.*/', '/(.*/)?'), node):
                 own |= names
     return frozenset(shared - own)
 
@@ -184,12 +172,6 @@ def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
             yield from _flat(value, f'{prefix}{name}.')
         else:
             yield f'{prefix}{name}'
-
-
-def _matches(section: str, node: str) -> bool:
-    """Whether the section of a file is of this node: `*` is one token, `**` any number of them."""
-    pattern = re.escape('/' + section.strip('/')).replace(r'\*\*', '.*').replace(r'\*', '[^/]*')
-    return re.fullmatch(pattern.replace('/.*/', '/(.*/)?'), node) is not None
 
 
 T = TypeVar('T')
@@ -470,11 +452,9 @@ def _problems(
 def declare(node: Node, role: str) -> NodeSettings:
     """Declare a node's parameters and return what they are set to.
 
-    Run-time changes of the few that allow it are checked against the table.
-
-    Raises:
-        ParameterError: unknown names (but for the section /** of a parameter file, which other
-            nodes share), wrong types, values out of range; all of them in one text.
+    Run-time changes of the few that allow it are checked against the table. ParameterError tells
+    in one text of all unknown names (but for the section /** of a parameter file, which other
+    nodes share), wrong types and values out of range.
     """
     overrides = overrides_of(node)
     shared = shared_names(node.get_fully_qualified_name(), sys.argv)

@@ -43,12 +43,8 @@ PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 
 @dataclass(frozen=True)
 class TopicPort:
-    """One side of a topic.
-
-    Args:
-        name: relative or absolute topic name.
-        message: the rclpy message class.
-        profile: quality of service, before overrides.
+    """One side of a topic: its relative or absolute name, the rclpy message class, and the quality
+    of service before overrides.
     """
 
     name: str
@@ -64,8 +60,7 @@ class TopicPort:
 def message_class(ros_type: str) -> Any:
     """Return the class of a type named like `sensor_msgs/msg/Imu`.
 
-    Raises:
-        NodesError: its package is not installed.
+    NodesError: its package is not installed.
     """
     package, _, name = ros_type.partition('/msg/')
     try:
@@ -141,9 +136,7 @@ def refuse_unknown_qos(node: Node) -> None:
     """See that each `qos_overrides` key is one of a publisher or subscription of this node.
 
     Call it when these have been made: rclpy declares the keys of each, and ignores all others.
-
-    Raises:
-        ParameterError: which key none of them has, and the nearest that there is.
+    ParameterError says which key none of them has, and the nearest that there is.
     """
     asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
     shared = shared_names(node.get_fully_qualified_name(), sys.argv)
@@ -226,11 +219,9 @@ def node_of(info: Any) -> str:
 
 
 class Intake:
-    """Decodes the messages of one topic.
+    """Decodes the messages of one topic of the table.
 
-    Args:
-        topic: of the table.
-        note: called with a reason and its description, once for each message that is ignored.
+    `note` is called with a reason and its description, once for each message that is ignored.
     """
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:

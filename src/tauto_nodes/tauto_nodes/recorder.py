@@ -7,10 +7,9 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, header_stamp_ns
@@ -57,8 +56,7 @@ class RecorderReport:
     def read(file: Path) -> RecorderReport | None:
         """Return the report; None if there is none yet.
 
-        Raises:
-            ValueError: it is being written, or there was no room for it.
+        ValueError: it is being written, or there was no room for it.
         """
         try:
             return RecorderReport(**json.loads(file.read_text('utf-8')))
@@ -76,9 +74,7 @@ REPORT_S = 0.2
 def topics_of(settings: NodeSettings) -> list[str]:
     """Return the topics to record, in the order of the table.
 
-    Raises:
-        ParameterError: a topic that is not in the table.
-        SceneError: the scene cannot be run.
+    ParameterError: a topic is not in the table. SceneError: the scene cannot be run.
     """
     asked = settings.names('topics')
     if unknown := [name for name in asked if name not in TOPICS and name != 'all']:
@@ -156,7 +152,7 @@ class RecorderNode(GraphNode):
             else:
                 for message, stamp_ns in zip(good, samples.stamp_ns.tolist(), strict=True):
                     self._bag.write_raw(topic, message, stamp_ns)
-                self._see_order(topic, samples.stamp_ns)
+                self._see_order(topic, samples.stamp_ns.tolist())
 
     def _write_scenes(self, samples: TextSamples) -> None:
         for text in map(str, samples.data):
@@ -169,14 +165,13 @@ class RecorderNode(GraphNode):
             self._bag.describe(bag_metadata(scene))
         self._bag.flush()
 
-    def _see_order(self, topic: str, stamp_ns: s.IntArray) -> None:
+    def _see_order(self, topic: str, stamps_ns: list[int]) -> None:
         """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""
-        before = np.concatenate([[self._newest_ns.get(topic, 0)], stamp_ns[:-1]])
-        for was_ns, is_ns in zip(before.tolist(), stamp_ns.tolist(), strict=True):
+        for was_ns, is_ns in pairwise([self._newest_ns.get(topic, 0), *stamps_ns]):
             if is_ns < was_ns - MOST_DISORDER_NS:
                 words = f'stamps went back by {(was_ns - is_ns) * 1e-9:.6g} s'
                 self.note(topic, 'stamps_went_back', words)
-        self._newest_ns[topic] = int(stamp_ns[-1])
+        self._newest_ns[topic] = stamps_ns[-1]
 
     def lost(self, short: Mapping[str, int]) -> None:
         """Say it, and keep what has come: the report and the exit code tell of the loss."""

@@ -56,8 +56,7 @@ def local_discovery() -> dict[str, str]:
 def check_discovery() -> None:
     """Check the variables by which the nodes of a graph find each other.
 
-    Raises:
-        ParameterError: they could not, or not where the environment seems to say.
+    It raises ParameterError if they could not, or not where the environment seems to say.
     """
     reach, number = os.environ.get(RANGE, ''), os.environ.get(DOMAIN, '')
     if reach == 'OFF':
@@ -75,10 +74,9 @@ def check_discovery() -> None:
 
 
 def check_loopback() -> None:
-    """Check that what is sent to this machine by the loopback interface arrives.
+    """Raise GraphError if what is sent to this machine by the loopback interface does not arrive.
 
-    Raises:
-        GraphError: it does not, and a graph would wait for its nodes in vain.
+    A graph would wait for its nodes in vain.
     """
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.settimeout(1.0)
@@ -106,9 +104,7 @@ def enclave_of(name: str) -> list[str]:
 class Domain:
     """A ROS domain reserved for this process until it is released or the process ends.
 
-    Args:
-        number: ROS_DOMAIN_ID.
-        lock: the socket that holds it.
+    `number` is the ROS_DOMAIN_ID, `lock` the socket that holds it.
     """
 
     number: int
@@ -122,8 +118,7 @@ class Domain:
 def claim_domain() -> Domain:
     """Return a domain in which no participant runs and that no other graph has claimed.
 
-    Raises:
-        GraphError: all domains are taken.
+    It raises GraphError if all are taken.
     """
     numbers = range(1, LAST_DOMAIN + 1)
     start = os.getpid() % LAST_DOMAIN
@@ -166,10 +161,8 @@ def graph_middleware() -> dict[str, str]:
     """Return the environment that keeps a graph of ours on this machine, with our profile.
 
     Where the environment names a profile, another range of discovery, other peers or another
-    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file.
-
-    Raises:
-        GraphError: nothing that they would send each other would arrive.
+    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file. It
+    raises GraphError if nothing that they would send each other would arrive.
     """
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
@@ -221,13 +214,8 @@ _LOCK = 'lock'
 def work_folder(parent: str | None) -> Iterator[Path]:
     """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
 
-    A folder whose lock can be had is one that nobody uses any more.
-
-    Args:
-        parent: where to make it; None: where the system has temporary files.
-
-    Raises:
-        GraphError: no folder can be made there.
+    A folder whose lock can be had is one that nobody uses any more. It is made in `parent`, or
+    where the system has temporary files; GraphError says that no folder can be made there.
     """
     place = Path(parent or tempfile.gettempdir())
     for lock in place.glob(f'{FOLDER_PREFIX}*/{_LOCK}'):
@@ -276,11 +264,7 @@ def die_with_supervisor() -> None:
 
 
 def executor_named(name: str) -> Any:
-    """Return an executor: `events` or `single`.
-
-    Raises:
-        NodesError: this rclpy has no events executor.
-    """
+    """Return the executor `events` or `single`; NodesError if this rclpy has none for events."""
     if name == 'single':
         return SingleThreadedExecutor()
     try:
@@ -356,25 +340,11 @@ def _leave(nodes: Sequence[GraphNode]) -> None:
     faulthandler.cancel_dump_traceback_later()
 
 
-def _exit_code(nodes: Sequence[GraphNode], refusal: Exception | None) -> int:
-    """Return the exit code, after the reason of a failure was written to stderr."""
-    failures = [('tauto_nodes', refusal), *((node.role, node.failure) for node in nodes)]
-    for who, error in failures:
-        if isinstance(error, TautoError):
-            sys.stderr.write(f'{who}: {spelled(error.message, as_parameter)}\n')
-            return error.exit_code
-        if error is not None:
-            traceback.print_exception(error)
-            return 1
-    return max(node.exit_code for node in nodes)
-
-
 def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
     """Make the nodes, spin until they end or a signal comes, close them; return the exit code.
 
-    Args:
-        makers: node classes, all run in this process.
-        args: command line, sys.argv where None.
+    `makers` are node classes, all run in this process; `args` is the command line, sys.argv where
+    None.
     """
     open_closed_streams()
     # rclpy's own handlers would end the context before the flush. Ours are not put back: a signal
@@ -412,7 +382,15 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
             node.fail(error)
         if node.failure is not None and node.diagnostics is not None:
             node.diagnostics.deliver()
-    code = _exit_code(nodes, refusal)
+    code = max((node.exit_code for node in nodes), default=0)
+    failures = [('tauto_nodes', refusal), *((node.role, node.failure) for node in nodes)]
+    who, failure = next((each for each in failures if each[1] is not None), ('', None))
+    if isinstance(failure, TautoError):
+        sys.stderr.write(f'{who}: {spelled(failure.message, as_parameter)}\n')
+        code = failure.exit_code
+    elif failure is not None:
+        traceback.print_exception(failure)
+        code = 1
     _leave(nodes)
     return code
 

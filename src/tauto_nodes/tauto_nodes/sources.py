@@ -38,12 +38,8 @@ class SourceNode(GraphNode):
     """Sends messages, ordered by stamp, at a pace.
 
     With flow control it begins when the whole graph is matched, else when each of its topics has a
-    subscriber or after the parameter `wait`.
-
-    Args:
-        role: says which node of the parameter table this is.
-        pace: name of the parameter with the pace, stamped seconds per second; 0: unpaced.
-        node_options: handed to rclpy.node.Node.
+    subscriber or after the parameter `wait`. `pace` names the parameter with the stamped seconds
+    per second; 0 is unpaced.
     """
 
     def __init__(self, role: str, pace: str, **node_options: Any) -> None:
@@ -52,7 +48,8 @@ class SourceNode(GraphNode):
         self._pace = self.settings.number(pace)
         self._items: Iterator[StampedMessage] = iter(())
         self._next: StampedMessage | None = None
-        self._last_ns = 0
+        self.sent_until_ns = 0
+        """Stamp of the last item that was sent [ns]; 0 before the first."""
         self._clock_ns = -1
         self._sea_clock: Any = None
         self._born_s = time.monotonic()
@@ -62,8 +59,7 @@ class SourceNode(GraphNode):
     def start(self, items: Iterator[StampedMessage]) -> None:
         """Begin with these items once the subscribers are there; ports are connected by now.
 
-        Raises:
-            NodesError: /clock is wanted, but somebody else publishes it.
+        It raises NodesError if /clock is wanted, but somebody else publishes it.
         """
         if self.settings.flag('publish_clock'):
             # Discovery takes a while to hear of another publisher.
@@ -83,11 +79,6 @@ class SourceNode(GraphNode):
         self._next = next(items, None)
         self.diagnostics = Diagnostics(self)
 
-    @property
-    def sent_until_ns(self) -> int:
-        """Stamp of the last item that was sent [ns]; 0 before the first."""
-        return self._last_ns
-
     def all_sent(self) -> None:
         """Do what remains when the last item has been sent."""
 
@@ -95,7 +86,10 @@ class SourceNode(GraphNode):
         """Send what is due."""
         now_s = time.monotonic()
         if self._base is None:
-            if not self._may_start():
+            # Without flow control nobody says whether the graph is complete.
+            unheard = any(not p.publisher.get_subscription_count() for p in self.outputs.values())
+            waits = unheard and now_s - self._born_s < self.settings.number('wait')
+            if waits if self.flow is None else not self.flow.everyone_ready():
                 return
             self._base = (now_s, self._next[0] if self._next else 0)
         due_ns = self._due_ns(now_s)
@@ -103,27 +97,19 @@ class SourceNode(GraphNode):
         while self._next and not self.backlogged and len(due) < BURST and self._next[0] <= due_ns:
             due.append(self._next)
             self._next = next(self._items, None)
-        self._last_ns = due[-1][0] if due else self._last_ns
+        self.sent_until_ns = due[-1][0] if due else self.sent_until_ns
         if self.flow is not None:  # nodes of our graph join topics by stamps, not by arrival
             due.sort(key=itemgetter(1))
         for topic, messages in groupby(due, itemgetter(1)):
             self.send(topic, [payload for _, _, payload in messages])
-        if self._sea_clock is not None and self._last_ns > self._clock_ns:
-            self._clock_ns = self._last_ns
+        if self._sea_clock is not None and self.sent_until_ns > self._clock_ns:
+            self._clock_ns = self.sent_until_ns
             message = ClockMessage()
             message.clock.sec, message.clock.nanosec = divmod(self._clock_ns, NS_PER_S)
             self._sea_clock.publish(message)
         if self._next is None and not self.input_over and not self.backlogged:
             self.input_over = True
             self.all_sent()
-
-    def _may_start(self) -> bool:
-        if self.flow is not None:
-            return self.flow.everyone_ready()
-        alone = any(
-            output.publisher.get_subscription_count() == 0 for output in self.outputs.values()
-        )
-        return not alone or time.monotonic() - self._born_s >= self.settings.number('wait')
 
     def _due_ns(self, now_s: float) -> float:
         assert self._base is not None
@@ -138,7 +124,7 @@ class SourceNode(GraphNode):
                 now_s = time.monotonic()
                 if self._base is not None:
                     # From the last message on, so that the new pace does not act backwards.
-                    self._base = (now_s, int(min(self._due_ns(now_s), self._last_ns)))
+                    self._base = (now_s, int(min(self._due_ns(now_s), self.sent_until_ns)))
                 self._pace = float(change.value)
 
 
@@ -168,24 +154,22 @@ class ShipMotionNode(SourceNode):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('ship_motion', 'speed', **node_options)
-        if problem := self._problem(self.settings.number('speed')):
-            raise ParameterError(f'{self.get_fully_qualified_name()}: {problem}')
-        self.add_on_set_parameters_callback(self._check)
-        scene = self.settings.scene()
-        self.connect([], [port(topic) for topic in OUTPUTS])
-        self.start(ship_messages(ShipSource(scene)))
-
-    def _problem(self, speed: float) -> str:
-        if speed != 0.0 or self.settings.credits:
-            return ''
-        return (
+        refused = (
             'speed = 0.0: as fast as possible needs flow_control = credits, or messages are lost. '
             'Set it on all nodes, or give a speed'
         )
+        paced = not self.settings.credits
+        if paced and self.settings.number('speed') == 0.0:
+            raise ParameterError(f'{self.get_fully_qualified_name()}: {refused}')
 
-    def _check(self, changes: list[RosParameter]) -> SetParametersResult:
-        found = [p for c in changes if c.name == 'speed' and (p := self._problem(c.value))]
-        return SetParametersResult(successful=not found, reason='; '.join(found))
+        def check(changes: list[RosParameter]) -> SetParametersResult:
+            bad = paced and any(c.name == 'speed' and c.value == 0.0 for c in changes)
+            return SetParametersResult(successful=not bad, reason=refused if bad else '')
+
+        self.add_on_set_parameters_callback(check)
+        scene = self.settings.scene()
+        self.connect([], [port(topic) for topic in OUTPUTS])
+        self.start(ship_messages(ShipSource(scene)))
 
 
 # -----------------------------------------------------------------------------
@@ -195,9 +179,8 @@ class ShipMotionNode(SourceNode):
 def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
     """Return the ports to play on, by the topic's name in the bag.
 
-    Raises:
-        ParameterError: the bag has none of the topics asked for.
-        NodesError: a message type that is not installed.
+    It raises ParameterError if the bag has none of the topics asked for, NodesError for a message
+    type that is not installed.
     """
     ports = {}
     # Where the bag has more than one namespace, its names stay absolute.
@@ -219,10 +202,8 @@ def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
 class PlayerNode(SourceNode):
     """Publishes a bag's topics under the player's namespace; ends with the bag.
 
-    Args:
-        bag: the bag, if it has been opened already; otherwise the parameter `bag` names it.
-        progress: called with the share of the bag that was played, from 0 to 1.
-        node_options: handed to rclpy.node.Node.
+    Without a `bag` that has been opened already, the parameter `bag` names it. `progress` is
+    called with the share that was played, from 0 to 1.
     """
 
     def __init__(

@@ -47,12 +47,9 @@ _DTYPES = ('<f8', '<i8', '|b1', '|i1', '|u1', '<u2', '<i4')
 
 
 class StateFile:
-    """One node's state file.
+    """One node's state file, in a folder that is made if it is not there.
 
-    Args:
-        folder: where it lies; made if it is not there.
-        node: fully qualified name of the node.
-        scene: the scene that the stage was made from; a state of another one is refused.
+    `node` is the fully qualified name. A state of a stage made from another scene is refused.
     """
 
     def __init__(self, folder: Path, node: str, scene: Scene) -> None:
@@ -75,8 +72,7 @@ class StateFile:
     def load(self) -> State | None:
         """Return the state; None where there is no file.
 
-        Raises:
-            ParameterError: a file that is damaged, or of another version, code, node or scene.
+        ParameterError: the file is damaged, or of another version, code, node or scene.
         """
         try:
             head, body = self.path.read_bytes().split(b'\n', 1)
@@ -171,12 +167,7 @@ class StageNode(GraphNode):
 
     Without flow control it flushes at shutdown and when `~/finish` (std_srvs/Trigger) is called.
     With a `state_folder` it saves its state instead of flushing, and goes on from it when it is
-    started again.
-
-    Args:
-        role: says which node of the parameter table this is.
-        build: makes the stage from the settings.
-        node_options: handed to rclpy.node.Node.
+    started again. `build` makes the stage from the settings.
     """
 
     def __init__(
