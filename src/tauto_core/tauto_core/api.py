@@ -37,22 +37,14 @@ if TYPE_CHECKING:
 
 
 def whole(name: str, value: object) -> int:
-    """Return a whole number, of NumPy too.
-
-    Raises:
-        UsageError: anything else.
-    """
+    """Return a whole number, of NumPy too; UsageError for anything else."""
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise UsageError(f'{name} = {value!r}: must be a whole number. Write for example 2')
     return int(value)
 
 
 def numbers(name: str, values: object) -> list[float]:
-    """Return a list of numbers, of NumPy too.
-
-    Raises:
-        UsageError: not a list, or not of numbers.
-    """
+    """Return a list of numbers, of NumPy too; UsageError for anything else."""
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
     listed = list(values)
@@ -63,11 +55,7 @@ def numbers(name: str, values: object) -> list[float]:
 
 
 def path(name: str, value: object) -> Path:
-    """Return a path.
-
-    Raises:
-        UsageError: neither a string nor a path.
-    """
+    """Return a path; UsageError where it is neither a string nor a path."""
     if not isinstance(value, str | Path):
         raise UsageError(f'{name} = {value!r}: must be a path. Write it as text')
     return Path(value)
@@ -533,7 +521,9 @@ def fleet(
     if isinstance(vary, str | Path):
         draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
     else:
-        draws, drawn_by = fleets.as_draws(_draws(vary), 'vary'), 'vary'
+        if vary is not None and not isinstance(vary, Mapping):
+            raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
+        draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
     count = whole('ships', ships)
     plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
     where = None if out is None else path('out', out)
@@ -598,12 +588,6 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
 def _origin(scene: str | Path | Scene) -> str:
     """Return how errors name a scene: as the caller did."""
     return scene.name if isinstance(scene, Scene) else str(scene)
-
-
-def _draws(vary: object) -> dict[str, Any]:
-    if vary is not None and not isinstance(vary, Mapping):
-        raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
-    return dict(vary or {})
 
 
 def _voyage(source: str | Path | Scene | Voyage, anyway: bool) -> Voyage:

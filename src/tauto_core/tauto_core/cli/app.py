@@ -13,7 +13,7 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -149,7 +149,11 @@ class Commands(TyperGroup):
         try:
             return super().invoke(ctx)
         except typer.BadParameter as error:
-            error.message += _decimal_comma(sys.argv[1:])
+            comma = (
+                w for w in sys.argv[1:] if re.fullmatch(r'[-+]?\d*,\d+', w.rpartition('=')[2])
+            )
+            if word := next(comma, ''):
+                error.message += f'. Write {word.replace(",", ".")}, with a decimal point'
             raise
         except TautoError as error:
             _tell(spelled(error.message, option), error)
@@ -160,12 +164,6 @@ class Commands(TyperGroup):
         except KeyboardInterrupt as error:
             _tell('interrupted', error)
             raise typer.Exit(128 + signal.SIGINT) from None
-
-
-def _decimal_comma(words: Sequence[str]) -> str:
-    """Return the number with a decimal point where it has a decimal comma; otherwise ''."""
-    found = [word for word in words if re.fullmatch(r'[-+]?\d*,\d+', word.rpartition('=')[2])]
-    return ''.join(f'. Write {word.replace(",", ".")}, with a decimal point' for word in found[:1])
 
 
 app = typer.Typer(

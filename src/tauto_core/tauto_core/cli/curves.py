@@ -26,7 +26,6 @@ from tauto_core.scene.times import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from tauto_core.euler import Claim
-    from tauto_core.samples import FloatArray
 
 
 # -----------------------------------------------------------------------------
@@ -99,7 +98,13 @@ def cam(
                     'printed are those of a thin thread. Add --csv, --svg or --dxf, or leave it '
                     'out'
                 )
-            _print_columns(columns)
+            widths = [max(len(name), 12) for name in columns]
+            figures = zip(*(column.tolist() for column in columns.values()), strict=True)
+            # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for
+            # other programs: a hyphen is the minus that they read.
+            for row in (columns, *([f'{value:z.4f}' for value in row] for row in figures)):
+                cells = zip(row, widths, strict=True)
+                typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))
             return
         done = cutting.cut(loaded, files, points=points, reach_rad=reach, thread_mm=thread)
     if done.meeting_rad is not None:
@@ -111,16 +116,6 @@ def cam(
         say(f'a thread of {thread:g} mm bends round the edges up to {done.acts_from_rad:.4g} rad')
     for file in done.files:
         say(f'wrote {file}')
-
-
-def _print_columns(columns: dict[str, FloatArray]) -> None:
-    widths = [max(len(name), 12) for name in columns]
-    figures = zip(*(column.tolist() for column in columns.values()), strict=True)
-    # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for other
-    # programs: a hyphen is the minus that they read.
-    for row in (columns, *([f'{value:z.4f}' for value in row] for row in figures)):
-        cells = zip(row, widths, strict=True)
-        typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))
 
 
 # -----------------------------------------------------------------------------

@@ -11,7 +11,7 @@ from rich import box
 from rich.console import Console, ConsoleOptions, Group, RenderResult
 from rich.measure import Measurement
 from rich.padding import Padding
-from rich.table import Column, Table
+from rich.table import Table
 from rich.text import Text
 
 from tauto_core.results import SIGNS, answer, groups
@@ -20,7 +20,6 @@ from tauto_core.wording import counted, figure, printed, significant, span, with
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
-    from rich.table import Table
 
     from tauto_core.ensembles.answers import Answers
     from tauto_core.ensembles.comparison import Comparison, Row
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
 
 # -----------------------------------------------------------------------------
 # A table that a narrow terminal does not cut: half a figure would be read as another.
-
-_ANY_WIDTH = 10_000
 
 
 class WholeTable(Table):
@@ -41,22 +38,20 @@ class WholeTable(Table):
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         """Render the table once the columns know how wide they have to be."""
-        roomy = options.update(max_width=_ANY_WIDTH)
+        roomy = options.update(max_width=10_000)
         for column in self.columns:
-            column.min_width = _narrowest(column, console, roomy)
+            if column.overflow == 'fold' and not column.no_wrap:
+                column.min_width = None  # it is never cut
+                continue
+            cells = [column.header, *column.cells]
+            widths = [Measurement.get(console, roomy, cell) for cell in cells if cell]
+            column.min_width = max(
+                (each.maximum if column.no_wrap else each.minimum for each in widths), default=None
+            )
         if all(column.min_width for column in self.columns):
             needed = Measurement.get(console, roomy, self).minimum
             options = options.update(max_width=max(options.max_width, needed))
         yield from super().__rich_console__(console, options)
-
-
-def _narrowest(column: Column, console: Console, options: ConsoleOptions) -> int | None:
-    """Return the width below which a column would be cut; None if it never is."""
-    if column.overflow == 'fold' and not column.no_wrap:
-        return None
-    cells = [column.header, *column.cells]
-    widths = [Measurement.get(console, options, cell) for cell in cells if cell]
-    return max((each.maximum if column.no_wrap else each.minimum for each in widths), default=None)
 
 
 Section = Mapping[str, Any]
@@ -70,26 +65,11 @@ push all figures to the right.
 def voyage_table(result: Section) -> RenderableType:
     """Return a voyage as text: the answer, a table in groups, and the place of the bag.
 
-    Args:
-        result: what `voyage.sail` and `tauto graph` return; groups whose section is absent or
-            empty are left out.
+    `result` is what `voyage.sail` and `tauto graph` return; groups whose section is absent or
+    empty are left out.
     """
     seconds = result.get('duration_s')
     title = str(result.get('scene') or 'bag')
-    parts: list[RenderableType] = [
-        Text(title if seconds is None else f'{title}: {span(seconds)}', style='italic'),
-        Text(answer(result), style='bold'),
-        Text(''),
-        _grouped(result),  # a padding around it would cut it
-        Text(''),
-        Text(SIGNS),
-    ]
-    if bag := result.get('bag'):
-        parts.append(Text(f'Bag: {bag}', no_wrap=True, overflow='ignore'))
-    return Group(*parts)
-
-
-def _grouped(result: Section) -> Table:
     table = WholeTable.grid(padding=(0, 2, 0, 0))
     table.add_column()
     table.add_column(justify='right', no_wrap=True)
@@ -99,7 +79,17 @@ def _grouped(result: Section) -> Table:
         for label, value, unit in rows:
             said = label if value else fill(label, _SENTENCE)
             table.add_row(Padding(said, (0, 0, 0, 2)), value, unit)
-    return table
+    parts: list[RenderableType] = [
+        Text(title if seconds is None else f'{title}: {span(seconds)}', style='italic'),
+        Text(answer(result), style='bold'),
+        Text(''),
+        table,  # a padding around it would cut it
+        Text(''),
+        Text(SIGNS),
+    ]
+    if bag := result.get('bag'):
+        parts.append(Text(f'Bag: {bag}', no_wrap=True, overflow='ignore'))
+    return Group(*parts)
 
 
 def sea_words(sea: Section) -> str:
@@ -164,16 +154,16 @@ def _stability(stability: Mapping[str, Any]) -> Table:
         table.add_column(name, justify='right', no_wrap=True)
     table.add_column('noise', no_wrap=True)
     for row in stability['rows']:
-        deviations = [_bounded(row, kind) for kind in ('allan', 'modified', 'hadamard')]
+        deviations = []
+        for kind in ('allan', 'modified', 'hadamard'):
+            value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
+            if not value:
+                deviations.append('0')
+                continue
+            below, above = 100.0 * (1.0 - low / value), 100.0 * (high / value - 1.0)
+            deviations.append(f'{value:.1e} −{below:.0f} +{above:.0f}')
         table.add_row(f'{row["tau_s"]:g}', *deviations, row['noise'])
     return table
-
-
-def _bounded(row: Mapping[str, Any], kind: str) -> str:
-    value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
-    if not value:
-        return '0'
-    return f'{value:.1e} −{100.0 * (1.0 - low / value):.0f} +{100.0 * (high / value - 1.0):.0f}'
 
 
 # -----------------------------------------------------------------------------
@@ -196,8 +186,6 @@ def weather_words(weather: Mapping[str, Any]) -> str:
 
 def weather_table(weather: Mapping[str, Any]) -> Table:
     """Return the states as a table; where there are many, several share a row as ranges."""
-    from rich import box
-
     states = weather['states']
     together = math.ceil(len(states) / ROWS)
     title = 'weather' if together == 1 else f'weather, {together} states a row'
@@ -207,21 +195,22 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
         table.add_column(heading, justify='right')
     for first in range(0, len(states), together):
         row = states[first : first + together]
+        headings = (state['heading_rad'] for state in row)
         table.add_row(
             f'{row[0]["at_s"] / DAY_S:.2f}',
             _range([state['significant_wave_height_m'] for state in row], 2),
             _range([state['peak_period_s'] for state in row], 1),
-            _range([_degrees(state['heading_rad']) for state in row], 0),
+            # from −180° to 180°, so that seas from astern are about 0
+            _range(
+                [
+                    None if angle is None else math.degrees(math.remainder(angle, math.tau))
+                    for angle in headings
+                ],
+                0,
+            ),
             _range([state['speed_m_s'] for state in row], 2),
         )
     return table
-
-
-def _degrees(heading_rad: float | None) -> float | None:
-    """Return a heading from −180° to 180°, so that seas from astern are about 0."""
-    if heading_rad is None:
-        return None
-    return math.degrees(math.remainder(heading_rad, math.tau))
 
 
 def _range(values: Sequence[float | None], decimals: int) -> str:
@@ -247,10 +236,21 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     )
     table.add_column()
     table.add_column(overflow='fold')
-    for section in (_scene_rows(facts), _running_rows(facts)):
-        for row in section:
-            table.add_row(*row)
-        table.add_section()
+    for row in _scene_rows(facts):
+        table.add_row(*row)
+    table.add_section()
+    # how it is computed, how long that takes, and how far wrong it may be
+    expected = facts['expected']
+    table.add_row('propagator', f'{facts["propagator"]}: {facts["reason"]}')
+    if expected['steps_a_swing'] is not None:
+        steps, tolerance = expected['steps_a_swing'], expected['tolerance']
+        table.add_row('steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing')
+    table.add_row('left out', ', '.join(facts['left_out']))
+    run = span(expected['run_s'], digits=1)
+    machine = expected['measured_on']
+    table.add_row('expected run time', f'roughly {run} without a bag, on {machine}')
+    table.add_row('expected error', '\n'.join(_error_lines(facts)))
+    table.add_section()
     return Group(table, weather_table(facts['weather'])) if 'weather' in facts else table
 
 
@@ -347,19 +347,6 @@ def _departs(hung: dict[str, Any]) -> str:
         f'; departs from the apparent vertical by {1e3 * hung["departure_rad"]:.2g} mrad rms, '
         f'{hung["departure"]:.2g} of its tilt'
     )
-
-
-def _running_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield how it is computed, how long that takes, and how far wrong it may be."""
-    expected = facts['expected']
-    yield 'propagator', f'{facts["propagator"]}: {facts["reason"]}'
-    if expected['steps_a_swing'] is not None:
-        steps, tolerance = expected['steps_a_swing'], expected['tolerance']
-        yield 'steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing'
-    yield 'left out', ', '.join(facts['left_out'])
-    run = span(expected['run_s'], digits=1)
-    yield 'expected run time', f'roughly {run} without a bag, on {expected["measured_on"]}'
-    yield 'expected error', '\n'.join(_error_lines(facts))
 
 
 def _error_lines(facts: dict[str, Any]) -> list[str]:

@@ -311,13 +311,8 @@ def send_lost_again() -> None:
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr, if that is a terminal, for as long as the context lasts.
 
-    While a kernel compiles, the label names it, with the time that it takes.
-
-    Args:
-        label: text in front of the bar.
-
-    Yields:
-        A function to call with the share done so far, from 0 to 1.
+    While a kernel compiles, the label in front names it, with the time that it takes. It yields a
+    function to call with the share done so far, from 0 to 1.
     """
     if not sys.stderr.isatty() or is_quiet():
         yield lambda _share: None
@@ -331,7 +326,10 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
         task = bar.add_task(label, total=1.0)
 
         def compiles(kernel: str | None, left_s: float) -> None:
-            said = label if kernel is None else f'{label}: {_compiling(kernel, left_s)}'
+            said = label
+            if kernel is not None:
+                said += f': compiling {kernel.removeprefix("tauto_core.")} once'
+                said += f', about {left_s:.1f} s' if left_s else ''
             bar.update(task, description=said)
 
         with listening(compiles):
@@ -342,12 +340,8 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
 def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
     """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
 
-    Args:
-        things: the things that are counted, in the plural.
-        total: their number.
-
-    Yields:
-        A function to call with the number done so far, parts included.
+    `things` are what is counted, in the plural. It yields a function to call with the number done
+    so far, parts included.
     """
     if not sys.stderr.isatty() or is_quiet():
         yield lambda _done: None
@@ -371,9 +365,3 @@ def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
             bar.update(task, completed=done, rate=f'{speed:.3g} a second' if speed else '')
 
         yield tell
-
-
-def _compiling(kernel: str, left_s: float) -> str:
-    """Return the label while a kernel compiles, with seconds where they are known."""
-    name = kernel.removeprefix('tauto_core.')
-    return f'compiling {name} once' + (f', about {left_s:.1f} s' if left_s else '')
