@@ -393,10 +393,6 @@ class Cam(ABC):
 
 _PROBES = 2000
 _FLAT = 1e-12
-_BY_DIFFERENCES = 1e-3
-"""Allowance for a radius of curvature from second differences of a lever's cam, as a share of its
-largest lever arm; they err by 1e-5 of it.
-"""
 
 
 def possible_cam(cam: Cam, kind: str) -> Cam:
@@ -464,7 +460,8 @@ def possible_lever(shape: LeverLinkage, kind: str) -> LeverLinkage:
                 'Use a longer thread, or end before',
             ),
             (
-                ~(radius >= -_BY_DIFFERENCES * arms.max()),
+                # second differences err by 1e-5 of the largest lever arm
+                ~(radius >= -1e-3 * arms.max()),
                 'has a cheek that would be hollow, and a thread bridges a hollow,',
                 'Let the lever arm bend down less, or end before',
             ),
@@ -558,7 +555,6 @@ RESOLVED = 4e-16
 """Largest size of the last coefficients over the first."""
 
 SHORTEST = 2.0**-48
-_EPSILON = 2.0**-52
 _CHECKED = (np.arange(32) + 0.5) / 32
 
 
@@ -598,7 +594,7 @@ def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> Smooth
             # the last piece ends exactly at the edge
             right = edge if width >= (1.0 - 1e-9) * (edge - left) else left + width
             span = right - left
-            found = _interpolated(piece, 2 * TERMS, 4.0 * _EPSILON * right / span)
+            found = _interpolated(piece, 2 * TERMS, 4.0 * 2.0**-52 * right / span)
             if found is not None:
                 break
             width *= 0.8

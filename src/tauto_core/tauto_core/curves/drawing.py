@@ -185,9 +185,6 @@ TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
 LETTER, LINE = 0.62, 1.6
 """Largest width of a letter, and distance of lines, over the height of letters."""
 
-LEAST_WIDTH_MM = 75.0
-"""Least width of lines of text, for small cams."""
-
 CHEEK_LEFT, CHEEK_RIGHT = 'CHEEK_LEFT', 'CHEEK_RIGHT'
 THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
 SCALE, NOTES = 'SCALE', 'NOTES'
@@ -330,7 +327,8 @@ def _explained(
     ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
     along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
     scale = Polyline(SCALE, left + along, place + ticks)
-    letters = int(max(width, LEAST_WIDTH_MM) / (LETTER * text_mm))
+    # the text beside a small cam is 75 mm wide
+    letters = int(max(width, 75.0) / (LETTER * text_mm))
     words = [
         line
         for text in (f'{bar:g} mm', title, *dimensions)

@@ -260,7 +260,6 @@ def complete_series(
 
 _NODES = 24
 _HALVINGS = 48
-_PANELS = 1024
 _TOLERANCE = 1e-14
 
 
@@ -293,7 +292,7 @@ def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> 
             return settled
         owner, coarse = np.repeat(owner[open_], 2), fine[open_].ravel()
         left, width = left[open_].ravel(), half[open_].ravel()
-        if np.bincount(owner).max() > _PANELS:
+        if np.bincount(owner).max() > 1024:
             break
     raise QuadratureError(
         f'an integral does not settle to {_TOLERANCE:g} of itself, with panels of {_NODES} nodes '

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import quad
 
-from tauto_core.euler.claim import Claim
+from tauto_core.euler.claim import Claim, G
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
     AxleState,
@@ -29,8 +29,8 @@ from tauto_core.samples import FloatArray
 # The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are b and b′;
 # motions are integrated; Lagrange's equations check Euler's own.
 
-E, C, K, G = 0.1, 0.3, 0.15, 9.81
-"""The body of the examples [m, m/s2]."""
+E, C, K = 0.1, 0.3, 0.15
+"""The body of the examples [m]."""
 
 THETA, PHI, THETA_RATE, PHI_RATE = 0.4, -0.7, 1.1, -0.3
 """A state far from rest [rad, rad/s]."""

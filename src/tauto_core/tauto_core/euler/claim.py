@@ -12,6 +12,9 @@ from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 Paper: TypeAlias = Literal['A', 'B', 'C']
+G = 9.81
+"""Gravity of all examples [m/s2]."""
+
 Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added']
 
 

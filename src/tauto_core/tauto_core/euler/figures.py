@@ -15,7 +15,7 @@ from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.claim import Paper
+from tauto_core.euler.claim import G, Paper
 from tauto_core.files import LOOK
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
@@ -101,7 +101,6 @@ def turned(x: FloatArray, y: FloatArray, angle: float) -> tuple[FloatArray, Floa
 # -----------------------------------------------------------------------------
 # The figures of paper A: Euler's two cams, what the weight costs, Sully's lever machine.
 
-GRAVITY = 9.81
 BASE_RADIUS, MASS = 0.02, 0.05
 ON_ITS_DISC = 0.02
 """ε/A² = m r²/I of Q = 100 P on a disc of the cam's own radius (§XX)."""
@@ -210,7 +209,7 @@ def weight_period() -> Figure:
     ):
         # a wheel of `part` times the inertia of §XX
         inertia = part * MASS * BASE_RADIUS**2 / ON_ITS_DISC
-        machine = Machine(inertia, MASS, MASS, 0.0, 0.0, GRAVITY, cam, True, None, None, 0.1)
+        machine = Machine(inertia, MASS, MASS, 0.0, 0.0, G, cam, True, None, None, 0.1)
         loss = [-rate_s_per_day(machine.period(float(a)), machine.small_period) for a in angles]
         left.plot(angles, loss, label=name, **look)
     named_axes(left, 'amplitude, rad', 'loses, s/day', 'a weight of Q/100 (§XX)')
@@ -238,7 +237,7 @@ def lever_machine() -> Figure:
         bare(axes, title)
         axes.set_xlim(-0.125, 0.085)
         axes.set_ylim(-0.355, 0.067)
-    machine = LeverMachine(4.0e-4, MASS, 0.15, 0.0, shape, GRAVITY, None, None, 1.0)
+    machine = LeverMachine(4.0e-4, MASS, 0.15, 0.0, shape, G, None, None, 1.0)
     angles = np.linspace(0.02, 2.0, 50)
     excess = [100.0 * (machine.period(float(a)) / machine.small_period - 1.0) for a in angles]
     panels[2].plot(angles, excess, color=CURVE)
@@ -401,7 +400,7 @@ def both_modes() -> Figure:
         touch = support * math.sin(tilt), -support * math.cos(tilt)
         letter(axes, touch, 'A', (10.0, -5.0))
         letter(axes, low, 'G', (9.0, -3.0))
-        period = math.tau * math.sqrt(length / GRAVITY)
+        period = math.tau * math.sqrt(length / G)
         bare(axes, title.format(1e3 * length, period))
         axes.set_xlim(-0.34, 0.34)
         axes.set_ylim(-0.58, 0.05)
@@ -464,7 +463,7 @@ def other_supports() -> Figure:
     bare(convex, f'convex: b′ = −{-1e3 * own.b_prime:.0f} mm, it falls')
     turns = np.linspace(-4.0, 12.0, 161)
     found = [modes(1.0 / x if abs(x) > 1e-9 else math.inf, C, K * K) for x in turns]
-    pairs = np.array([sorted(each.squared_frequencies(GRAVITY)) for each in found])
+    pairs = np.array([sorted(each.squared_frequencies(G)) for each in found])
     course.plot(turns, pairs[:, 1], color=THREAD, linewidth=2.0)
     course.plot(turns, pairs[:, 0], color=CURVE, linewidth=2.0)
     course.axhline(0.0, color=INK, linewidth=0.8)

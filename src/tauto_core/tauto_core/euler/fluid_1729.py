@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve, abscissa, chained, coordinates
 from tauto_core.euler import fluid_checks as check
-from tauto_core.euler.claim import Claim
+from tauto_core.euler.claim import Claim, G
 from tauto_core.euler.fluid_checks import (
     BETA,
     CLOSE,
@@ -30,7 +30,6 @@ from tauto_core.euler.fluid_checks import (
     B,
     E,
     F,
-    G,
     H,
     M,
     N,
@@ -512,7 +511,7 @@ def _series() -> list[Claim]:
 
 
 def _cusp() -> list[Claim]:
-    s = check.root(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
+    s = check.zero_of(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
     x = check.height(s)
     bent = check.derivative(lambda s: math.asin(check.slope(s)), s - 1e-5, 1e-6)
     return [
@@ -554,10 +553,10 @@ def _cusp() -> list[Claim]:
 
 
 def _height_of_cusp() -> list[Claim]:
-    s = check.root(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
+    s = check.zero_of(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
     x = check.height(s)
     area = _CUBE / _HEIGHT
-    end = check.root(lambda s: check.slope(s, _THIN) - 1.0, 0.1, 1.5)
+    end = check.zero_of(lambda s: check.slope(s, _THIN) - 1.0, 0.1, 1.5)
     a = _WIDE
     b = 3.0 * (M - N) * N * F / (8.0 * M**2 * a)
     # exponents of the text: (m − n)n²ff, (m − n)n²f³
@@ -630,10 +629,10 @@ def _height_of_cusp() -> list[Claim]:
 
 
 def _ascent_cusp() -> list[Claim]:
-    t = check.root(lambda t: check.slope(-t) + 1.0, 0.1, 4.0)
-    s = check.root(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
+    t = check.zero_of(lambda t: check.slope(-t) + 1.0, 0.1, 4.0)
+    s = check.zero_of(lambda s: check.slope(s) - 1.0, 0.1, 1.5)
     u = check.height(-t)
-    end = check.root(lambda t: check.slope(-t, _THIN) + 1.0, 0.1, 1.5)
+    end = check.zero_of(lambda t: check.slope(-t, _THIN) + 1.0, 0.1, 1.5)
     long = 3.0
     spread = GAMMA * GLOBE**2 * F
 
@@ -697,7 +696,7 @@ def _by_slope() -> list[Claim]:
     p = 1.0 / check.slope(S)
 
     def place(p: float) -> float:
-        return check.height(check.root(lambda s: 1.0 / check.slope(s) - p, 0.01, 0.65))
+        return check.height(check.zero_of(lambda s: 1.0 / check.slope(s) - p, 0.01, 0.65))
 
     rate = check.derivative(place, p, 1e-2)
     top = -8.0 * (M - N) * M * A * F
@@ -889,11 +888,11 @@ def _speeds() -> list[Claim]:
 def _arcs() -> list[Claim]:
     grown = math.exp(GLOBE * S)
     part = 9.0 * N**2 * B * F / (32.0 * M**2 * A**2)
-    fastest = check.root(
+    fastest = check.zero_of(
         lambda s: 2.0 * GLOBE * check.speed_height(s) - GAMMA * check.slope(s), 1e-3, 0.3
     )
     loss = 3.0 * N * math.sqrt(0.5 * B * F)
-    start = check.root(lambda s: check.fallen(s) - B, 0.1, math.log1p(BETA) / GLOBE)
+    start = check.zero_of(lambda s: check.fallen(s) - B, 0.1, math.log1p(BETA) / GLOBE)
     end = -check.swing(start)[1]
     return [
         _holds(
@@ -967,7 +966,7 @@ def _arcs() -> list[Claim]:
 
 def _small_arcs() -> list[Claim]:
     small = 1e-4
-    arc = check.root(lambda s: check.fallen(s) - small, 1e-3, math.log1p(BETA) / GLOBE)
+    arc = check.zero_of(lambda s: check.fallen(s) - small, 1e-3, math.log1p(BETA) / GLOBE)
     other = -check.swing(arc)[1]
     bf = 0.5 * small * F
     terms = [3.0 * N / (2.0 * 2.0 * M * A), 9.0 * N**2 / (3.0 * 8.0 * M**2 * A**2)]

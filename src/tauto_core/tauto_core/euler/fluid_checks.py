@@ -13,13 +13,13 @@ from collections.abc import Callable
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
+from tauto_core.euler.claim import G
 from tauto_core.samples import FloatArray
 
 # The fluid has a tenth of the density of the globe; m is not 1, so that its powers matter.
 M, N, A, F = 2.0, 0.2, 0.05, 1.0
 E = 0.5 * F
 H = 0.64
-G = 9.81
 B = 0.05
 S = 0.3
 GLOBE = 3.0 * N / (8.0 * M * A)
@@ -74,8 +74,8 @@ def derivative(function: Callable[[float], float], at: float, step: float = 1e-3
     return (8.0 * near - far) / (12.0 * step)
 
 
-def root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function is 0, to rounding."""
+def zero_of(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function is 0, between two places, to rounding."""
     return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
 
 

@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.polynomial import Chebyshev
 
-from tauto_core.euler.claim import Claim
+from tauto_core.euler.claim import Claim, G
 from tauto_core.machines.design import (
     base_radius_of_disc,
     equivalent_pendulum_length,
@@ -28,7 +28,6 @@ from tauto_core.samples import FloatArray
 # None uses the formulas that are checked. Lengths are metres; the unrolled circle has the radius
 # 1.
 
-G = 9.81
 BASE_RADIUS = 0.02
 HOLE, RATE = 2.0, 1.0
 

@@ -43,8 +43,6 @@ from tauto_core.scene.errors import TautoError
 # is one too: e is its free length, c the cam's base radius, k² = I/m.
 
 DIGITS = 60
-HUGE = 1e100
-"""Lengths [m] above which the squares in a formula would overflow."""
 
 
 class Modes(NamedTuple):
@@ -100,8 +98,8 @@ def modes(e: float, c: float, k_squared: float) -> Modes:
             f'e = {e!r}, c = {c!r}, k_squared = {k_squared!r}: c must be finite and not 0, '
             'k_squared finite and at least 0'
         )
-    # e = p/q, so that a plane has q = 0
-    p, q = (e, 1.0) if abs(e) < HUGE else (math.copysign(1.0, e), 1.0 / abs(e))
+    # e = p/q, so that a plane has q = 0 and the squares of a huge length do not overflow
+    p, q = (e, 1.0) if abs(e) < 1e100 else (math.copysign(1.0, e), 1.0 / abs(e))
     link = c * p
     total, rest = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
     if link >= 0.0:

@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # How the period depends on the amplitude.
 
-# 150,000 turns; beyond, the rounding of an angle shows in the clock.
-LARGEST_ANGLE = 1e6
-
 # Periods are computed to 1e-12, but a table ends where a reader can do nothing with more: the rate
 # at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
 # at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
@@ -118,7 +115,8 @@ def isochronism(
     small-amplitude one when left out. UsageError: no amplitude, or one out of range, before
     anything is computed; SlackThreadError: a swing in which the thread goes slack.
     """
-    edge = min(machine.range_rad, LARGEST_ANGLE)
+    # beyond 150,000 turns the rounding of an angle shows in the clock
+    edge = min(machine.range_rad, 1e6)
     asked = checked_amplitudes(
         amplitudes, edge, 'rad', 'in radians', 'within the range of the machine'
     )

@@ -182,12 +182,10 @@ def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
 LARGEST_SERIES = 1024
 LARGEST_REDUCED_ARC = 64.0
 """Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
-SMALLEST_SERIES = 16
 _TAIL = 2.0**-48
 """Size of the last terms over the first at which a series is complete; t has them divided by k."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _STEPS = 64
-_LEFT = 2.0
 _ROUNDING = 2.0**-51
 
 
@@ -254,7 +252,7 @@ def far_end(curve: DescentCurve, start: float) -> float:
     while end < edge and float(mirror.height(end)) < float(curve.height(start)):
         end *= 2.0
     # from any height of fall the body comes no farther than about 1/κ
-    end = min(end, edge, _LEFT / kappa if kappa else edge)
+    end = min(end, edge, 2.0 / kappa if kappa else edge)
     for _ in range(_STEPS):
         mean = _mean(mirror, np.array([end]), zero, _panels(kappa * end), 1.0)
         short = given - end * float(mean[0])
@@ -276,7 +274,7 @@ def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
     QuadratureError: more than 1024 terms, or κS beyond 64.
     """
     reduced = curve.kappa * max(start, end)
-    panels, nodes = _panels(reduced), SMALLEST_SERIES
+    panels, nodes = _panels(reduced), 16
     while nodes <= LARGEST_SERIES and reduced <= LARGEST_REDUCED_ARC:
         grid = Grid(nodes, panels)
         series = cosines(curve, np.array([start]), np.array([end]), grid)[0]

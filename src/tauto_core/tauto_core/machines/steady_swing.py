@@ -30,18 +30,11 @@ from tauto_core.scene.errors import TautoError
 _SETTLED = 1e-14
 """Relative change of the energy lost on an arc at which the iteration ends."""
 
-_FAR_TOO_MUCH = 1e6
-"""Energy lost on an arc, over h, beyond which its exact value does not matter."""
-
 _ITERATIONS = 200
-_UNRESOLVED = 1e-11
 _HALVINGS = 6
 _SHORT_OF_EDGE = 1e-6
-_DOUBLINGS = 200
-_TRIALS = 100
 _NUDGE = 1e-4
 _SAME = 4.0 * np.finfo(float).eps
-_SMALLEST = 1e-9
 _START_ERROR = 1e-9
 
 
@@ -138,7 +131,8 @@ def _driven(
         )
     if hindered or drag is None:
         return NoSteadySwing(hindered or _GROWS)
-    least = max(least, _SMALLEST * abs(start))
+    # the loss of a swing of 0 rad has no logarithm
+    least = max(least, 1e-9 * abs(start))
 
     def loss(amplitude: float) -> float:
         return sum(leg.lost for leg in _legs(machine, torques, escapement.angle, amplitude))
@@ -152,7 +146,7 @@ def _driven(
     top = edge
     if math.isinf(edge):
         top = abs(start)
-        for _ in range(_DOUBLINGS):
+        for _ in range(200):
             if loss(top) > work:
                 break
             top *= 2.0
@@ -169,7 +163,7 @@ def _driven(
     # the loss is roughly a power of the amplitude, so logarithms of both are used
     ends = math.log(least), math.log(top)
     log_amplitude, found = brentq(
-        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=_TRIALS, full_output=True, disp=False
+        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=100, full_output=True, disp=False
     )
     if not found.converged:
         raise QuadratureError(f'no swing between {least:.6g} and {top:.6g} rad loses {work:.6g} J')
@@ -282,7 +276,8 @@ def _leg(
     for _ in range(_ITERATIONS):
         torque = torques.drag.torque(speed * np.sqrt(share))
         before, (since, lost) = since, running(torque * path, edges)
-        if lost > _FAR_TOO_MUCH * top:
+        # far too much for its exact value to matter
+        if lost > 1e6 * top:
             break
         share = np.maximum(1.0 + eased + sign * since / (top * sine * sine), 0.0)
         if np.max(np.abs(since - before)) <= _SETTLED * lost:
@@ -312,7 +307,7 @@ def _free_swing(
         else:
             angle, slowness = machine.swing(abs(turning), np.abs(0.5 * math.pi - w))
             mass = machine.mass(angle)
-        if unresolved(slowness) <= _UNRESOLVED:
+        if unresolved(slowness) <= 1e-11:
             return edges, w, mass, slowness
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
     raise QuadratureError(

@@ -34,8 +34,6 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError, TautoError
 from tauto_core.scene.sections import Positive
 
-_BRACKETS = 400
-
 
 class SynthesisError(TautoError):
     """A power train for which there is no such cam."""
@@ -141,7 +139,7 @@ def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis
     if math.isfinite(train.largest):
         largest = math.sqrt(2.0 * train.largest) / frequency
     # the least arc at which the train has all of the speed
-    arcs = min(largest, 1e6) * np.logspace(-12.0, 0.0, _BRACKETS)
+    arcs = min(largest, 1e6) * np.logspace(-12.0, 0.0, 400)
     beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
     edge = largest
     if len(beyond) and beyond[0] > 0:

@@ -43,8 +43,6 @@ _TAIL = 2.0**-46
 
 _SETTLED = 2.0**-48
 _ITERATIONS = 40
-_STRIDE = 0.25
-_IMAGINARY = 1e-30
 
 Accelerations = Callable[
     [np.ndarray, np.ndarray, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]
@@ -96,7 +94,8 @@ def _continued(
     """Return a_k, b_k, ω at the amplitude, continued from small swings; None if that fails."""
     unknowns = np.zeros(2 * terms + 1)
     unknowns[-1] = frequency
-    steps = max(1, math.ceil(amplitude / _STRIDE))
+    # in strides of at most a quarter of a radian
+    steps = max(1, math.ceil(amplitude / 0.25))
     unknowns[0], unknowns[terms] = amplitude / steps, share * amplitude / steps
     for step in range(1, steps + 1):
         reached = amplitude * step / steps
@@ -119,7 +118,7 @@ def _newton(
     before = math.inf
     for _ in range(_ITERATIONS):
         shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
-        steps = _IMAGINARY * np.maximum(np.abs(unknowns), 1.0)
+        steps = 1e-30 * np.maximum(np.abs(unknowns), 1.0)
         shifted[np.arange(count), np.arange(count)] += 1j * steps
         angles, rates, bends = _along(shifted, terms)
         pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
@@ -158,9 +157,6 @@ def _along(
 
 LEAST_FREE = 0.01
 """Part of the thread that must stay free; its frequency grows without bound as it is used up."""
-
-LEAST_AMPLITUDE = 2.0**-40
-"""Below it [rad] the period equals its limit to rounding, since they differ by a share of A²."""
 
 
 @dataclass(frozen=True)
@@ -299,7 +295,8 @@ class HangingMachine:
         thread goes slack.
         """
         amplitude = abs(amplitude)
-        if amplitude < LEAST_AMPLITUDE:
+        # the period differs from its limit by a share of A², here below rounding
+        if amplitude < 2.0**-40:
             return self.small_period
         if not amplitude < self.range_rad:
             raise CamRangeError(
