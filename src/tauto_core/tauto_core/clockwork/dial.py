@@ -19,12 +19,8 @@ from tauto_core.scene.times import NS_PER_S
 def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float) -> IntArray:
     """Return the reading [ns] since the dial was set: nominal_period · φ / 2π.
 
-    The whole part is counted in integers, so long runs lose no resolution (theory/reading.md, E4).
-
-    Args:
-        half_turns: whole half turns of the phase, (n,).
-        fraction: the remaining fraction, 0 ≤ fraction < 1, (n,).
-        nominal_period_s: time by which the dial advances in a full turn of the phase [s].
+    The phase φ is π (half_turns + fraction), 0 ≤ fraction < 1. The whole part is counted in
+    integers, so long runs lose no resolution (theory/reading.md, E4).
     """
     half_period = 0.5 * nominal_period_s * NS_PER_S
     whole = math.floor(half_period)
@@ -78,11 +74,7 @@ class DialNoise:
         self._block, self._normals = -1, np.empty((0, 2))
 
     def offsets_ns(self, index: IntArray) -> IntArray:
-        """Return the noise of the readings at some log indices [ns], (n,).
-
-        Args:
-            index: increasing, none before the last one of the previous call.
-        """
+        """Return the noise of the readings [ns] at rising log indices, from the last one on."""
         first = self._index
         x, _ = self.advance(int(index[-1]))
         return np.rint(NS_PER_S * x[index - first]).astype(np.int64)

@@ -87,15 +87,7 @@ class Limits:
         self._tilt = np.maximum.accumulate(np.concatenate([self._tilt, tilt]))
 
     def check(self, wheel: JointSamples, origin_ns: int) -> None:
-        """Take the next readings of a run.
-
-        Args:
-            wheel: at least one sample of `trochlea/joint_states`.
-            origin_ns: stamp of the start of the run.
-
-        Raises:
-            PropagationError: an impossible motion.
-        """
+        """Take the next readings of a run begun at `origin_ns`; refuse an impossible motion."""
         size = np.hypot(wheel.position[:, 0], wheel.velocity[:, 0] / self._frequency)
         most = MOST_RELEASES * self._release
         allowed = np.full(len(size), most)

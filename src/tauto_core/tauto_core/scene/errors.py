@@ -54,12 +54,7 @@ class ArgumentText(str):
 
 
 def spelled(text: str, spell: Callable[[Argument], str]) -> str:
-    """Return a text with its arguments in another spelling; most texts have none.
-
-    Args:
-        text: a message, a warning or a note.
-        spell: returns an argument as a face of the package writes it.
-    """
+    """Return a text with its arguments spelled by `spell`; most texts have none."""
     parts = text.parts if isinstance(text, ArgumentText) else (text,)
     return ''.join(spell(part) if isinstance(part, Argument) else part for part in parts)
 
@@ -168,12 +163,7 @@ class SceneError(TautoError):
 
 @contextmanager
 def naming(file: str, name: str) -> Iterator[None]:
-    """Replace the scene's name by its file in errors of a scene that is already loaded.
-
-    Args:
-        file: the file or name that the user gave.
-        name: name of the scene.
-    """
+    """Replace the name of a loaded scene by the file that the user gave, in its errors."""
     try:
         yield
     except SceneError as error:

@@ -254,11 +254,9 @@ class Scene(Section):
 
 
 def value_at(content: Any, path: str) -> Any:
-    """Return the value at a path; None where there is none.
+    """Return the value at a path of names with dots between; None where there is none.
 
-    Args:
-        content: mapping of a scene, as its file holds it.
-        path: keys with dots between them; an item of a list is named by its number, from 0.
+    An item of a list is named by its number, from 0.
     """
     for name in path.split('.'):
         key = _key_in(content, name)
@@ -267,12 +265,7 @@ def value_at(content: Any, path: str) -> Any:
 
 
 def remove_at(content: dict[str, Any], path: str) -> None:
-    """Remove the key or item at a path, in place; where there is none, nothing happens.
-
-    Args:
-        content: as for `value_at`.
-        path: as for `value_at`.
-    """
+    """Remove the key or item at a path, in place; where there is none, nothing happens."""
     section, _, last = path.rpartition('.')
     here: Any = value_at(content, section) if section else content
     key = _key_in(here, last)
@@ -283,14 +276,8 @@ def remove_at(content: dict[str, Any], path: str) -> None:
 def put_at(content: dict[str, Any], path: str, value: object) -> None:
     """Set the value at a path, in place; sections that are absent are added.
 
-    Args:
-        content: as for `value_at`.
-        path: as for `value_at`.
-        value: anything that a scene may hold there.
-
-    Raises:
-        KeyError: the path leads through something that is neither a mapping nor a list with
-            such an item.
+    A KeyError where the path leads through something that is neither a mapping nor a list with
+    such an item.
     """
     *sections, last = path.split('.')
     here: Any = content
@@ -390,15 +377,7 @@ class _RefusedError(Exception):
 
 
 def read_mapping(text: str, origin: str) -> dict[str, Any]:
-    """Return the mapping in a YAML text.
-
-    Args:
-        text: one YAML document.
-        origin: the file's name, for errors.
-
-    Raises:
-        SceneError: syntax (with line and column), not a mapping, duplicate or non-string keys.
-    """
+    """Return the mapping in a YAML text of one document; errors have origin, line and column."""
     try:
         node = yaml.compose(text, Loader=_Loader)
         content = None if node is None else _value(node)
@@ -547,16 +526,10 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
 
 
 def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str) -> None:
-    """Set values in the mapping of a scene, in place.
+    """Set values in the mapping of a scene by key or path, in place; `ABSENT` removes a key.
 
-    Args:
-        content: as it stands in a YAML file.
-        given: values by key or path; `ABSENT` removes a key. Data paths are relative to the
-            working directory.
-        origin: where the mapping comes from, for error messages.
-
-    Raises:
-        SceneError: a path that no scene can have (`put_value`), or a key to remove that is none.
+    Data paths are relative to the working directory. Refuses paths that no scene can have, and
+    keys to remove that are none.
     """
     for path, value in given.items():
         if value is ABSENT:
@@ -568,17 +541,9 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
 
 
 def put_value(content: dict[str, Any], path: str, value: object, origin: str) -> None:
-    """Set a value in the mapping of a scene, in place.
+    """Set a copy of a value in the mapping of a scene, in place; NumPy's numbers become Python's.
 
-    Args:
-        content: mapping of the scene.
-        path: keys with dots between them.
-        value: anything that a scene may hold there, numbers and arrays of NumPy included; it is
-            copied.
-        origin: where the path comes from, for error messages.
-
-    Raises:
-        SceneError: the path has an empty name, or leads through something that has no keys.
+    A `SceneError` where the path has an empty name, or leads through something without keys.
     """
     said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
     if all(path.split('.')):
@@ -606,13 +571,7 @@ def _plain(value: object) -> object:
 def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
     """Refuse a path that the scene does not have and that no scene of its kinds can have.
 
-    Args:
-        content: mapping of the scene.
-        path: keys with dots between them.
-        origin: where the path comes from, for error messages.
-
-    Raises:
-        SceneError: naming the nearest key, or as for `put_value`.
+    The `SceneError` names the nearest key.
     """
     if value_at(content, path) is not None:
         return
@@ -655,15 +614,9 @@ def scene_yaml(scene: Scene) -> str:
 def checked_scene(
     content: dict[str, Any], origin: str, given: Mapping[str, object] = MappingProxyType({})
 ) -> Scene:
-    """Return the scene of a mapping as it stands in a YAML file.
+    """Return the scene of a mapping as it stands in a YAML file; refuses as `parse_scene`.
 
-    Args:
-        content: content of the file.
-        origin: where it comes from, for error messages.
-        given: values in it that replace those of the file, by path, for errors.
-
-    Raises:
-        SceneError: as for `parse_scene`.
+    `given` are the values in it that replace those of the file, by path, for errors.
     """
     ship = content.get('ship')
     if isinstance(ship, dict):

@@ -251,13 +251,8 @@ _LEFT_OUT: dict[str, Any] = {
 def new_scene(name: str, kinds: Mapping[str, str]) -> str:
     """Return the text of a scene with comments, which runs as it is.
 
-    Args:
-        name: name of the scene.
-        kinds: the kinds of `ship`, `cam`, `thread`, `power` and `escapement`, where wanted; the
-            others are chosen to be compatible.
-
-    Raises:
-        UsageError: a kind that is not known, or kinds that are not compatible.
+    `kinds` are those of `ASKED` that are wanted; the others are chosen to be compatible. A
+    `UsageError` where one is not known, or they are not compatible.
     """
     wanted = {'ship': 'sea', **kinds}
     _check_known(wanted)
@@ -278,15 +273,9 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
 
 
 def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
-    """Return the text of `new_scene`, and write it to a new file if one is named.
+    """Return the text of `new_scene`, and write it to a new file, if one is named.
 
-    Args:
-        file: name of the file, ending in .yaml or .yml; the scene has its name.
-        kinds: as for `new_scene`.
-
-    Raises:
-        UsageError: as for `new_scene`, or a file that exists, has another ending or cannot be
-            written.
+    A file that exists, ends in neither .yaml nor .yml or cannot be written is a `UsageError`.
     """
     if file is None:
         return new_scene('new_scene', kinds)
@@ -312,11 +301,7 @@ def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
 def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
     """Return compatible kinds for each of `FOLDERS`, the usual ones where possible.
 
-    Args:
-        wanted: kinds that are given.
-
-    Raises:
-        UsageError: they are not compatible; names the options, and kinds that are.
+    Kinds wanted that are not compatible are a `UsageError`, with kinds that are.
     """
     found = _completed(wanted)
     if found is None:
@@ -327,11 +312,7 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
 def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
     """Return whether kinds are compatible, with the values that a new scene starts with.
 
-    Args:
-        cam: kind of the cam.
-        thread: kind of the thread.
-        power: kind of the power.
-        escapement: kind of the escapement; '' for none.
+    An escapement of '' is none.
     """
     trochlea = {
         'inertia': 4.0e-4,
@@ -431,13 +412,9 @@ def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: str) -> list[str]:
-    """Return the keys of a model as lines of YAML.
+    """Return the keys of a model as lines of YAML, each after `edge`.
 
-    Args:
-        model: the model of the section.
-        given: its values; a key that is missing has its default or is commented out.
-        path: path of the section's key, '' for the whole scene.
-        edge: prefix of every line.
+    A key missing in `given` has its default or is commented out; `path` is that of the section.
     """
     lines: list[str] = []
     for name, field in _fields(model, given):

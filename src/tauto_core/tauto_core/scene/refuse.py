@@ -61,12 +61,7 @@ _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
-    """Return what pydantic refused, with key paths, values and remedies.
-
-    Args:
-        error: raised by `root`.
-        root: the model of the whole.
-    """
+    """Return what pydantic refused of the whole, `root`, with key paths, values and remedies."""
     found: list[Problem] = []
     for detail in error.errors(include_url=False):
         if detail['type'] == 'combination':
@@ -279,11 +274,7 @@ _OF_SHIPS = frozenset(
 
 
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
-    """Yield the numbers of machine and ship, other than 0, that are outside these limits.
-
-    Args:
-        content: keys and values of the `SECTIONS` of a scene.
-    """
+    """Yield the numbers in the `SECTIONS` of a scene, other than 0, beyond these limits."""
     for key, value in _numbers('', content):
         size = abs(value)
         if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:

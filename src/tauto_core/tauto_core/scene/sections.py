@@ -163,8 +163,7 @@ LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 def white_s(white_fm: float) -> float:
     """Return q1, the variance of the reading after a second [s²/s].
 
-    Args:
-        white_fm: standard deviation of the reading after a day [s].
+    `white_fm` is the standard deviation of the reading after a day [s].
     """
     return white_fm**2 / DAY_S
 
@@ -172,8 +171,7 @@ def white_s(white_fm: float) -> float:
 def walk_per_s(random_walk_fm: float) -> float:
     """Return q2, the variance of the relative rate after a second [1/s].
 
-    Args:
-        random_walk_fm: standard deviation of the rate after a day [s/day].
+    `random_walk_fm` is the standard deviation of the rate after a day [s/day].
     """
     return (random_walk_fm / DAY_S) ** 2 / DAY_S
 

@@ -91,12 +91,9 @@ def source_name(path: str) -> str:
 
 
 def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]:
-    """Return why a file of a scene cannot be read: one problem, or none.
+    """Return why a file, named by a key of a scene, cannot be read: one problem, or none.
 
-    Args:
-        key: the key of the scene that names the file.
-        path: the path as the scene has it.
-        folders: whether a folder (a bag) is allowed.
+    A folder is allowed where it may be a bag (`folders`).
     """
     shipped = f'Shipped data: {", ".join(shipped_data())}.'
     try:
@@ -127,11 +124,7 @@ def why_unreadable(file: Path, *, bag: bool = False) -> str:
     """Return why a file is not to be opened as data; empty if it may be.
 
     Pipes and devices are refused by their kind, before they are opened: to open a pipe without a
-    writer blocks, and a device such as /dev/zero has no end.
-
-    Args:
-        file: where it lies.
-        bag: whether it is a bag, which may be a folder and of any size.
+    writer blocks, and a device such as /dev/zero has no end. A bag may be a folder, of any size.
     """
     try:
         found = file.stat()
@@ -200,11 +193,7 @@ class Column:
     remedy: str = CORRECT
 
     def number(self, file: str, line: int, cell: str) -> float:
-        """Return the number in a cell; NaN where nothing was measured.
-
-        Raises:
-            SceneError: neither a finite number nor, with `utc`, a date and time.
-        """
+        """Return the number in a cell; NaN where nothing was measured. Other text is refused."""
         where = f'line {line}, {self.name}'
         if self.gaps != 'refuse' and cell.strip() in MISSING:
             return math.nan
@@ -255,24 +244,13 @@ class Columns:
         return f'{self.kind} {self.places[row]}'
 
     def refusal(self, row: int, column: str, problem: str, remedy: str = CORRECT) -> SceneError:
-        """Return the error that names file, place, column and number.
-
-        Args:
-            row: number of the row in this table, from 0.
-            column: the column; empty for the whole row.
-            problem: what is wrong, with the limit.
-            remedy: what to do.
-        """
+        """Return the error that names file, place, column (empty: the whole row) and number."""
         value = float(self[column][row]) if column else ABSENT
         where = ', '.join(filter(None, (self.where(row), column)))
         return SceneError(self.name, where, value, problem, remedy)
 
     def check(self, *columns: Column) -> None:
-        """Refuse the first number of a column beyond its limits or out of order; NaN passes.
-
-        Raises:
-            SceneError: names file, place, column, number and limit.
-        """
+        """Refuse the first number of a column beyond its limits or out of order; NaN passes."""
         for column in columns:
             values, unit = self[column.name], f' {column.unit}' if column.unit else ''
             limits = (
@@ -297,17 +275,9 @@ class Columns:
     ) -> int:
         """Return the number of gaps in a rising column of times that are bridged.
 
-        A gap is a step of more than `WIDER` times the usual one, the median.
-
-        Args:
-            column: the column of times [s].
-            longest: longest step that is bridged [s].
-            after: what the row before is called, such as `row with waves`.
-            limit: name of the key that sets `longest`, for messages.
-            remedy: advice where a step is longer.
-
-        Raises:
-            SceneError: a longer step, or none at all.
+        A gap is a step of more than `WIDER` times the usual one, the median. A step that is longer
+        than `longest` [s], which the key `limit` sets, or none at all is refused; `after` is what
+        the row before is called.
         """
         steps = np.diff(self[column])
         for row, step in enumerate(steps.tolist(), start=1):
@@ -424,14 +394,7 @@ def _table(
 def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:
     """Return the factor to SI units and radians of a column whose name ends in its unit.
 
-    Args:
-        file: name of the file, for messages.
-        key: the key that names the column.
-        column: its name.
-        units: factor of each suffix, as `ANGLE_UNITS`.
-
-    Raises:
-        SceneError: another suffix.
+    Other suffixes than those of `units`, such as `ANGLE_UNITS`, are refused under `key`.
     """
     for suffix, factor in units.items():
         if column.endswith(suffix):
@@ -441,16 +404,7 @@ def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) ->
 
 
 def utc(file: str, key: str, text: str) -> datetime:
-    """Return a date and time in UTC; one without a zone is UTC.
-
-    Args:
-        file: name of the file, for messages.
-        key: key or place in it.
-        text: such as 2000-01-01T02:00.
-
-    Raises:
-        SceneError: no date and time.
-    """
+    """Return a date and time in UTC, such as 2000-01-01T02:00; one without a zone is UTC."""
     try:
         instant = datetime.fromisoformat(text)
     except ValueError:

@@ -93,16 +93,11 @@ def _conditions(stride: int, before: int, *, slopes: bool) -> int:
 
 @lru_cache(maxsize=64)
 def newton_basis(stride: int, before: int, *, slopes: bool) -> FloatArray:
-    """Return the powers of x of Newton's basis over a piece of evenly spaced samples.
+    """Return the powers of x of Newton's basis over a piece of `stride` evenly spaced samples.
 
     Column k has the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … and a
-    factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. Exact up to the rounding
-    of each number.
-
-    Args:
-        stride: samples that the piece spans.
-        before: samples before and after it.
-        slopes: whether each node counts twice.
+    factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. The window has `before`
+    samples before the piece and after it. Exact up to the rounding of each number.
     """
     size = _conditions(stride, before, slopes=slopes)
     basis = np.zeros((-(-size // 2) * 2,) * 2)
@@ -128,22 +123,13 @@ def polynomials(
     offset: int,
     wide: int | None = None,
 ) -> FloatArray:
-    """Return the coefficients over some pieces, shape (n, w).
+    """Return the coefficients over some pieces, shape (n, w), from values and their rates [1/s].
 
     w is that of a regular piece: stride + 9, with rates 2·(stride + 3). Others of several samples
-    have windows as wide; those of one sample, with windows of `FORCE_POINTS` or `ROLL_POINTS`
-    samples (fewer where there are no more), have zeros beyond.
-    Windows that would reach before the first sample of the run or beyond the last at hand are
-    shifted.
-
-    Args:
-        stamps_ns: stamps of the samples [ns], strictly increasing, (m,).
-        values: the channel, (m,).
-        rates: its time derivative [1/s], (m,), or None.
-        pieces: the pieces wanted, in order, (n,).
-        stride: samples that a regular piece spans.
-        offset: index of the first sample at hand, counted from the start of the run.
-        wide: samples before and after a piece of several samples; None: as above.
+    have windows as wide (`wide` samples before and after, where given); those of one sample, with
+    windows of `FORCE_POINTS` or `ROLL_POINTS` samples (fewer where there are no more), have zeros
+    beyond. Windows that would reach before the first sample of the run, `offset` before those at
+    hand, or beyond the last are shifted.
     """
     from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports kernels
 
@@ -288,11 +274,8 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
     """Return the number of samples in a piece, such that pieces end at logged instants.
 
     A polynomial over a longer piece is more accurate, since less of the piece is near the edge of
-    the fitted window. Shorter pieces are used where whole steps fit them better.
-
-    Args:
-        scene: a scene that runs.
-        steps_in: number of steps that the propagator takes in a piece of a given length [s].
+    the fitted window. Shorter pieces are used where whole steps fit them better: `steps_in` gives
+    the propagator's steps in a piece of a length [s].
     """
     if scene.lies_still:
         return 1
@@ -437,14 +420,9 @@ class MotionBuffer:
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, None where there is none.
 
-        Args:
-            log_ns: time between logged instants [ns].
-            end_ns: no span goes beyond this time [ns]; None: no end.
-            final: no more samples will come, so windows at the end become one-sided.
-
-        Raises:
-            PropagationError: the next piece is longer than `max_gap_s`; everything before it was
-                returned by the previous call.
+        Spans end at logged instants and at `end_ns`, if there is an end. With `final` the windows
+        at the end become one-sided, since no more samples will come. A `PropagationError` says
+        that the next piece is longer than `max_gap_s`; all before it has been returned.
         """
         end = _LATEST_NS if end_ns is None else end_ns
         pieces = self.ready(log_ns, end, final=final)

@@ -57,6 +57,8 @@ def choose_pieces(
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
     """Return the pieces that can be used: first and last sample, and which are regular.
 
+    Also the number of steps bridged, and whether a gap comes next that is not interpolated.
+
     A regular piece begins at a multiple of `stride` and spans `stride` samples; its window is
     evenly spaced, with as many more samples on either side. Where that is impossible, or a logged
     instant or the end falls inside a piece of several samples, pieces of one sample are used. If
@@ -64,20 +66,8 @@ def choose_pieces(
     begin at the first sample, and they do not count as regular. A piece that may still become long
     waits, so the choice does not depend on when samples come.
 
-    Args:
-        times: times of the samples at hand [ns], strictly increasing, shape (m,).
-        offset: index of the first of them, counted from the start of the run.
-        begin: place in `times` at which the first piece wanted begins.
-        stride: samples that a regular piece spans, >= 1.
-        widths: samples in the windows of the pieces.
-        log_ns: time between logged instants [ns].
-        end_ns: no piece begins at or after this time [ns].
-        gaps: distances of samples that are bridged, and that are not.
-        early: whether long pieces may begin before a centred window can.
-        final: no more samples will come.
-
-    Returns:
-        Also the number of steps bridged, and whether a longer gap comes next.
+    Times are in ns; `offset` is the index of the first of them from the start of the run, `begin`
+    the place among them of the first piece wanted. No piece begins at or after `end_ns`.
     """
     have, before = len(times), widths.before
     first = np.empty(max(have - begin, 0), np.int64)
@@ -142,16 +132,10 @@ def fit_values(
     rows: IntArray,
     result: FloatArray,
 ) -> None:
-    """Fill rows with the polynomials through evenly spaced values.
+    """Fill rows of the result with the polynomials through evenly spaced values.
 
-    Args:
-        basis: powers of x (rows) of Newton's basis over the factorials (columns), shape (w', w'),
-            w' ≥ w even, zero beyond w.
-        size: w.
-        values: the channel, shape (m,).
-        first: first sample of each row's window of w, shape (n,).
-        rows: row of the result for each of them, shape (n,).
-        result: output, shape (rows, w).
+    `basis` has powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w = `size`
+    even, zero beyond w; `first` the first sample of each row's window of w.
     """
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
     for done in range(0, len(rows), SIZE):
@@ -180,20 +164,11 @@ def fit_hermite(
     rows: IntArray,
     result: FloatArray,
 ) -> None:
-    """Fill rows with the polynomials through evenly spaced values and rates.
+    """Fill rows of the result with the polynomials through evenly spaced values and rates [1/s].
 
     Each sample counts twice. Differences of level k that begin with the first of its two are
-    kept apart from those that begin with the second.
-
-    Args:
-        basis: powers of x (rows) of Newton's basis (columns), shape (2 w, 2 w).
-        size: 2 w.
-        values: the channel, shape (m,).
-        rates: its time derivative [1/s], shape (m,).
-        step_s: time between samples in each row's window [s], shape (n,).
-        first: first sample of each row's window of w, shape (n,).
-        rows: row of the result for each of them, shape (n,).
-        result: output, shape (rows, 2 w).
+    kept apart from those that begin with the second. `size` is twice the number of samples in a
+    window, `first` the first of them and `step_s` the time between them, of each row.
     """
     points = size // 2
     ones, twos = np.empty((points, SIZE)), np.empty((points, SIZE))
@@ -291,17 +266,10 @@ def fit_windows(
     rows: IntArray,
     result: FloatArray,
 ) -> None:
-    """Fill rows with the polynomials through windows of samples at any times.
+    """Fill rows of the result with the polynomials through windows of samples at any times.
 
-    Args:
-        times: times of the samples [ns], strictly increasing, shape (m,).
-        values: the channel, shape (m,).
-        rates: its time derivative [1/s], shape (m,), or None.
-        pieces: samples at which each piece begins and ends, shapes (n,).
-        first: first sample of each piece's window, shape (n,).
-        points: samples in a window.
-        rows: row of the result for each piece, shape (n,).
-        result: output, shape (rows, >= points, with rates >= 2 points); zero beyond.
+    `times` are in ns, rates [1/s] or None; `pieces` has the samples at which each piece begins and
+    ends, `first` the first of its window of `points`. Columns beyond the conditions become zero.
     """
     twice = 1 if rates is None else 2
     size = twice * points

@@ -74,17 +74,10 @@ def imu_from_roll(
     force_y: FloatArray,
     force_z: FloatArray,
 ) -> ImuSamples:
-    """Return IMU samples of a ship that only rolls.
+    """Return IMU samples of a ship that only rolls, with the variances of this module.
 
-    Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0). The covariances are
-    diagonal, with the variances of this module.
-
-    Args:
-        stamp_ns: true time of each sample [ns], shape (n,).
-        roll: ρ [rad], shape (n,).
-        roll_rate: ρ̇ [rad/s], shape (n,).
-        force_y: specific force along the ship's y [m/s2], shape (n,).
-        force_z: specific force along the ship's z [m/s2], shape (n,).
+    Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0); the specific force along the
+    ship's y and z in m/s².
     """
     half = 0.5 * np.ascontiguousarray(roll)
     n = len(stamp_ns)
@@ -131,19 +124,13 @@ def imu_samples(
 ) -> ImuSamples:
     """Return the readings of an IMU beside the clock (theory/ship.md, E1).
 
-    The acceleration of the clock is ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and
-    z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes turned by ρ, it is
+    The acceleration of the clock, `height` z0 above the roll axis, is
+    ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes
+    turned by ρ, it is
 
         f′_y = (g + z̈_s) sin ρ - z0 ρ̈,    f′_z = (g + z̈_s) cos ρ - z0 ρ̇².
 
-    Args:
-        stamp_ns: true time of each sample [ns], shape (n,).
-        roll: ρ [rad], shape (n,).
-        roll_rate: ρ̇ [rad/s], shape (n,).
-        roll_acceleration: ρ̈ [rad/s2], shape (n,); None where the height is 0.
-        heave_acceleration: z̈_s of the roll axis [m/s2], shape (n,); None: no heave.
-        height: z0 of the clock above the roll axis [m].
-        gravity: g [m/s2].
+    The roll acceleration is None where the height is 0, that of the heave where there is none.
     """
     from tauto_core.ship.kernels import encode_imu  # imports kernels
 
@@ -208,16 +195,9 @@ def screen(
     angular velocity or linear acceleration), `zero_quaternion` (norm below 1e-6),
     `not_unit_quaternion` (norm differs from 1 by more than 1e-3; less does not matter to
     `attitude`), `roll_undefined` (pitch at 90 degrees), `duplicated` (stamp of the last sample
-    kept), `out_of_order` (an earlier one).
-
-    Args:
-        imu: samples as they came.
-        last_stamp_ns: stamp of the last sample kept before these; None: none was.
-        compiled: whether one compiled pass checks first if nothing is to be refused.
-
-    Returns:
-        The samples kept, stamps strictly increasing, and the counts by name (always all names).
-        The split into batches does not matter if `last_stamp_ns` is carried along.
+    kept, `last_stamp_ns`, None before the first), `out_of_order` (an earlier one). Where that
+    stamp is carried along, the split into batches does not matter. With `compiled` one compiled
+    pass checks first whether anything is to be refused.
     """
     if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
         return imu, dict.fromkeys(REFUSALS, 0)
@@ -258,12 +238,7 @@ def contiguous(array: A) -> A:
 
 
 def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
-    """Return for each sample 0 if `screen` keeps it, else 1 + index of the reason in `REFUSALS`.
-
-    Args:
-        imu: samples as they came.
-        last_stamp_ns: stamp of the last sample kept before these; None: none was.
-    """
+    """Return for each sample 0 if `screen` keeps it, else 1 + the reason's place in `REFUSALS`."""
     reasons = content_reasons(imu)
     good = np.flatnonzero(reasons == 0)
     if good.size:

@@ -87,20 +87,12 @@ def sum_blocks(
 
     φ = φ_b ± θ_j: φ_b at the middle of block b, exact in 2⁻⁶⁴ turns; θ_j from
     there to the j-th sample on either side, from a table. cos θ adds to both alike, sin θ
-    with both signs. Outputs that are None are not in the compiled code.
+    with both signs. Outputs that are None are not in the compiled code; the others have the shape
+    (blocks, block).
 
-    Args:
-        first_block: index of the first block, counted from the start of the scene, >= 0.
-        mean: added to the value.
-        phase: phase at the middle of the first block of the scene [2⁻⁶⁴ turns], shape (n,).
-        increment: advance of the phase in a block [2⁻⁶⁴ turns], shape (n,).
-        amplitude: a, shape (n,).
-        omega: angular frequency [rad/s], shape (n,).
-        table: table of eight j after another, of each component, cos(θ_j), then sin(θ_j);
-            shape (block n/4, 8).
-        value: output, shape (blocks, block), or None.
-        rate: output, likewise.
-        acceleration: output, likewise.
+    `phase` is that at the middle of the scene's first block and `increment` its advance in a block
+    [2⁻⁶⁴ turns]; `table` has cos(θ_j), then sin(θ_j), of each component, a row for eight j, shape
+    (block n/4, 8). `mean` is added to the value.
     """
     n = len(phase)
     turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)
@@ -137,12 +129,9 @@ def _accumulate(
 ) -> None:
     """Sum factor times table over the components, for the orders asked for.
 
-    Two eights of samples on either side of the middle of a block are summed together: their sums
-    stay in registers, a factor is read once for all of them, and no sum waits for another.
-
-    Args:
-        strip: the first of the two eights, counted from the middle.
-        middle: place of the middle in the outputs, in eights of samples.
+    Two eights of samples on either side of the middle of a block are summed together, the first of
+    them `strip` from the middle: their sums stay in registers, a factor is read once for all of
+    them, and no sum waits for another.
     """
     n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
     for i in range(n):
@@ -205,16 +194,8 @@ def encode_imu(
 ) -> None:
     """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
 
-    Args:
-        angle: ρ, shape (n,).
-        rate: ρ̇, shape (n,).
-        acceleration: ρ̈, shape (n,), or None where height is 0.
-        heave: z̈_s [m/s2], shape (n,), or None.
-        height: height of the clock above the roll axis [m].
-        gravity: g [m/s2].
-        orientation: output, shape (n', 4), n' >= n a multiple of eight.
-        angular_velocity: output, shape (n', 3).
-        force: output, likewise.
+    `acceleration` ρ̈ is None where the height is 0, `heave` z̈_s where there is none. Outputs are
+    longer than the inputs, up to a multiple of eight.
     """
     zero = splat(0.0)
     for i in range(len(orientation) // SIZE):
@@ -297,15 +278,8 @@ def all_good(
 ) -> bool:
     """Return whether stamps increase and all samples are finite, have a roll and are not doubtful.
 
-    A pitch above 82 degrees also counts as doubtful: 2 (w y - z x) is its sine.
-
-    Args:
-        stamp_ns: shape (n,), n > 0.
-        last_stamp_ns: the stamp before the first.
-        orientation: shape (n, 4).
-        angular_velocity: shape (n, 3).
-        force: shape (n, 3).
-        off_unit: difference from 1 that the quaternion's norm must not reach.
+    A pitch above 82 degrees also counts as doubtful: 2 (w y - z x) is its sine. The quaternion's
+    norm must differ from 1 by less than `off_unit`.
     """
     rows = len(stamp_ns) // SIZE
     off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
@@ -360,12 +334,6 @@ def roll_of(
     """Fill the roll in [−π, π] and, of an angular velocity, the roll rate [rad/s].
 
     Equations: `imu.attitude`; the quaternion's norm cancels.
-
-    Args:
-        orientation: shape (n, 4).
-        angular_velocity: shape (n, 3), or None.
-        roll: output, shape (n,).
-        rate: output, shape (n,), or None.
     """
     rows = len(roll) // SIZE
     for i in range(rows):
@@ -390,15 +358,11 @@ def roll_of(
 
 @entry
 def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
-    """Fill the direction of (-f_y, f_z), turned upwards in the case, and its size.
+    """Fill the direction of (-f_y, f_z) [rad], turned upwards in the case, and its size [m/s²].
 
     A force that would throw the weight out of the top of the case counts as negative. The pull
-    then passes through zero smoothly, and the slack thread is found there.
-
-    Args:
-        force: shape (n, 3).
-        tilt: output, to starboard in the case [rad], shape (n,), or None.
-        size: output, negative where the force was turned [m/s2], shape (n,), or None.
+    then passes through zero smoothly, and the slack thread is found there. The direction is
+    positive to starboard in the case.
     """
     rows = len(force) // SIZE
     for i in range(rows):
@@ -415,12 +379,6 @@ def planar_roll(
     """Fill the roll as `roll_of` would from the quaternion of a ship that only rolls.
 
     The bits are those of `roll_of` for the output of `encode_imu`.
-
-    Args:
-        angle: ρ [rad], shape (n,).
-        turning: ρ̇ [rad/s], shape (n,).
-        roll: output, in [−π, π], shape (n,).
-        rate: output [rad/s], shape (n,), or None.
     """
     rows = len(angle) // SIZE
     for i in range(rows):
@@ -531,10 +489,7 @@ def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None
 def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
     """Add whole turns in place, so that no step exceeds half a turn; return turns and last angle.
 
-    Args:
-        angle: in [−π, π], shape (n,).
-        turns: whole turns of the angle before these.
-        last: that angle, in (−π, π].
+    Angles are in [−π, π]; `turns` and `last` are those of the angle before these.
     """
     narrow, whole, reach = abs(last) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
     rows = len(angle) // SIZE
@@ -581,23 +536,13 @@ def fade(
     """Fill x = cos(θ) a + sin(θ) b and its derivatives, θ = ½π s(u) (equations: `waves`).
 
     With p = cos(θ) a + sin(θ) b and q = cos(θ) b − sin(θ) a, and likewise p′, q′, p″ of the
-    derivatives of a and b,
+    derivatives of a and b (`old` and `new`),
 
         x = p,    ẋ = p′ + θ̇ q,    ẍ = p″ + 2 θ̇ q′ + θ̈ q − θ̇² p.
 
     Sine and cosine are those of θ − π/4, which the series takes over its whole range. Outputs
-    that are None are not in the compiled code, nor are derivatives that no output needs.
-
-    Args:
-        first: index of the first sample from the start of the scene, >= 0.
-        step_ns: time between samples.
-        begin_ns: time at which the fading begins, from the start of the scene.
-        length_ns: length of the fading, > 0.
-        old: a and its first and second derivative [1/s, 1/s2], shape (n,).
-        new: b, likewise.
-        value: output x, shape (n',), n' >= n a multiple of eight, or None.
-        rate: output ẋ, likewise.
-        acceleration: output ẍ, likewise.
+    that are None are not in the compiled code, nor are derivatives that no output needs. Outputs
+    are longer than the inputs, up to a multiple of eight; times are from the start of the scene.
     """
     per_s, length = 1e9 / length_ns, float(length_ns)
     for k in range(-(-len(old[0]) // SIZE)):

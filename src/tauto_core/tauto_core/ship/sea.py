@@ -26,12 +26,8 @@ def spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     Its slopes s make the second derivative continuous: with h_i = x_i+1 − x_i and d_i the slope of
     the chord over it, h_i s_i−1 + 2 (h_i−1 + h_i) s_i + h_i−1 s_i+1 = 3 (h_i d_i−1 + h_i−1 d_i);
     the third derivative is continuous at the second point and at the last but one. (C. de Boor, A
-    Practical Guide to Splines, 1978, chapter IV.)
-
-    Args:
-        x: strictly increasing, shape (n,), n >= 4.
-        y: values there, (n,).
-        at: between the first x and the last, (m,).
+    Practical Guide to Splines, 1978, chapter IV.) At least four points, x strictly increasing;
+    `at` lies between the first and the last.
     """
     h, n = np.diff(x), len(x)
     chord = np.diff(y) / h
@@ -52,12 +48,8 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 
     With m_i the slopes of the chords, the slope at a point between the chords m₂ and m₃ is
     (w₂ m₂ + w₃ m₃)/(w₂ + w₃), w₂ = |m₄ − m₃| and w₃ = |m₂ − m₁|, or their mean where both are
-    zero. Beyond the ends the slopes go on linearly.
-
-    Args:
-        x: strictly increasing, shape (n,), n >= 2; two points are joined by a straight line.
-        y: values there, (n,).
-        at: between the first x and the last, (m,).
+    zero. Beyond the ends the slopes go on linearly; two points are joined by a straight line. x is
+    strictly increasing, and `at` lies between the first and the last.
     """
     m = np.pad(np.diff(y) / np.diff(x), 2, mode='edge')
     for i, one, two in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
@@ -114,15 +106,10 @@ _STREAM = 1  # keeps the sea apart from observations, which use SeedSequence([se
 def bretschneider(
     omega: FloatArray, significant_wave_height: float, peak_period: float
 ) -> FloatArray:
-    """Return the Bretschneider spectrum S(ω) [m2 s/rad], shape of `omega`.
+    """Return the Bretschneider spectrum S(ω) [m2 s/rad], ω > 0 [rad/s].
 
     S = 5/16 Hs² ω_p⁴/ω⁵ exp(-5/4 (ω_p/ω)⁴), ω_p = 2π/Tp, whose integral
     is Hs²/16 (ITTC 7.5-02-07-01.1, two-parameter form).
-
-    Args:
-        omega: angular frequency [rad/s], > 0.
-        significant_wave_height: Hs [m].
-        peak_period: Tp [s].
     """
     peak = 2.0 * np.pi / peak_period
     scale = 5.0 / 16.0 * significant_wave_height**2 * peak**4
@@ -131,15 +118,10 @@ def bretschneider(
 
 
 def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatArray:
-    """Return the factor of JONSWAP on the Bretschneider shape (Hasselmann et al. 1973).
+    """Return the factor of JONSWAP on the Bretschneider shape (Hasselmann et al. 1973), γ ≥ 1.
 
     γ^exp(-(ω - ω_p)²/(2 σ² ω_p²)), σ = 0.07 up to the peak, 0.09
     beyond. The height of the spectrum is then set by Hs.
-
-    Args:
-        omega: angular frequency [rad/s], > 0.
-        peak_period: Tp [s].
-        gamma: peak enhancement factor, >= 1.
     """
     ratio = omega * peak_period / (2.0 * np.pi)
     sigma = np.where(ratio <= 1.0, 0.07, 0.09)
@@ -148,11 +130,9 @@ def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatA
 
 
 def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
-    """Return the energy of a measured spectrum below a frequency, its exact integral [m2].
+    """Return the energy of a measured spectrum below a frequency [Hz], its exact integral [m2].
 
-    Args:
-        spectrum: linear between its rows, zero outside them.
-        frequency: [Hz], within the rows, any shape.
+    The spectrum is linear between its rows, within which the frequency lies.
     """
     rows, density = np.array(spectrum.frequency), np.array(spectrum.energy_density)
     width = np.diff(rows)
@@ -194,16 +174,10 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
     """Return the wave elevation at a ship at rest, sum a_i cos(ω_i t + ε_i) [m].
 
     The band is divided into `components` bins of equal ratio. Each ω_i is drawn uniformly
-    within its bin and ε_i uniformly over a turn, so no two frequencies are commensurate and the
-    sea does not repeat. a_i = √(2 S(ω_i) Δω_i), times a common factor that makes 4
+    within its bin and ε_i uniformly over a turn (PCG64), so no two frequencies are commensurate
+    and the sea does not repeat. a_i = √(2 S(ω_i) Δω_i), times a common factor that makes 4
     √(sum a_i²/2) equal to Hs to rounding. For a measured spectrum a_i²/2 is the energy of the
-    bin itself.
-
-    Args:
-        sea: spectrum and number of components.
-        seed: seed of the PCG64 generator.
-        stream: number of the stream of random numbers from the seed, >= 0; seas of different
-            streams are independent.
+    bin itself. Seas of different streams from one seed are independent.
     """
     spawn_key = (_STREAM, stream) if stream else (_STREAM,)
     random = np.random.Generator(
@@ -254,17 +228,13 @@ class Answer:
 
 
 def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
-    """Return the steady roll of ρ̈ + 2 ζ w ρ̇ + w² ρ = w² κ slope [rad].
+    """Return the steady roll of ρ̈ + 2 ζ w ρ̇ + w² ρ = w² κ slope [rad], w = 2π/natural_period.
 
     In beam seas waves run to port, elevation a cos(ω t - k y + ε). So in deep water the
     slope to port at the ship is (a ω²/g) sin(μ) cos(ω_e t + ε - π/2). A surface that
     rises to port turns the starboard side down, which is positive. The transfer function is
-    H = w² κ/(w² - ω_e² + 2 i ζ w ω_e), and roll = |H| slope at phase + arg H.
-
-    Args:
-        waves: elevation [m], with the frequencies ω of a ship at rest.
-        roll: w = 2π/natural_period, ζ, κ.
-        course: speed, heading μ, gravity.
+    H = w² κ/(w² - ω_e² + 2 i ζ w ω_e), and roll = |H| slope at phase + arg H. The waves have the
+    frequencies ω of a ship at rest.
     """
     omega = waves.angular_frequency
     met = course.frequency(omega)
@@ -284,7 +254,7 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
 def operator_answer(
     scene_name: str, waves: Harmonics, rao: Rao, course: Encounter, *, heave: bool
 ) -> Answer:
-    """Return roll and heave by the response operator of a ship at rest.
+    """Return roll and, if asked for, heave by the response operator of a ship at rest.
 
     Akima's interpolant joins the values of the operator. The roll responds to the wave slope at
     the encounter frequency, R(ω_e) (ω/ω_e)² for the operator R [rad/m], as in
@@ -292,16 +262,8 @@ def operator_answer(
     is that of the wave averaged over the hull, which depends on the wavelength, so its operator is
     read at ω.
 
-    Args:
-        scene_name: for errors.
-        waves: elevation [m], with the frequencies ω of a ship at rest.
-        rao: the operator at the heading of the course.
-        course: speed, heading, gravity.
-        heave: whether heave is asked for.
-
-    Raises:
-        SceneError: more than `NEGLIGIBLE_ENERGY` of the waves' energy lies outside the operator's
-            frequencies. Waves outside are left out of the response, never extrapolated.
+    Waves outside its frequencies are left out of the response, never extrapolated; a `SceneError`
+    refuses more than `NEGLIGIBLE_ENERGY` of their energy.
     """
     omega = waves.angular_frequency
     met = course.frequency(omega)

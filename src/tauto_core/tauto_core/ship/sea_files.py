@@ -63,11 +63,7 @@ class HullFile(HullWeights):
 
 
 def read_hull(asked: HullFile) -> dict[str, Any]:
-    """Return the keys of `ship.hull`, with the contents of the file as `table`.
-
-    Raises:
-        SceneError: a file that cannot be read, or is not that of a hull.
-    """
+    """Return the keys of `ship.hull`, with the contents of the file as `table`; refuse others."""
     from tauto_core.ship.hull import HullError, hull_of_file
 
     content = data_path(asked.path).read_bytes()
@@ -94,15 +90,8 @@ def read_operator(asked: RaoFile) -> dict[str, Any]:
     """Return the keys of `ship.rao`: the operator at one heading, linear between two of the file.
 
     A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with the
-    roll of the other sign.
-
-    Args:
-        asked: the file and the heading.
-
-    Raises:
-        SceneError: a file that cannot be read, an operator of a ship under way, frequencies that
-            do not increase or differ between headings, a heading outside the file's; with the
-            line.
+    roll of the other sign. Operators of a ship under way, frequencies that differ between headings
+    and headings outside the file's are refused, with the line.
     """
     columns = (*(Column(each) for each in (HEADING, OMEGA, *ROLL_COLUMNS)), *_OPTIONAL)
     table = read_table(asked.path, columns, remedy=_OPERATOR_FORM)
@@ -210,15 +199,8 @@ class SpectrumFile(Section):
 def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
     """Return the keys of `ship.sea` with a measured spectrum as a table.
 
-    A row at 0 Hz without energy is dropped, since no wave has that frequency.
-
-    Args:
-        asked: the file, its format and, where it holds several spectra, the time of one.
-
-    Raises:
-        SceneError: a file that cannot be read, a time that does not select one spectrum, fewer
-            than two frequencies, frequencies that do not increase, gaps, negative or no energy; or
-            the extra `spectra` is not installed. With the line, or the frequency.
+    A row at 0 Hz without energy is dropped, since no wave has that frequency. A time that does not
+    select one spectrum of the file is refused, and the extra `spectra` asked for where it lacks.
     """
     source = source_name(asked.path)
     if asked.format != 'table':
@@ -245,13 +227,9 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
 
 
 def check_spectrum(table: Columns) -> None:
-    """Refuse a table that is not a spectrum.
+    """Refuse a table that is not a spectrum, with file, row and value.
 
-    Args:
-        table: `frequency` [Hz] and `energy density` [m2/Hz], NaN where nothing was measured.
-
-    Raises:
-        SceneError: the table is refused; names file, row and value.
+    It has `frequency` [Hz] and `energy density` [m2/Hz], NaN where nothing was measured.
     """
     name, density = table.name, table['energy density']
     if len(table) < 2:
@@ -406,14 +384,7 @@ class DecayFit:
 
 
 def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
-    """Return the keys of `ship.roll`: fitted period and damping ratio, and the source of the fit.
-
-    Args:
-        asked: the test and the slope coefficient.
-
-    Raises:
-        SceneError: a file that cannot be read, or no decay in it; with the line.
-    """
+    """Return the keys of `ship.roll`: fitted period and damping ratio, and the fit's source."""
     decay = asked.decay
     columns = (
         Column(
@@ -452,20 +423,11 @@ def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
 def released(
     name: str, time: FloatArray, roll: FloatArray, cycles: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the part of a test in which the ship rolls freely.
+    """Return time [s] and roll [rad] of the part of a test in which the ship rolls freely.
 
     It begins where the roll first passes the middle after its largest angle (until then the ship
     may have been held) and lasts `cycles` cycles. The middle is the mean of the last quarter of
-    the test.
-
-    Args:
-        name: name of the file, for messages.
-        time: [s], increasing, shape (n,).
-        roll: [rad], shape (n,).
-        cycles: number of cycles.
-
-    Raises:
-        SceneError: there are not so many cycles, or too few samples in one.
+    the test. A `SceneError` says that there are not so many, or too few samples in one.
     """
     about = roll - np.mean(roll[-(len(roll) // 4 + 1) :])
     largest = int(np.argmax(np.abs(about)))
@@ -494,11 +456,8 @@ def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
 
     Least squares over w and ζ; the other parameters are linear. The damping of a ship falls
     with the angle, so the residual of this linear decay is not white noise. The standard errors
-    therefore count one independent residual in each half cycle.
-
-    Args:
-        time: [s], increasing, shape (n,), of whole cycles beginning at a zero crossing.
-        roll: [rad], shape (n,).
+    therefore count one independent residual in each half cycle. Whole cycles are expected, from a
+    zero crossing on.
     """
     from scipy.optimize import least_squares
 
@@ -583,17 +542,10 @@ def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
     """Return the keys of `ship.weather` with a buoy's record.
 
     Rows where height or period is missing are left out, and where directions are needed those
-    without a direction, unless no row has one. Rows are kept from the last one before `begins`;
-    their times count from `begins`.
-
-    Args:
-        asked: the file, its format, when it begins and the longest gap.
-        by_direction: whether the heading of the waves depends on their direction.
-
-    Raises:
-        SceneError: a file that cannot be read, a column that is missing, a cell that is not a
-            number, a height or period out of range, times that do not increase, a gap longer than
-            `max_gap`, or a time to begin at outside the record. With the line.
+    without a direction, unless no row has one: `by_direction` says whether the heading depends on
+    them. Rows are kept from the last one before `begins`, and their times count from it. Heights
+    and periods out of range, gaps longer than `max_gap` and a beginning outside the record are
+    refused, with the line.
     """
     table = _ndbc_table(asked) if asked.format == 'ndbc' else _csv_table(asked)
     if not len(table):
@@ -707,19 +659,12 @@ FILE_FORMS: dict[str, type[Section]] = {
 
 
 def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
-    """Return the keys of a ship with tables and numbers in place of the files of its sea.
+    """Return the keys of a ship, not checked yet, with numbers in place of the files of its sea.
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
     heading, `ship.hull` with a path the contents of the file, `ship.roll` with a decay its period
-    and damping ratio, `ship.weather` of a record its rows. The rest is not changed.
-
-    Args:
-        ship: keys and values as read, not checked yet.
-        origin: name of the scene as the user wrote it, for error messages.
-
-    Raises:
-        SceneError: keys that are wrong, with their path; files that are missing or wrong, with
-            file and line.
+    and damping ratio, `ship.weather` of a record its rows. The rest is not changed. Errors name
+    the scene, `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':

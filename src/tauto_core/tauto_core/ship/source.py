@@ -33,9 +33,6 @@ def schedule(scene: Scene) -> IntArray:
     both included. At each landfall there is one, as `landfalls` says. At sea, where asked for,
     there are lunar distances. A scene without a voyage is in port throughout. There are none after
     the end of the scene, and none that clouds hide; landfalls are never hidden.
-
-    Raises:
-        SceneError: a voyage that cannot be sailed, as `Passage` says.
     """
     return Observations(scene).stamps
 
@@ -46,9 +43,6 @@ def landfalls(scene: Scene) -> IntArray:
     The land is made at the first logged instant at or after the ship's passing it, and the clock
     is checked at the next one. So the estimate at the landfall is what the clock showed before the
     check.
-
-    Raises:
-        SceneError: a voyage that cannot be sailed, as `Passage` says.
     """
     if scene.voyage is None:
         return np.empty(0, np.int64)
@@ -183,11 +177,7 @@ class ShipMotion:
         self._is_planar = _stays_finite(channels.roll, channels.heave, scene)
 
     def produce(self, count: int) -> ImuSamples:
-        """Return the next samples, at most `count`; an empty batch at the end.
-
-        Args:
-            count: >= 0.
-        """
+        """Return the next samples, at most `count`; an empty batch at the end."""
         imu = self.sense(count)
         return message(imu) if isinstance(imu, PlanarImu) else imu
 

@@ -90,12 +90,8 @@ def lost_at(
 ) -> float | None:
     """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
-    Args:
-        case: the suspended case, at small angles.
-        bearing: motion of the bearing.
-        before: motion of the case at the beginning of each part, (Σ parts,).
-        after: the same at its end.
-        pressed: P at the end of each part [m/s2], (Σ parts,).
+    `before` and `after` are the motions of the case at both ends of each part, and `pressed` is P
+    at its end [m/s²], all (Σ parts,).
     """
     longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
     if np.min(pressed) > 2.0 * longest * _steepest(case, bearing, before, after):
@@ -171,9 +167,8 @@ def _steepest(
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
     """Return the interval in which P first reaches 0, and the fraction of it; None if in none.
 
-    Args:
-        ends: P at the beginning and end of each of n intervals, (2, n).
-        slopes: dP/dx there, x from 0 to 1 over the interval, (2, n).
+    Of n intervals, `ends` has P at beginning and end, `slopes` dP/dx there for x from 0 to 1, both
+    (2, n).
     """
     a, b = ends
     # a + b₁x + b₂x² + b₃x³

@@ -102,13 +102,9 @@ class SampledHarmonics:
         self._kept: dict[tuple[int, ...], tuple[int, list[FloatArray]]] = {}
 
     def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
-        """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
+        """Return samples k = first ... last - 1 of each order of derivative, (last - first,).
 
-        Args:
-            first: >= 0.
-            last: > first.
-            orders: the orders of the derivatives, rising: 0 (the value), 1, 2; with 0 or 2 among
-                them.
+        The orders 0 (the value), 1, 2 are asked for in rising order, 0 or 2 among them.
         """
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):
@@ -157,12 +153,9 @@ class Encounter:
     gravity: float
 
     def frequency(self, omega: FloatArray) -> FloatArray:
-        """Return the encounter frequency ω - ω² V cos(μ)/g [rad/s].
+        """Return the encounter frequency ω - ω² V cos(μ)/g [rad/s] of waves ω > 0 in deep water.
 
         It is negative where the ship overtakes the waves.
-
-        Args:
-            omega: angular frequencies of the waves in deep water [rad/s], > 0, any shape.
         """
         if self.speed == 0.0:
             return omega
@@ -170,13 +163,7 @@ class Encounter:
         return met
 
     def answer(self, waves: Harmonics, amplitude: FloatArray, lead: FloatArray) -> Harmonics:
-        """Return the response sum amplitude_i cos(ω_e,i t + ε_i + lead_i).
-
-        Args:
-            waves: the waves, with ω and ε.
-            amplitude: amplitudes of the response, shape (n,).
-            lead: phase of the response ahead of the waves [rad], shape (n,).
-        """
+        """Return the response sum amplitude_i cos(ω_e,i t + ε_i + lead_i) to waves ω, ε."""
         phase = waves.phase + lead
         if self.speed == 0.0:
             return Harmonics(amplitude, waves.period, phase)
@@ -252,13 +239,7 @@ class SampledFades:
         self._zeros = np.zeros(0)
 
     def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
-        """Return samples k = first ... last - 1 of each order asked for, shape (last - first,).
-
-        Args:
-            first: >= 0.
-            last: > first.
-            orders: the orders of the derivatives, rising, as for `SampledHarmonics`.
-        """
+        """Return samples k = first ... last - 1 of each order, as `SampledHarmonics.between`."""
         parts, sums = [], self._fades.sums
         while first < last:
             state = bisect_right(self._begins, first) - 1

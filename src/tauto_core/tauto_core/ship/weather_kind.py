@@ -226,11 +226,7 @@ class WeatherSetting:
 
 
 def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[WeatherState, ...]:
-    """Return the states, after checking their times.
-
-    Raises:
-        SceneError: times that do not increase, or a change that is too quick.
-    """
+    """Return the states; a `SceneError` where times do not increase, or a change is too quick."""
     for before, after in pairwise(states):
         apart_s = (after.at_ns - before.at_ns) / NS_PER_S
         if apart_s <= 0.0:
@@ -260,13 +256,7 @@ def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
 def fades_of(
     states: Sequence[WeatherState], motions_of: Callable[[int], Sequence[Harmonics]], count: int
 ) -> list[Fades]:
-    """Return motions that change from state to state.
-
-    Args:
-        states: in the order of their times.
-        motions_of: function that gives the motions of a state with waves, by its number.
-        count: how many motions there are.
-    """
+    """Return `count` motions that change from state to state, by the number of the state."""
     at_ns, sums = tuple(state.at_ns for state in states), sums_of(states)
     made = lru_cache(maxsize=4)(motions_of)
 

@@ -46,21 +46,11 @@ MCAP_MAGIC = b'\x89MCAP0\r\n'
 
 
 def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
-    """Return the Imu messages on a topic in the order stored, by their header stamps.
+    """Return the Imu messages on a topic in the order stored, by header stamps, and warnings.
 
-    A file that is truncated or damaged is read as far as possible, with a warning.
-
-    Args:
-        path: MCAP file, or folder with MCAP files, read in the order of their numbers.
-        name: name of the bag as the user wrote it, for messages.
-        topic: with or without leading slash.
-
-    Returns:
-        The samples and the warnings.
-
-    Raises:
-        MotionDataError: not MCAP; topic missing, empty, of another type or encoding; a payload
-            that is not an Imu message.
+    The path is an MCAP file, or a folder of such, read in the order of their numbers. A file that
+    is truncated or damaged is read as far as possible, with a warning. What is not MCAP, and a
+    topic that is missing, empty or not of Imu messages, is a `MotionDataError`.
     """
     from rosbags.typesys import Stores, get_typestore  # slow to import
 
@@ -289,11 +279,8 @@ def band_limited(
 ) -> Harmonics:
     """Return the part of a record within a pass-band, as described at the top of this module.
 
-    Args:
-        time_s: from 0 [s], strictly increasing, shape (n,), n >= 4.
-        values: shape (n,).
-        passband: lowest and highest frequency kept [Hz], the highest below half the sampling rate.
-        keep_mean: whether the mean over the record is kept.
+    Times are from 0 [s], strictly increasing, at least 4; the pass-band [Hz] ends below half the
+    sampling rate.
     """
     length = float(time_s[-1])
     steps = round(length / float(np.median(np.diff(time_s))))

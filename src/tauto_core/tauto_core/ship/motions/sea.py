@@ -167,11 +167,7 @@ class SeaShip(ShipKind):
         return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
 
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
-        """Return the states of the weather.
-
-        Raises:
-            SceneError: weather that does not go with the scene.
-        """
+        """Return the states of the weather; a `SceneError` where it does not go with the scene."""
         assert self.weather is not None
         setting = WeatherSetting(scene, self.weather, self.relative_heading, self.speed)
         return checked(self.weather.resolved(setting), scene)
@@ -356,11 +352,7 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
 
 
 def _in_hull(scene: Surroundings, ship: SeaShip, waves: Harmonics) -> SixMotions[Harmonics]:
-    """Return the motions at the clock of a ship with a hull.
-
-    Raises:
-        SceneError: a hull, a place or a speed that is refused.
-    """
+    """Return the motions at the clock of a ship with a hull, refused in the keys of the scene."""
     from tauto_core.ship.hull import ClockPlace, HullError
 
     assert ship.hull is not None
@@ -394,16 +386,9 @@ def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
 
 
 def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
-    """Return waves, roll and heave of a ship in one sea.
+    """Return waves, roll and heave of a ship in one sea; each state of a weather has a stream.
 
-    Args:
-        scene: gives seed and gravity.
-        ship: the ship, with a sea.
-        stream: number of the stream of random numbers from the seed; each state of a weather has
-            its own.
-
-    Raises:
-        SceneError: the waves are too short for `ship.rate`, or the operator does not cover them.
+    A `SceneError` says that the waves are too short for `ship.rate`, or not in the operator.
     """
     assert ship.sea is not None
     course = course_of(scene, ship)
@@ -443,11 +428,7 @@ def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str)
 
 
 def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
-    """Return roll and heave in one sea after another.
-
-    Raises:
-        SceneError: as `sea_motion`, for any state.
-    """
+    """Return roll and heave in one sea after another; refuses as `sea_motion`, for any state."""
     states = ship.states(scene)
     left_out = 0.0
     for number, state in enumerate(states):
@@ -543,11 +524,7 @@ def _moved_by(ship: SeaShip) -> dict[str, str]:
 
 
 def sea_warnings(left_out: float) -> tuple[str, ...]:
-    """Return a warning about the waves to which the ship does not respond.
-
-    Args:
-        left_out: share of the energy of the waves, the largest in any sea.
-    """
+    """Return a warning about the largest share of the waves' energy that moves no ship."""
     if left_out == 0.0:
         return ()
     return (
