@@ -416,19 +416,17 @@ def _mapping(node: yaml.MappingNode) -> dict[str, Any]:
     for key_node, value_node in node.value:
         if key_node.tag != f'{_TAG}str' or not isinstance(key_node, yaml.ScalarNode):
             before = content.get(key, '') if content else ''
-            raise _RefusedError(key_node, 'a key must be a word', _word_for(key_node, before))
+            remedy = 'Use the names of the scene reference.'
+            # such as 322 in `{mass: 0,322}`
+            if key_node.tag == f'{_TAG}int' and type(before) is int:
+                number = f'{before}.{key_node.value} with a decimal point'
+                remedy = f'Write {number} if {before},{key_node.value} is meant.'
+            raise _RefusedError(key_node, 'a key must be a word', remedy)
         key = key_node.value
         if key in content:
             raise _RefusedError(key_node, f'the key {key!r} comes twice', 'Keep one of them.')
         content[key] = _value(value_node)
     return content
-
-
-def _word_for(key: yaml.Node, before: object) -> str:
-    """Return the remedy for a key that is no string, such as 322 in `{mass: 0,322}`."""
-    if key.tag == f'{_TAG}int' and isinstance(before, int) and not isinstance(before, bool):
-        return f'Write {before}.{key.value} with a decimal point if {before},{key.value} is meant.'
-    return 'Use the names of the scene reference.'
 
 
 def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
@@ -517,11 +515,20 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
     _resolve_paths(content, file.parent)
     set_values(content, given, origin)
     scene = checked_scene(content, origin, given)
-    missing = _missing_files(scene)
-    if 'duration' not in given:  # a voyage may be cut short
-        missing += _never_sails(scene)
-    if missing:
-        raise _scene_error(origin, tuple(missing))
+    found = []
+    if scene.trochlea is not None:
+        for key, path in scene.trochlea.cam.files():
+            found += missing_file(key, path)
+    for key, path, folders in scene.ship.files():
+        found += missing_file(key, path, folders=folders)
+    voyage = scene.voyage
+    # a voyage may be cut short
+    if voyage is not None and voyage.sails_at > scene.duration and 'duration' not in given:
+        said = f'lies beyond the end of the scene, duration {scene.duration!r} s: she never sails'
+        remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
+        found.append(Problem('voyage.sails_at', voyage.sails_at, said, remedy))
+    if found:
+        raise _scene_error(origin, tuple(found))
     return scene
 
 
@@ -662,20 +669,15 @@ def _read(file: Path, origin: str) -> str:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         remedy = 'Make it readable, or name another file.'
     else:
-        if len(raw) <= _LARGEST_FILE:
-            return _decoded(raw, origin)
         problem = f'is larger than {_LARGEST_FILE} bytes, so it is not a scene'
         remedy = 'Name a scene, not its data or a bag.'
+        if len(raw) <= _LARGEST_FILE:
+            try:
+                return raw.decode('utf-8-sig')
+            except UnicodeDecodeError as error:
+                problem = f'is not UTF-8 text (byte {error.start})'
+                remedy = 'Name a YAML file, saved as UTF-8.'
     raise SceneError(origin, '', origin, problem, remedy) from None
-
-
-def _decoded(raw: bytes, origin: str) -> str:
-    try:
-        return raw.decode('utf-8-sig')
-    except UnicodeDecodeError as error:
-        problem = f'is not UTF-8 text (byte {error.start})'
-        remedy = 'Name a YAML file, saved as UTF-8.'
-        raise SceneError(origin, '', origin, problem, remedy) from None
 
 
 def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
@@ -687,22 +689,3 @@ def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
         path = section.get(key) if isinstance(section, dict) else None
         if isinstance(path, str) and path and not is_shipped(path):
             section[key] = os.path.abspath(folder / path)
-
-
-def _never_sails(scene: Scene) -> list[Problem]:
-    voyage = scene.voyage
-    if voyage is None or voyage.sails_at <= scene.duration:
-        return []
-    said = f'lies beyond the end of the scene, duration {scene.duration!r} s: she never sails'
-    remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
-    return [Problem('voyage.sails_at', voyage.sails_at, said, remedy)]
-
-
-def _missing_files(scene: Scene) -> list[Problem]:
-    found = []
-    if scene.trochlea is not None:
-        for key, path in scene.trochlea.cam.files():
-            found += missing_file(key, path)
-    for key, path, folders in scene.ship.files():
-        found += missing_file(key, path, folders=folders)
-    return found

@@ -255,7 +255,13 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
     `UsageError` where one is not known, or they are not compatible.
     """
     wanted = {'ship': 'sea', **kinds}
-    _check_known(wanted)
+    for key, kind in wanted.items():
+        known = [kind_of(model) for model in kinds_in(ASKED[key])]
+        if kind not in known:
+            near = get_close_matches(kind, known, 1)
+            guess = f'Did you mean {near[0]}? ' if near else ''
+            said = f': unknown kind. {guess}Use one of {", ".join(known)}'
+            raise UsageError(Argument(key, kind), said)
     found = fitting({key: kind for key, kind in wanted.items() if key in FOLDERS})
     content = _content(name, wanted['ship'], found)
     machine = compile_trochlea(parse_scene(write_mapping(content), name))
@@ -371,16 +377,6 @@ def _misfit(wanted: Mapping[str, str]) -> UsageError:
     return UsageError(*typed[1:], ': do not go together. Use ', *others[1:])
 
 
-def _check_known(kinds: Mapping[str, str]) -> None:
-    for key, kind in kinds.items():
-        known = [kind_of(model) for model in kinds_in(ASKED[key])]
-        if kind not in known:
-            near = get_close_matches(kind, known, 1)
-            guess = f'Did you mean {near[0]}? ' if near else ''
-            said = f': unknown kind. {guess}Use one of {", ".join(known)}'
-            raise UsageError(Argument(key, kind), said)
-
-
 def _model(key: str, kind: str) -> type[Kind]:
     folder = ASKED[key]
     return next(model for model in kinds_in(folder) if kind_of(model) == kind)
@@ -417,13 +413,20 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
     A key missing in `given` has its default or is commented out; `path` is that of the section.
     """
     lines: list[str] = []
-    for name, field in _fields(model, given):
+    # the key of the kind first; keys that do not apply to the kind are left out
+    for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind'):
+        if field.exclude or (name == 'gamma' and given.get('spectrum') != 'jonswap'):
+            continue
         key = f'{path}.{name}' if path else name
         out = name not in given and (field.default is None or field.is_required())
         value = _LEFT_OUT.get(key) if out else given.get(name, field.default)
         section = _section(field, value, out=out)
         if section is None:
-            lines += _entry(edge, name, value, _said(model, name, field), out=out)
+            said = field.description or ''
+            if name == 'kind' and issubclass(model, Kind):
+                siblings = next(kinds.models for kinds in _folders(Scene) if model in kinds.models)
+                said = f'one of {", ".join(map(kind_of, siblings))}'
+            lines += _entry(edge, name, value, said, out=out)
             continue
         if not path:
             lines.append(edge.rstrip())
@@ -435,14 +438,6 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
         lines += _entry(edge, name, None, first_sentences, out=out)
         lines += _lines(section, values, key, f'{edge}#  ' if out else f'{edge}  ')
     return lines
-
-
-def _fields(model: type[BaseModel], given: Mapping[str, Any]) -> Iterator[tuple[str, FieldInfo]]:
-    """Yield the fields, the key of the kind first, without those that do not apply to the kind."""
-    fields = sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind')
-    for name, field in fields:
-        if not (field.exclude or (name == 'gamma' and given.get('spectrum') != 'jonswap')):
-            yield name, field
 
 
 def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
@@ -461,13 +456,6 @@ def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] |
             tag = value.get('kind', kinds.default)
             model = next(each for each in models if kind_of(cast(type[Kind], each)) == tag)
     return _FORMS.get(model, model)
-
-
-def _said(model: type[BaseModel], name: str, field: FieldInfo) -> str:
-    if name == 'kind' and issubclass(model, Kind):
-        models = next(kinds.models for kinds in _folders(Scene) if model in kinds.models)
-        return f'one of {", ".join(map(kind_of, models))}'
-    return field.description or ''
 
 
 def _entry(edge: str, name: str, value: Any, said: str, *, out: bool) -> list[str]:

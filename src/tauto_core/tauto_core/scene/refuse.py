@@ -168,12 +168,6 @@ def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
     return list(walk(field.annotation)) if kinds is None else list(kinds.models)
 
 
-def _is_union(field: FieldInfo) -> bool:
-    """Return whether the location of a pydantic error includes the kind."""
-    kinds = one_of(field)
-    return field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
-
-
 def one_of(field: FieldInfo) -> OneOf | None:
     """Return the marker of a field that takes the kinds of a folder."""
 
@@ -228,7 +222,11 @@ def _locate(
         if part.startswith('function-'):  # a validator of the field, not a key
             continue
         models = models_of(field)
-        if field is not None and _is_union(field):
+        # the location of an error in a union includes the kind
+        kinds = None if field is None else one_of(field)
+        if field is not None and (
+            field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
+        ):
             owner = next(model for model in models if part in _kinds(model))
             field = None
             continue
@@ -285,26 +283,24 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
                 'turns: no thread winds farther',
                 'Angles are in radians, 90° = 1.571' + _if_degrees(value),
             )
-        elif size > LARGEST_SIZE:
+            continue
+        if size > LARGEST_SIZE:
             yield Problem(
                 key,
                 value,
                 f'must be at most {LARGEST_SIZE:g} in size, or what follows overflows',
                 'Check its unit.',
             )
-        elif 0.0 < size < LEAST_SIZE and not _may_vanish(key):
+            continue
+        last = key.rpartition('.')[2].partition('[')[0]
+        may_vanish = last not in _OF_SHIPS if key.startswith('ship.') else key in _MAY_VANISH
+        if 0.0 < size < LEAST_SIZE and not may_vanish:
             yield Problem(
                 key,
                 value,
                 f'must be at least {LEAST_SIZE:g} in size, or what follows vanishes',
                 'Check its unit.',
             )
-
-
-def _may_vanish(key: str) -> bool:
-    if key.startswith('ship.'):
-        return key.rpartition('.')[2].partition('[')[0] not in _OF_SHIPS
-    return key in _MAY_VANISH
 
 
 def _if_degrees(value: float) -> str:
@@ -364,8 +360,19 @@ class Times:
         """Yield what is wrong with them."""
         grid = list(_whole_nanoseconds(self))
         yield from grid
-        if not grid:
-            yield from _grids(self)
+        if grid:
+            return
+        yield from _log_grid(self)
+        beyond_ns = self.beyond * self.step_ns
+        end_ns = nanoseconds(self.starts_at) + nanoseconds(self.duration) + beyond_ns
+        if end_ns > LAST_STAMP_S * 10**9:
+            yield Problem(
+                'duration',
+                self.duration,
+                f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {self.beyond} steps beyond '
+                f'the end; ROS stamps end at {LAST_STAMP_S} s',
+                'Shorten it, or let starts_at be earlier.',
+            )
 
 
 def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
@@ -420,20 +427,6 @@ def _near_rate(times: Times) -> float:
     enough = [near for near in (*common, *fast) if near > least_hz] or [fast[-1]]
     fitting = [near for near in enough if log_ns % exact_step(near) == 0]
     return min(fitting or enough, key=lambda near: abs(math.log(near / times.rate)))
-
-
-def _grids(times: Times) -> Iterator[Problem]:
-    yield from _log_grid(times)
-    beyond_ns = times.beyond * times.step_ns
-    end_ns = nanoseconds(times.starts_at) + nanoseconds(times.duration) + beyond_ns
-    if end_ns > LAST_STAMP_S * 10**9:
-        yield Problem(
-            'duration',
-            times.duration,
-            f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {times.beyond} steps beyond '
-            f'the end; ROS stamps end at {LAST_STAMP_S} s',
-            'Shorten it, or let starts_at be earlier.',
-        )
 
 
 def _log_grid(times: Times) -> Iterator[Problem]:

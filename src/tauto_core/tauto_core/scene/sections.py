@@ -425,8 +425,59 @@ class Voyage(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys, without computing the route."""
-        yield from _times(self)
-        yield from _places(self)
+        if self.arrives_at is None and self.speed is None:
+            yield Problem(
+                'voyage.arrives_at',
+                ABSENT,
+                'is missing, and there is no speed in its place',
+                'Write `arrives_at: …`, time of landfall from the start [s], or `speed: …` [m/s].',
+            )
+        if self.arrives_at is not None and self.speed is not None:
+            yield Problem(
+                'voyage.speed',
+                self.speed,
+                f'does not go with voyage.arrives_at, {self.arrives_at!r} s; one is enough',
+                'Leave one of them out.',
+            )
+        sails_ns = nanoseconds(self.sails_at)
+        if self.arrives_at is not None and nanoseconds(self.arrives_at) <= sails_ns:
+            yield Problem(
+                'voyage.arrives_at',
+                self.arrives_at,
+                f'must be later than voyage.sails_at, {self.sails_at!r} s, by a nanosecond or '
+                'more',
+                'Give both from the start of the scene, in the order of the voyage.',
+            )
+        for index, (latitude, longitude) in enumerate(self.places):
+            if abs(latitude) > HIGHEST_LATITUDE_DEG:
+                yield Problem(
+                    key_of_place(self, index),
+                    [latitude, longitude],
+                    f'lies nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°, where any longitude '
+                    f'is within {WIDEST_AWARD_NMI:g} nautical miles of any other',
+                    'Choose a place farther from the pole.',
+                )
+        for index, (one, other) in enumerate(pairwise(self.places), 1):
+            apart = abs(math.remainder(other[1] - one[1], 360.0))
+            same = max(abs(other[0] - one[0]), apart) < SAME_PLACE_DEG
+            # a ship may lie in port throughout, but then a time of arrival is needed
+            if same and (self.waypoints or self.speed is not None):
+                yield Problem(
+                    key_of_place(self, index),
+                    list(other),
+                    f'is the same place as {key_of_place(self, index - 1)}, before it',
+                    'Leave one of them out, or correct it.'
+                    if self.waypoints
+                    else 'Give arrives_at in place of speed, or another place.',
+                )
+            elif self.track == 'rhumb' and apart == 180.0:
+                yield Problem(
+                    key_of_place(self, index),
+                    list(other),
+                    f'is 180° of longitude from {key_of_place(self, index - 1)}: the rhumb lines '
+                    'to the east and to the west are equally long',
+                    'Put a waypoint on the side that is meant.',
+                )
 
 
 def key_of_place(voyage: Voyage, index: int) -> str:
@@ -435,62 +486,3 @@ def key_of_place(voyage: Voyage, index: int) -> str:
         return 'voyage.departure'
     last = len(voyage.places) - 1
     return 'voyage.arrival' if index == last else f'voyage.waypoints[{index - 1}]'
-
-
-def _times(voyage: Voyage) -> Iterator[Problem]:
-    if voyage.arrives_at is None and voyage.speed is None:
-        yield Problem(
-            'voyage.arrives_at',
-            ABSENT,
-            'is missing, and there is no speed in its place',
-            'Write `arrives_at: …`, time of landfall from the start [s], or `speed: …` [m/s].',
-        )
-    if voyage.arrives_at is None:
-        return
-    if voyage.speed is not None:
-        yield Problem(
-            'voyage.speed',
-            voyage.speed,
-            f'does not go with voyage.arrives_at, {voyage.arrives_at!r} s; one is enough',
-            'Leave one of them out.',
-        )
-    if nanoseconds(voyage.arrives_at) <= nanoseconds(voyage.sails_at):
-        yield Problem(
-            'voyage.arrives_at',
-            voyage.arrives_at,
-            f'must be later than voyage.sails_at, {voyage.sails_at!r} s, by a nanosecond or more',
-            'Give both from the start of the scene, in the order of the voyage.',
-        )
-
-
-def _places(voyage: Voyage) -> Iterator[Problem]:
-    for index, (latitude, longitude) in enumerate(voyage.places):
-        if abs(latitude) > HIGHEST_LATITUDE_DEG:
-            yield Problem(
-                key_of_place(voyage, index),
-                [latitude, longitude],
-                f'lies nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°, where any longitude is '
-                f'within {WIDEST_AWARD_NMI:g} nautical miles of any other',
-                'Choose a place farther from the pole.',
-            )
-    for index, (one, other) in enumerate(pairwise(voyage.places), 1):
-        apart = abs(math.remainder(other[1] - one[1], 360.0))
-        same = max(abs(other[0] - one[0]), apart) < SAME_PLACE_DEG
-        # a ship may lie in port throughout, but then a time of arrival is needed
-        if same and (voyage.waypoints or voyage.speed is not None):
-            yield Problem(
-                key_of_place(voyage, index),
-                list(other),
-                f'is the same place as {key_of_place(voyage, index - 1)}, before it',
-                'Leave one of them out, or correct it.'
-                if voyage.waypoints
-                else 'Give arrives_at in place of speed, or another place.',
-            )
-        elif voyage.track == 'rhumb' and apart == 180.0:
-            yield Problem(
-                key_of_place(voyage, index),
-                list(other),
-                f'is 180° of longitude from {key_of_place(voyage, index - 1)}: the rhumb lines to '
-                'the east and to the west are equally long',
-                'Put a waypoint on the side that is meant.',
-            )

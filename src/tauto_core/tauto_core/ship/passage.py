@@ -362,7 +362,11 @@ def _arrives_at(scene: Surroundings, voyage: Voyage, length_m: float) -> float:
     arrives_at = voyage.sails_at + length_m / voyage.speed
     if arrives_at > scene.duration:
         left = scene.duration - voyage.sails_at
-        faster = f'a speed of at least {_rounded_up(length_m / left)}, ' if left > 0.0 else ''
+        faster = ''
+        if left > 0.0:  # rounded up to four digits
+            unit = 10.0 ** (math.floor(math.log10(length_m / left)) - 3)
+            least = math.ceil(length_m / left / unit) * unit
+            faster = f'a speed of at least {least:.4g}, '
         raise SceneError(
             scene.name,
             'voyage.speed',
@@ -381,9 +385,3 @@ def _arrives_at(scene: Surroundings, voyage: Voyage, length_m: float) -> float:
             'Give it in m/s.',
         )
     return arrives_at
-
-
-def _rounded_up(value: float) -> str:
-    """Return a number > 0 rounded up to four digits."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 3)
-    return f'{math.ceil(value / unit) * unit:.4g}'

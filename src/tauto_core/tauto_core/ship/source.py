@@ -193,7 +193,12 @@ class ShipMotion:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
         if self._six is not None:
-            return self._in_hull(stamps, first, last)
+            moved = [each.between(first, last, 2)[0] for each in self._six[:3]]
+            turned = [each.between(first, last, 0, 1) for each in self._six[3:]]
+            angle, rates = (Turned(*(each[order] for each in turned)) for order in (0, 1))
+            return imu_from_motions(
+                stamps, angle, rates, (moved[0], moved[1], moved[2]), self._weighs(stamps)
+            )
         roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
@@ -218,16 +223,6 @@ class ShipMotion:
         if self._roll is None:
             return 0.0
         return float(self._roll.between(0, 1, 0)[0][0])
-
-    def _in_hull(self, stamps: IntArray, first: int, last: int) -> ImuSamples:
-        """Return the samples of a ship with six motions."""
-        assert self._six is not None
-        moved = [each.between(first, last, 2)[0] for each in self._six[:3]]
-        turned = [each.between(first, last, 0, 1) for each in self._six[3:]]
-        angle, rate = (Turned(*(each[order] for each in turned)) for order in (0, 1))
-        return imu_from_motions(
-            stamps, angle, rate, (moved[0], moved[1], moved[2]), self._weighs(stamps)
-        )
 
     def _weighs(self, stamps: IntArray) -> FloatArray:
         """Return gravity, less Eötvös' term, at some stamps [m/s²]."""

@@ -58,7 +58,14 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
     topics: dict[str, str] = {}
     payloads: list[bytes] = []
     warnings: list[str] = []
-    for file in _files(path, name):
+    files = [path]
+    if path.is_dir():  # in the order of their numbers
+        files = sorted(
+            path.glob('*.mcap'), key=lambda file: (*map(int, re.findall(r'\d+', file.stem)[-1:]),)
+        )
+    if not files:
+        raise MotionDataError(f'{name}: the folder holds no .mcap file. Give an MCAP bag.')
+    for file in files:
         broke = _collect(file, name, wanted, topics, payloads)
         if broke:
             warnings.append(
@@ -107,18 +114,6 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
         covariances('linear_acceleration'),
     )
     return imu, tuple(warnings)
-
-
-def _files(path: Path, name: str) -> list[Path]:
-    """Return the MCAP files of a bag in the order of their numbers."""
-    if not path.is_dir():
-        return [path]
-    numbered = sorted(
-        path.glob('*.mcap'), key=lambda file: (*map(int, re.findall(r'\d+', file.stem)[-1:]),)
-    )
-    if not numbered:
-        raise MotionDataError(f'{name}: the folder holds no .mcap file. Give an MCAP bag.')
-    return numbered
 
 
 def _collect(

@@ -291,42 +291,41 @@ class SeaShip(ShipKind):
                 'does not go with ship.rao, which has its own heading',
                 'Give it as ship.rao.heading.',
             )
-        yield from _hull(self)
+        yield from self._problems_of_hull()
         if self.rao is not None:
             yield from self.rao.problems(heave=self.heave)
+
+    def _problems_of_hull(self) -> Iterator[Problem]:
+        if self.hull is None:
+            if self.roll is not None and self.roll.slope_coefficient is None:
+                yield Problem(
+                    'ship.roll.slope_coefficient',
+                    ABSENT,
+                    'is missing, and there is no hull that answers to the slope of the waves',
+                    'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
+                )
+            if self.clock is not None:
+                yield Problem(
+                    'ship.clock',
+                    ABSENT,
+                    'is a place in a hull, and there is none',
+                    'Write `hull: …` in ship, or leave it out.',
+                )
+            return
+        yield from self.hull.problems()
+        if self.rao is not None:
+            yield Problem(
+                'ship.hull',
+                ABSENT,
+                'does not go with ship.rao: the motions follow from one of them',
+                'Leave one of them out.',
+            )
 
     def left_out(self) -> tuple[str, ...]:
         """Return the heave where it is not asked for, and what a ship without a hull lacks."""
         if self.hull is not None:
             return ()
         return ('surge', 'sway', 'pitch', 'yaw') if self.heave else ('heave', 'pitch', 'yaw')
-
-
-def _hull(ship: SeaShip) -> Iterator[Problem]:
-    if ship.hull is None:
-        if ship.roll is not None and ship.roll.slope_coefficient is None:
-            yield Problem(
-                'ship.roll.slope_coefficient',
-                ABSENT,
-                'is missing, and there is no hull that answers to the slope of the waves',
-                'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
-            )
-        if ship.clock is not None:
-            yield Problem(
-                'ship.clock',
-                ABSENT,
-                'is a place in a hull, and there is none',
-                'Write `hull: …` in ship, or leave it out.',
-            )
-        return
-    yield from ship.hull.problems()
-    if ship.rao is not None:
-        yield Problem(
-            'ship.hull',
-            ABSENT,
-            'does not go with ship.rao: the motions follow from one of them',
-            'Leave one of them out.',
-        )
 
 
 @lru_cache(maxsize=16)
@@ -434,7 +433,12 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     for number, state in enumerate(states):
         if state.sea is not None:
             here = ship.in_state(state)
-            _check_rate(scene, here, _band(state, scene.g), f'{state.key}.peak_period')
+            low, high = (2.0 * np.pi * each for each in band_hz(state.sea))
+            # between the ends of the band the encounter frequency may have an extreme
+            along = state.speed * math.cos(state.heading)
+            turns = 0.5 * scene.g / along if along > 0.0 else low
+            band = np.array([low, high, min(max(turns, low), high)])
+            _check_rate(scene, here, band, f'{state.key}.peak_period')
             if ship.rao is not None:
                 left_out = max(left_out, sea_motion(scene, here, number).left_out)
 
@@ -457,15 +461,6 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
         metadata=metadata,
         warnings=warnings,
     )
-
-
-def _band(state: WeatherState, gravity: float) -> FloatArray:
-    """Return both ends of a sea's band [rad/s], and the extreme of the encounter frequency."""
-    assert state.sea is not None
-    low, high = (2.0 * np.pi * each for each in band_hz(state.sea))
-    along = state.speed * math.cos(state.heading)
-    turns = 0.5 * gravity / along if along > 0.0 else low
-    return np.array([low, high, min(max(turns, low), high)])
 
 
 def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
@@ -524,7 +519,7 @@ def _moved_by(ship: SeaShip) -> dict[str, str]:
 
 
 def sea_warnings(left_out: float) -> tuple[str, ...]:
-    """Return a warning about the largest share of the waves' energy that moves no ship."""
+    """Return a warning where a share of the waves' energy is left out of the motion."""
     if left_out == 0.0:
         return ()
     return (
