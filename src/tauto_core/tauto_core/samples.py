@@ -123,7 +123,7 @@ class FixSamples:
 Samples: TypeAlias = TextSamples | ImuSamples | PlanarImu | JointSamples | TimeSamples | FixSamples
 Batches: TypeAlias = dict[str, Samples]
 State: TypeAlias = dict[str, Any]
-S = TypeVar('S', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
+AnySamples = TypeVar('AnySamples', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
 
 
 class Stage(Protocol):
@@ -167,7 +167,7 @@ def count(samples: Samples) -> int:
     return len(samples.stamp_ns)
 
 
-def take(samples: S, which: slice | NDArray[np.bool_]) -> S:
+def take(samples: AnySamples, which: slice | NDArray[np.bool_]) -> AnySamples:
     """Return the samples that `which` selects along the first axis."""
     arrays: dict[str, Any] = {
         field.name: value[which]
@@ -177,7 +177,7 @@ def take(samples: S, which: slice | NDArray[np.bool_]) -> S:
     return replace(samples, **arrays)
 
 
-def join(parts: Sequence[S]) -> S:
+def join(parts: Sequence[AnySamples]) -> AnySamples:
     """Return batches of one topic, in order, as one. The parts must share names and frame."""
     if len(parts) == 1:
         return parts[0]

@@ -10,7 +10,7 @@ import pytest
 
 from tauto_core import scene as names
 from tauto_core.scene import SceneError, parse_scene, scene_yaml
-from tauto_core.scene.reference import all_kinds, page, schema
+from tauto_core.scene.reference import all_kinds, scenes_page, schema
 from tauto_core.scene.sections import Kind, kind_of
 
 ROOT = Path(__file__).parents[3]
@@ -25,11 +25,11 @@ trochlea:
 
 
 def test_the_reference_page_is_that_of_the_models() -> None:
-    assert (ROOT / 'docs' / 'scenes.md').read_text(encoding='utf-8') == page()
+    assert (ROOT / 'docs' / 'scenes.md').read_text(encoding='utf-8') == scenes_page()
 
 
 def test_the_reference_page_has_every_key_of_the_schema_that_editors_read() -> None:
-    found = page()
+    found = scenes_page()
     assert 'Undefined' not in found
     for name, definition in schema()['$defs'].items():
         keys = [f'| `{key}` |' for key in definition.get('properties', ())]

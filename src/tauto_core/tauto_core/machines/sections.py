@@ -19,9 +19,9 @@ from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKin
 from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
 from tauto_core.scene.sections import (
+    KindIn,
     NonNegative,
     Number,
-    OneOf,
     Positive,
     Section,
     kind_of,
@@ -41,13 +41,13 @@ class Trochlea(Section):
     """The regulator: a balanced wheel with a cam on which a thread winds, pulled by the power."""
 
     inertia: Positive = Field(description="the wheel's moment of inertia about its axle [kg m2]")
-    cam: Annotated[CamKind, OneOf(CAMS)] = Field(
+    cam: Annotated[CamKind, KindIn(CAMS)] = Field(
         description='mapping with `kind` and the dimensions of the cam'
     )
-    thread: Annotated[ThreadKind, OneOf(THREADS)] = Field(
+    thread: Annotated[ThreadKind, KindIn(THREADS)] = Field(
         description='mapping with `kind` and the dimensions of the thread'
     )
-    power: Annotated[PowerKind, OneOf(POWERS)] = Field(
+    power: Annotated[PowerKind, KindIn(POWERS)] = Field(
         description='mapping with `kind` and what pulls the thread'
     )
     release_angle: Number = Field(

@@ -29,12 +29,12 @@ from tauto_core.scene.sections import (
     Clock,
     DriftSettings,
     Gravity,
+    KindIn,
     Log,
-    OneOf,
+    OneLine,
     Positive,
     Section,
     Solver,
-    Text,
     Voyage,
     kind_of,
     kinds_in,
@@ -51,7 +51,7 @@ from tauto_core.ship.sections import AxleSuspension
 class Scene(Section):
     """A whole scene. Only `duration` and one of `trochlea` and `regulator` must be given."""
 
-    name: Text = Field(default='unnamed', description='name of the scene')
+    name: OneLine = Field(default='unnamed', description='name of the scene')
     duration: Positive = Field(description='length of the scene [s]')
     starts_at: Positive = Field(default=DAY_S, description='stamp of the first sample [s]')
     seed: Annotated[int, Strict(), Field(ge=0, le=2**63 - 1)] = Field(
@@ -69,13 +69,13 @@ class Scene(Section):
     regulator: FluidTautochroneRegulator | None = Field(
         default=None, description='mapping with `kind`: an oscillator in place of a trochlea'
     )
-    drag: Annotated[DragKind, OneOf(DRAGS, default='polynomial')] | None = Field(
+    drag: Annotated[DragKind, KindIn(DRAGS, default='polynomial')] | None = Field(
         default=None, description='mapping: viscous, quadratic, coulomb'
     )
-    escapement: Annotated[EscapementKind, OneOf(ESCAPEMENTS, default='impulse')] | None = Field(
+    escapement: Annotated[EscapementKind, KindIn(ESCAPEMENTS, default='impulse')] | None = Field(
         default=None, description='mapping: kind, energy, angle, rest'
     )
-    ship: Annotated[ShipKind, OneOf(SHIPS)] = Field(
+    ship: Annotated[ShipKind, KindIn(SHIPS)] = Field(
         default=StillShip(), description='mapping with `kind` and the motion of the ship'
     )
     suspension: AxleSuspension | None = Field(

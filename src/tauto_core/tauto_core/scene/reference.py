@@ -25,7 +25,7 @@ from tauto_core.machines.trochlea import THREADS
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
-from tauto_core.scene.sections import Kind, OneOf, Section, kind_of, kinds_in
+from tauto_core.scene.sections import Kind, KindIn, Section, kind_of, kinds_in
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
@@ -47,7 +47,7 @@ def all_kinds() -> tuple[type[Kind], ...]:
     return tuple(chain(*(kinds.models for kinds in _folders(Scene))))
 
 
-def _folders(model: type[BaseModel]) -> Iterator[OneOf]:
+def _folders(model: type[BaseModel]) -> Iterator[KindIn]:
     """Yield the folders of kinds for the sections below a model."""
     for field in model.model_fields.values():
         kinds = one_of(field)
@@ -57,7 +57,7 @@ def _folders(model: type[BaseModel]) -> Iterator[OneOf]:
         yield from chain(*map(_folders, models_of(field)))
 
 
-def page() -> str:
+def scenes_page() -> str:
     """Return docs/scenes.md."""
     parts = [_HEAD, _of_model('The scene', Scene)]
     for key, models in _sections(Scene, ''):
@@ -491,4 +491,4 @@ def _yaml(value: Any) -> str:
 
 if __name__ == '__main__':
     FILE.write_text(schema_text(), encoding='utf-8')
-    print(page(), end='')
+    print(scenes_page(), end='')

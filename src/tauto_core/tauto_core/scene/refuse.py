@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import OneOf
+from tauto_core.scene.sections import KindIn
 from tauto_core.scene.times import (
     LAST_STAMP_S,
     MAX_GAP_S,
@@ -168,16 +168,16 @@ def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
     return list(walk(field.annotation)) if kinds is None else list(kinds.models)
 
 
-def one_of(field: FieldInfo) -> OneOf | None:
+def one_of(field: FieldInfo) -> KindIn | None:
     """Return the marker of a field that takes the kinds of a folder."""
 
-    def walk(annotation: Any) -> Iterator[OneOf]:
-        if isinstance(annotation, OneOf):
+    def walk(annotation: Any) -> Iterator[KindIn]:
+        if isinstance(annotation, KindIn):
             yield annotation
         for part in (*getattr(annotation, '__metadata__', ()), *get_args(annotation)):
             yield from walk(part)
 
-    said = (each for each in field.metadata if isinstance(each, OneOf))
+    said = (each for each in field.metadata if isinstance(each, KindIn))
     return next(chain(said, walk(field.annotation)), None)
 
 

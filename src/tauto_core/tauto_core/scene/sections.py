@@ -38,10 +38,10 @@ Number: TypeAlias = Annotated[float, Strict()]
 Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
 NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
 # From the start of the scene [s]; later ones have no stamp.
-Instant: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=LAST_STAMP_S)]
+SceneTime: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=LAST_STAMP_S)]
 Flag: TypeAlias = Annotated[bool, Strict()]
 # One line: no control characters, no line or paragraph separators.
-Text: TypeAlias = Annotated[
+OneLine: TypeAlias = Annotated[
     str,
     Strict(),
     Field(min_length=1, max_length=LONGEST_TEXT, pattern=r'^[^\p{Cc}\p{Zl}\p{Zp}]+$'),
@@ -118,8 +118,8 @@ def kind_of(model: type[Kind]) -> str:
 
 
 @dataclass(frozen=True)
-class OneOf:
-    """Marks a field that takes any kind of a folder: `Annotated[CamKind, OneOf(folder)]`.
+class KindIn:
+    """Marks a field that takes any kind of a folder: `Annotated[CamKind, KindIn(folder)]`.
 
     Attributes:
         folder: name of the package.
@@ -409,8 +409,8 @@ class Voyage(Section):
         description='geodesic, the shortest route between places, or rhumb, a constant course '
         'between places; geodesic when left out',
     )
-    sails_at: Instant = Field(description='time of setting sail, from the start [s]')
-    arrives_at: Instant | None = Field(
+    sails_at: SceneTime = Field(description='time of setting sail, from the start [s]')
+    arrives_at: SceneTime | None = Field(
         default=None, description='time of landfall, from the start [s]; or give speed'
     )
     speed: Positive | None = Field(

@@ -10,13 +10,12 @@ from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.scene.times import LOOKAHEAD
-    from tauto_core.ship.imu import FRAME_ID, REFUSALS, Attitude, attitude, imu_samples, screen
+    from tauto_core.ship.imu import REFUSALS, Attitude, attitude, imu_samples, screen
     from tauto_core.ship.passage import Passage
     from tauto_core.ship.source import Observations, ShipMotion, bag_metadata, schedule
     from tauto_core.ship.waves import Harmonics
 
 __all__ = [
-    'FRAME_ID',
     'LOOKAHEAD',
     'REFUSALS',
     'Attitude',
@@ -34,7 +33,6 @@ __all__ = [
 __getattr__ = loaded_from(
     __name__,
     {
-        'FRAME_ID': 'imu',
         'LOOKAHEAD': 'tauto_core.scene.times',
         'REFUSALS': 'imu',
         'Attitude': 'imu',

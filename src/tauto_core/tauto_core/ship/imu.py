@@ -18,7 +18,7 @@ from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, Stat
 
 A = TypeVar('A', FloatArray, IntArray)
 
-FRAME_ID = 'clock_mount'
+MOUNT_FRAME = 'clock_mount'
 
 # Simulated motion is exact, but an all-zero covariance would say "unknown" (sensor_msgs/Imu).
 ORIENTATION_VARIANCE = 1e-12  # rad2
@@ -97,7 +97,7 @@ def sensed(
     of_orientation, of_velocity, of_force = _covariances(len(stamp_ns))
     return ImuSamples(
         stamp_ns,
-        FRAME_ID,
+        MOUNT_FRAME,
         orientation,
         of_orientation,
         angular_velocity,

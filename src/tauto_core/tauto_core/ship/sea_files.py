@@ -21,7 +21,7 @@ from pydantic import Field, Strict, ValidationError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.refuse import explain
-from tauto_core.scene.sections import LONGEST_TEXT, NonNegative, Positive, Section, Text
+from tauto_core.scene.sections import LONGEST_TEXT, NonNegative, OneLine, Positive, Section
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     TIME_UNITS,
@@ -59,7 +59,7 @@ _OPERATOR_FORM = (
 class HullFile(HullWeights):
     """A hull from a file of `tauto hull`; the scene that runs contains the file."""
 
-    path: Text = Field(description='.npz file that `tauto hull` has written')
+    path: OneLine = Field(description='.npz file that `tauto hull` has written')
 
 
 def read_hull(asked: HullFile) -> dict[str, Any]:
@@ -79,7 +79,7 @@ def read_hull(asked: HullFile) -> dict[str, Any]:
 class RaoFile(Section):
     """An operator from a file; the scene that runs contains its values at the heading."""
 
-    path: Text = Field(description='CSV file of the operator')
+    path: OneLine = Field(description='CSV file of the operator')
     heading: Heading = Field(
         description='direction in which the waves run, from the bow to port [rad]: 0 following '
         'seas, 1.5708 beam seas, 3.1416 head seas'
@@ -185,11 +185,11 @@ class SpectrumFile(Section):
     """A measured spectrum from a file; the scene that runs contains the table itself."""
 
     spectrum: Literal['file'] = Field(description='file')
-    path: Text = Field(description='file of the spectrum')
+    path: OneLine = Field(description='file of the spectrum')
     format: Literal['table', 'ndbc', 'datawell', 'spotter', 'triaxys'] = Field(
         default='table', description='table (CSV), ndbc, datawell, spotter or triaxys'
     )
-    time: Text | None = Field(
+    time: OneLine | None = Field(
         default=None,
         description='UTC of the spectrum where the file holds several, as 2000-01-01T02:00',
     )
@@ -344,9 +344,9 @@ _DECAY_FORM = 'Give a CSV file whose first line names ship.roll.decay.time_colum
 class RollDecay(Section):
     """A roll decay test: the ship is heeled, released, and rolls in calm water until it rests."""
 
-    path: Text = Field(description='CSV file of the test')
-    time_column: Text = Field(description='column of the time, …_s')
-    roll_column: Text = Field(description='column of the roll, …_deg or …_rad')
+    path: OneLine = Field(description='CSV file of the test')
+    time_column: OneLine = Field(description='column of the time, …_s')
+    roll_column: OneLine = Field(description='column of the roll, …_deg or …_rad')
     cycles: Annotated[int, Strict(), Field(ge=1, le=1000)] = Field(
         default=3, description='number of cycles after the release that are fitted, 1 to 1000'
     )
@@ -524,11 +524,11 @@ class RecordFile(WeatherKind):
     """A buoy's record from a file; the scene that runs contains the rows themselves."""
 
     kind: Literal['record'] = 'record'
-    path: Text = Field(description='file of the record')
+    path: OneLine = Field(description='file of the record')
     format: Literal['csv', 'ndbc'] = Field(
         default='csv', description='csv, or ndbc: a standard meteorological file'
     )
-    begins: Text | None = Field(
+    begins: OneLine | None = Field(
         default=None,
         description='UTC at the start of the scene, as 2000-01-01T02:00; when left out that of '
         'the first row',

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Flag, NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.sections import Flag, NonNegative, Number, OneLine, Positive, Section
 from tauto_core.ship.motion_kind import sampled
 
 # -----------------------------------------------------------------------------
@@ -65,7 +65,7 @@ class SpectrumTable(Section):
     """Measured spectrum of a long-crested sea, linear between its rows."""
 
     spectrum: Literal['table'] = Field(description='table')
-    source: Text = Field(description='origin and time of the spectrum')
+    source: OneLine = Field(description='origin and time of the spectrum')
     frequency: tuple[Positive, ...] = Field(description='list of increasing frequencies [Hz]')
     energy_density: tuple[NonNegative, ...] = Field(
         description='list of energy densities [m2/Hz], one for each frequency'
@@ -95,7 +95,7 @@ class Roll(Section):
         default=None,
         description='effective wave-slope coefficient κ_e; a hull has its own answer to the slope',
     )
-    fitted_to: Text | None = Field(
+    fitted_to: OneLine | None = Field(
         default=None, description='decay test from which period and damping ratio were found'
     )
 
@@ -125,7 +125,7 @@ class HullWeights(Section):
 class HullSection(HullWeights):
     """Hull of a ship: a named shape, or the coefficients of a file, and her weights."""
 
-    shape: Text | None = Field(
+    shape: OneLine | None = Field(
         default=None, description='sloop, deptford, ketch or yacht: parametric forms'
     )
     table: Annotated[str, Strict(), Field(max_length=1_000_000)] | None = Field(
@@ -154,7 +154,7 @@ class ClockSection(Section):
 class Rao(Section):
     """Response amplitude operator at one heading, for a ship at rest: factors of exp(iωt)."""
 
-    source: Text = Field(description='origin of the operator')
+    source: OneLine = Field(description='origin of the operator')
     heading: Heading = Field(
         description='direction in which the waves run, from the bow to port [rad]: 0 following '
         'seas, 1.5708 beam seas, 3.1416 head seas'

@@ -26,7 +26,7 @@ from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.sections import Positive, Text
+from tauto_core.scene.sections import OneLine, Positive
 from tauto_core.scene.tables import data_path
 
 if TYPE_CHECKING:
@@ -332,7 +332,7 @@ class TableCam(CamKind):
     starter = {'path': 'shipped:lever_arms/involute.csv'}
 
     kind: Literal['table'] = 'table'
-    path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
+    path: OneLine = Field(description='CSV file with the columns angle_rad,lever_arm_m')
 
     def made(self, setting: Setting) -> Table:
         """Return the cam through the rows; it is the same for any wheel and power.
@@ -361,7 +361,7 @@ class MeasuredCam(CamKind):
     starter = {'path': 'shipped:lever_arms/measured.csv', 'tolerance': 2e-5}
 
     kind: Literal['measured'] = 'measured'
-    path: Text = Field(description='CSV file with the columns angle_rad,lever_arm_m')
+    path: OneLine = Field(description='CSV file with the columns angle_rad,lever_arm_m')
     tolerance: Positive = Field(
         description='largest difference between the smoothed lever arm and any point [m]'
     )

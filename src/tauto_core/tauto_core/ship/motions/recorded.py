@@ -21,7 +21,7 @@ from pydantic import Field
 
 from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
-from tauto_core.scene.sections import NonNegative, Number, Positive, Section, Text
+from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Section
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     LENGTH_UNITS,
@@ -177,11 +177,11 @@ class Recorded(Section):
     starboard side down, heave upwards; a negative `scale` reverses both.
     """
 
-    path: Text = Field(description='CSV file, .mcap file or rosbag2 folder')
-    time_column: Text | None = Field(default=None, description='CSV column of the time, …_s')
-    roll_column: Text | None = Field(default=None, description='CSV column of the roll, …_deg')
-    heave_column: Text | None = Field(default=None, description='CSV column of the heave, …_m')
-    topic: Text | None = Field(default=None, description='topic of sensor_msgs/Imu in a bag')
+    path: OneLine = Field(description='CSV file, .mcap file or rosbag2 folder')
+    time_column: OneLine | None = Field(default=None, description='CSV column of the time, …_s')
+    roll_column: OneLine | None = Field(default=None, description='CSV column of the roll, …_deg')
+    heave_column: OneLine | None = Field(default=None, description='CSV column of the heave, …_m')
+    topic: OneLine | None = Field(default=None, description='topic of sensor_msgs/Imu in a bag')
     scale: Number = Field(default=1.0, description='factor on the motion, not 0')
     passband: tuple[NonNegative, Positive] = Field(
         default=(0.02, 0.4), description='[lowest, highest] frequency kept [Hz]'

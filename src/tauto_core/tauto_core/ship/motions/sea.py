@@ -14,7 +14,7 @@ from pydantic import Field, Strict, field_validator
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import Flag, OneOf
+from tauto_core.scene.sections import Flag, KindIn
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip
@@ -99,7 +99,7 @@ class SeaShip(ShipKind):
         # replaced by a table before a scene is checked
         examples=['file'],
     )
-    weather: Annotated[WeatherKind, OneOf(WEATHERS)] | None = Field(
+    weather: Annotated[WeatherKind, KindIn(WEATHERS)] | None = Field(
         default=None, description='mapping with `kind`, in place of sea: how the sea changes'
     )
     roll: Roll | None = Field(

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import Flag, Instant, Positive, Section
+from tauto_core.scene.sections import Flag, Positive, SceneTime, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
@@ -91,7 +91,7 @@ _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 class Region(Section):
     """A part of the route with a climate: a known one, one's own numbers, or both."""
 
-    at: Instant | None = Field(
+    at: SceneTime | None = Field(
         default=None,
         description='time from the start at which the region begins [s]; not needed for the first',
     )

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import Positive, Text
+from tauto_core.scene.sections import OneLine, Positive
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weather_kind import WeatherKind, WeatherSetting, WeatherState
@@ -32,7 +32,7 @@ class RecordWeather(WeatherKind):
     }
 
     kind: Literal['record'] = 'record'
-    source: Text = Field(description='origin of the record')
+    source: OneLine = Field(description='origin of the record')
     time: tuple[_Time, ...] = Field(description='list of increasing times from the start [s]')
     significant_wave_height: tuple[Positive, ...] = Field(
         description='list of significant wave heights [m], one for each time'

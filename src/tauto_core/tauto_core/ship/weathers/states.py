@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Flag, Instant, Positive, Section
+from tauto_core.scene.sections import Flag, Positive, SceneTime, Section
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.ship.sections import Heading
@@ -28,7 +28,7 @@ _OF_WAVES = (
 class SeaState(Section):
     """A sea that is fully established at an instant; it builds up from the state before."""
 
-    at: Instant | None = Field(default=None, description='time from the start [s]')
+    at: SceneTime | None = Field(default=None, description='time from the start [s]')
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
         default=None,
         description='or the number of a place of the voyage: 0 the departure, then the '
