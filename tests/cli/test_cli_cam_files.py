@@ -156,29 +156,6 @@ def test_svg_is_to_scale_and_the_same_each_time(name, scene, tmp_path):
         assert root.attrib[side].endswith('pt')
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'said'),
-    [
-        (['--thread', '-1'], '--thread = -1'),
-        (['--thread', 'nan'], '--thread = nan'),
-        (['--thread', '1000'], 'thickness of the thread'),
-        (['--thread', '0.5', '--reach', '8'], '--reach 7.99'),
-    ],
-)
-def test_a_thread_that_does_not_fit(arguments, said, tmp_path):
-    dxf = tmp_path / 'cam.dxf'
-    result = CliRunner().invoke(app, ['cam', 'ideal', '--dxf', str(dxf), *arguments])
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert not dxf.exists()
-
-
-def test_a_thickness_that_changes_nothing_is_refused():
-    result = CliRunner().invoke(app, ['cam', 'ideal', '--thread', '0.5'])
-    assert result.exit_code == 2
-    assert 'Add --csv' in result.stderr
-
-
 def test_the_remedy_of_a_thread_that_does_not_fit_works():
     cam = Involute(0.01)
     assert cheeks(cam, 10, 7.0, 0.5e-3).angle[-1] == 7.0

@@ -146,27 +146,6 @@ def test_the_figure_shows_what_the_act_allows_only_where_it_judges() -> None:
         assert ('within 30 miles at the equator' in named) == bool(bands)
 
 
-@pytest.mark.parametrize(
-    ('arguments', 'words'),
-    [
-        (('ideal', '--roll', 'much'), '--roll'),
-        (('ideal', '--suspension', 'with'), 'ideal has no suspension'),
-        (('ideal', 'measured'), 'measured does not make the passage of ideal'),
-        (('ideal', '--jobs', '0'), 'must be at least 1'),
-        (('ideal', '--plot', 'nowhere/figure.png'), 'there is no folder nowhere'),
-        (('ideall',), 'Did you mean ideal?'),
-        (('ideal', '--ship-of', 'nothing'), 'no such file or shipped scene'),
-    ],
-)
-def test_what_cannot_be_is_refused_before_anything_runs(
-    arguments: tuple[str, ...], words: str
-) -> None:
-    result = tauto('compare', *arguments)
-    assert result.exit_code == 2
-    assert words in result.stderr
-    assert result.stdout == ''
-
-
 def test_a_clock_whose_processes_died_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     lost: Ended[Row] = Ended(0, None, WorkerError('its process died four times'))
     monkeypatch.setattr(comparison, 'run_each', lambda *_: (each for each in [lost]))

@@ -87,28 +87,3 @@ def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
         assert found[key] == pytest.approx(whole[name], rel=1e-14)
         assert found['disc_radius_m'] == found['base_radius_m']
         assert found['inertia_kg_m2'] == pytest.approx(q * r * r / (2 * g), rel=1e-13)
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'said'),
-    [
-        (['--period', '1'], 'left out: inertia, pull, base radius'),
-        (['--period', '1', '--pendulum', '1'], 'the same thing twice'),
-        (['--inertia', '1', '--disc-weight', '1'], 'the same thing twice'),
-        (['--period', '-1', '--inertia', '1', '--pull', '1'], '--period = -1.0'),
-        (['--disc-is-base', '--disc-radius', '1'], '--disc-is-base makes'),
-        (['--disc-is-base', '--period', '1'], 'Leave out exactly one'),
-        (['--gravity', '0'], '--gravity = 0'),
-        # their squares would overflow or vanish
-        (['--period', '1e-300', '--inertia', '1', '--pull', '1'], '--period = 1e-300'),
-        (['--pull', '1e300', '--inertia', '1', '--base-radius', '1'], '--pull = 1e+300'),
-        (['--disc-weight', '1e30', '--disc-radius', '1e9', '--period', '1', '--pull', '1'],
-         'from 1e-30 to 1e+30'),
-        (['--length-unit', 'ell'], 'scruple'),
-        (['--weight-unit', 'stone'], 'pound'),
-    ],
-)  # fmt: skip
-def test_refused(arguments, said):
-    result = CliRunner().invoke(app, ['design', *arguments])
-    assert result.exit_code == 2
-    assert said in result.stderr

@@ -131,22 +131,6 @@ def test_ships_in_seas_of_their_own_are_no_copies():
     assert 'the same motion' not in fleet('--ships', '2').stderr
 
 
-@pytest.mark.parametrize(
-    ('words', 'said'),
-    [
-        (('--ships', '0'), '--ships 0: must lie between 1'),
-        (('--jobs', '0'), '--jobs 0: must be at least 1'),
-        (('--vary', 'none.yaml'), 'none.yaml: '),
-        (('--plot', 'fleet.gif'), '--plot fleet.gif: must end in'),
-    ],
-)
-def test_what_does_not_fit_is_refused_before_anything_starts(words, said, tmp_path):
-    ended = fleet(*words, '--out', str(tmp_path / 'rows'))
-    assert ended.exit_code == 2
-    assert said in ended.stderr
-    assert not (tmp_path / 'rows').exists()
-
-
 def test_a_fleet_is_drawn_and_the_file_named(tmp_path):
     path = tmp_path / 'fleet.png'
     said = fleet('--ships', '2', '--plot', str(path))

@@ -78,32 +78,6 @@ def test_a_form_is_solved_and_printed(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'words'),
-    [
-        ((), 'names no hull. Give --shape'),
-        (('--length', 44), '--length: needs --beam, --draught, --block beside it'),
-        (('--shape', 'sloops'), 'Did you mean sloop?'),
-        (('--shape', 'sloop', '--beam', 8), 'has proportions of its own'),
-        (
-            ('--mesh', 'a.stl', '--length', 8),
-            '--mesh a.stl: has its own sizes. Leave out --length',
-        ),
-        (('--shape', 'sloop', '--speed', 9), 'speed = 9.0: must lie in [0, 4.24] m/s'),
-        (('--shape', 'sloop', '--length', 440), 'length = 440.0: must lie in [2, 400] m'),
-        (('--shape', 'sloop', '--roll-damping', 8), '--roll-damping = 8.0: must lie in [0, 1)'),
-        (('--shape', 'sloop', '--roll-period', 0), '--roll-period = 0.0: must be above 0 s'),
-        (('--shape', 'sloop', '--out', 'mine.txt'), '--out mine.txt: must end in .npz'),
-        (('--shape', 'sloop', '--out', 'no/mine.npz'), 'there is no folder no'),
-    ],
-)
-def test_what_is_no_hull_is_refused_before_anything_starts(arguments, words):
-    result = invoke(*arguments)
-    assert result.exit_code == 2
-    assert words in result.stderr
-    assert not result.stdout
-
-
-@pytest.mark.parametrize(
     ('sizes', 'words'),
     [
         ((440, 126, 50, 0.59), 'length = 440.0: must lie in [2, 400] m'),

@@ -72,14 +72,6 @@ def test_a_file_is_known_for_a_scene_by_its_ending(tmp_path: Path) -> None:
     assert tauto('scene', 'new', '-o', tmp_path / 'mine.yml').exit_code == 0
 
 
-def test_kinds_that_do_not_go_together_write_nothing(tmp_path: Path) -> None:
-    file = tmp_path / 'mine.yaml'
-    refused = tauto('scene', 'new', '--cam', 'involute', '--thread', 'hole', '-o', file)
-    assert refused.exit_code == 2
-    assert '--cam involute and --thread hole: do not go together. Use ' in refused.stderr
-    assert not file.exists()
-
-
 def test_the_first_line_leads_editors_to_the_schema() -> None:
     first = tauto('scene', 'new').stdout.split('\n')[0]
     comment, _, uri = first.partition('$schema=')

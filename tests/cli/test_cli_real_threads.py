@@ -26,12 +26,6 @@ def test_isochronism_shows_what_the_dial_is_regulated_for(name):
     assert rows[1]['rate_s_per_day'] == pytest.approx(0.0, abs=1e-6)
 
 
-def test_isochronism_says_the_range():
-    result = CliRunner().invoke(app, ['isochronism', SCENES[0], '--amplitudes', '3'])
-    assert result.exit_code == 2
-    assert 'range of the machine' in result.stderr
-
-
 @pytest.mark.parametrize(
     ('name', 'why'),
     [(SCENES[0], 'the apparent gravity moves the lever'), (SCENES[1], 'the thread swings')],

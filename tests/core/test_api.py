@@ -74,8 +74,6 @@ def test_a_fleet_is_that_of_the_command(tmp_path: Path) -> None:
     of_scene = {'scene': 'second_cam_at_sea'}
     assert json.loads(printed.stdout) == of_scene | json.loads(json.dumps(asdict(found.answers)))
     assert all(0.9 <= row[key] <= 1.1 for row in found.rows)
-    with pytest.raises(tauto.TautoError, match=r'^ships=0: must lie between'):
-        tauto.fleet('second_cam_at_sea', ships=0)
 
 
 def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Voyage) -> None:
@@ -365,9 +363,8 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.load('ideal', durations=1.0), 'Did you mean `duration`'),
         (lambda: tauto.replay('no_bag'), 'no_bag does not exist'),
         (lambda: tauto.cam('measured', reach_rad=-1.0), 'reach_rad = -1.0: must be > 0'),
-        (lambda: tauto.cam('globe_in_oil'), 'has no cam'),
         (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
-        (lambda: tauto.cam('globe_in_oil'), 'Use `cut`'),
+        (lambda: tauto.cam('globe_in_oil'), 'has no cam .* Use `cut`'),
         (lambda: tauto.cut('ideal', 'x.png'), r'file=x\.png: must end in \.csv, \.svg or \.dxf'),
         (lambda: tauto.cut('ideal', 'x.svg', points=1), 'points = 1: must be 2 to 1000000'),
         (lambda: tauto.cut('ideal', 'x.svg', thread_mm=200), r'thread_mm = 200\.0: must be 0 to'),
@@ -400,6 +397,7 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.plot('ideal', 'error', 3), 'file = 3: must be a path'),
         (lambda: tauto.plot(3, 'error'), 'scene: must be .*, and is of type int'),
         (lambda: tauto.report('ideal', 3), 'file = 3: must be a path'),
+        (lambda: tauto.fleet('ideal', ships=0), r'^ships=0: must lie between'),
         (lambda: tauto.fleet('ideal', ships=2.5), r'ships = 2\.5: must be a whole number'),
         (lambda: tauto.fleet('ideal', jobs='a'), "jobs = 'a': must be a whole number"),
         (lambda: tauto.fleet('ideal', vary=3), 'vary = 3: must be a mapping of keys, or a file'),

@@ -16,7 +16,7 @@ from tauto_core.ensembles.comparison import (
 )
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.scene.errors import SceneError
 from tauto_core.voyage import Voyage, sail
 
 FORCE = """\
@@ -120,11 +120,6 @@ def test_a_scene_that_cannot_sail_ends_all(pair):
         with pytest.raises(SceneError, match=r'bad: trochlea\.release_angle = 9') as caught:
             compare([pair[0], bad], jobs=jobs)
         assert caught.value.key == 'trochlea.release_angle'
-
-
-def test_no_process_at_all_is_refused(pair):
-    with pytest.raises(UsageError, match='jobs=0: must be at least 1'):
-        compare(pair, jobs=0)
 
 
 def readings(scene, errors_ns):

@@ -6,7 +6,7 @@ from scipy.stats import kstest, norm, truncnorm, uniform
 
 from tauto_core.ensembles.fleets import Plan, as_draws, read_draws
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.scene.errors import SceneError
 
 RADIUS = 'trochlea.cam.base_radius'
 SCENE = load_scene('involute_weight_at_sea', duration=60.0)
@@ -145,9 +145,3 @@ def test_what_is_no_distribution_is_refused(draw, said):
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(SceneError, match=r'none\.yaml.*cannot be read'):
         read_draws(tmp_path / 'none.yaml')
-
-
-@pytest.mark.parametrize('ships', [0, 1_000_001])
-def test_a_fleet_has_at_least_a_ship(ships):
-    with pytest.raises(UsageError, match=f'ships={ships}'):
-        plan(ships)

@@ -1,0 +1,224 @@
+"""What the commands refuse: key and value, the limit, the remedy, before anything is written.
+
+Python calls say the same with the names of arguments (tests/core/test_api.py).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+
+SCENE_LIST = 'there is no such file or shipped scene. '
+PICTURES = 'must end in .svg, .png or .pdf. '
+SIZES = 'must be > 0, from 1e-30 to 1e+30. '
+TWICE = 'say the same thing twice. '
+POINTS = 'must be 2 to 1000000 on each cheek. '
+THICKNESS = 'must be 0 to 100 mm. '
+OF_THREAD = 'Give the thickness of the thread, or leave it out'
+NUMBERS = 'must be numbers with commas between, in '
+
+REFUSALS = {
+    'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, 'Shipped scenes: '),
+    'sail ideal --duration 0': (
+        'ideal: duration = 0.0: ',
+        'must be greater than 0.0 (duration is given, ',
+        'Write `duration: …`',
+    ),
+    'sail ideal --force': ('--force ', 'and there is no --out. ', 'Name it'),
+    'replay no_such_bag': ('no_such_bag ', 'does not exist; ', 'name a rosbag2 folder'),
+    'plot ideal sound': ("'sound': ", 'is not a picture. ', 'Choose one of error, rate, '),
+    'plot ideal error --out x.jpg': ('--out x.jpg: ', PICTURES, 'Name another file'),
+    'report ideal --out x.pdf': ('--out x.pdf: ', 'must end in .html. ', 'Name another file'),
+    'isochronism ideal --amplitudes 0.1,x': (
+        "--amplitudes = '0.1,x': ",
+        f'{NUMBERS}radians (metres in a fluid). ',
+        'Write for example 0.1,0.5,1',
+    ),
+    'isochronism ideal --amplitudes -1': (
+        'amplitude -1.0 rad: ',
+        'must be > 0 and within the range of the machine, 8.0 rad; ',
+        'give another',
+    ),
+    'isochronism globe_in_oil --amplitudes 0.7': (
+        'amplitude 0.7 m: ',
+        'must be > 0 and at most the arc of the cusp, 0.6536771821322',
+        'give another',
+    ),
+    'isochronism sully_lever_at_sea --amplitudes 3': (
+        'amplitude 3.0 rad: ',
+        'must be > 0 and within the range of the machine, ',
+        'give another',
+    ),
+    'design --period 1': (
+        'a design has four numbers, ',
+        'left out: inertia, pull, base radius. ',
+        'Leave out exactly one, as in --period 1 --pull 3 --base-radius 0.005',
+    ),
+    'design --period 1 --pendulum 1': ('--period and --pendulum ', TWICE, 'Leave one out'),
+    'design --inertia 1 --disc-weight 1': ('--inertia and --disc-weight ', TWICE, 'Leave one out'),
+    'design --period -1 --inertia 1 --pull 1': ('--period = -1.0: ', SIZES, 'Give another'),
+    'design --gravity 0': ('--gravity = 0.0: ', SIZES, 'Give another'),
+    # their squares would overflow or vanish
+    'design --period 1e-300 --inertia 1 --pull 1': ('--period = 1e-300: ', SIZES, 'Give another'),
+    'design --pull 1e300 --inertia 1 --base-radius 1': (
+        '--pull = 1e+300: ',
+        SIZES,
+        'Give another',
+    ),
+    'design --disc-weight 1e30 --disc-radius 1e9 --period 1 --pull 1': (
+        'inertia = 5.09858106488',
+        SIZES,
+        'Give another',
+    ),
+    'design --disc-is-base --disc-radius 1': (
+        '--disc-is-base ',
+        'makes the radius of the disc the base radius. ',
+        'Leave out --disc-radius and --inertia',
+    ),
+    'design --disc-is-base --period 1': (
+        'with --disc-is-base ',
+        'three of --period (or --pendulum), --disc-weight, --pull and --base-radius give',
+        'Leave out exactly one',
+    ),
+    'design --length-unit ell': ("--length-unit = 'ell': ", 'use one of m, mm, ', 'scruple'),
+    'design --weight-unit stone': ("--weight-unit = 'stone': ", 'use one of N, kg, ', 'pound'),
+    'cam no_such_scene': ('no_such_scene: ', SCENE_LIST, 'Shipped scenes: '),
+    'cam ideal --points 1': ('--points = 1: ', POINTS, 'Give another, or leave it out'),
+    'cam ideal --points 1000000000000': ('--points = 1000000000000: ', POINTS, 'Give another'),
+    'cam cheek_before_euler --reach 4': (
+        '--reach = 4.0 rad: ',
+        'must be > 0 and within the range of the cam, 3.141592653589793 rad. ',
+        'Give another, or leave it out',
+    ),
+    'cam globe_in_oil --reach 1': ('--reach = 1.0 rad: ', 'belongs to a cam', 'Leave it out'),
+    'cam ideal --thread 0.5': (
+        '--thread = 0.5 mm: ',
+        'counts for a cheek that is written; ',
+        'Add --csv, --svg or --dxf, or leave it out',
+    ),
+    'cam ideal --dxf cam.dxf --thread -1': ('--thread = -1.0: ', THICKNESS, OF_THREAD),
+    'cam ideal --dxf cam.dxf --thread nan': ('--thread = nan: ', THICKNESS, OF_THREAD),
+    'cam ideal --dxf cam.dxf --thread 1000': ('--thread = 1000.0: ', THICKNESS, OF_THREAD),
+    'cam ideal --dxf cam.dxf --thread 0.5 --reach 8': (
+        '--thread = 0.5 mm: ',
+        'beyond 7.99999993 rad the cheek ',
+        'Draw up to there (--reach 7.999992), or use a thinner thread',
+    ),
+    'cam ideal --svg cam.png': (
+        '--svg cam.png: ',
+        'ends in .png, and what is written is SVG. ',
+        'Name it cam.svg, or ask for the other format',
+    ),
+    'compare ideall': ('ideall: ', SCENE_LIST, 'Did you mean ideal?'),
+    'compare ideal --ship-of nothing': ('nothing: ', SCENE_LIST, 'Shipped scenes: '),
+    'compare ideal measured': (
+        'measured ',
+        'does not make the passage of ideal: ',
+        'take one passage for all with --ship-of ideal',
+    ),
+    'compare ideal --roll much': ("--roll 'much': ", NUMBERS, 'Write for example 0,10,20'),
+    'compare ideal --roll=-10': (
+        '--roll -10: ',
+        'must lie between 0 and 45 degrees, twice the root mean square of the roll. ',
+        'Write for example 0,10,20',
+    ),
+    'compare ideal --suspension with': (
+        '--suspension with: ',
+        'ideal has no suspension. ',
+        'or use --suspension both',
+    ),
+    'compare ideal --jobs 0': ('--jobs 0: ', 'must be at least 1. ', 'Use for example 2'),
+    'compare ideal --plot nowhere/figure.png': (
+        '--plot nowhere/figure.png: ',
+        'there is no folder nowhere. ',
+        'Make it first',
+    ),
+    'fleet ideal --ships 0 --out rows': (
+        '--ships 0: ',
+        'must lie between 1 and 1,000,000. ',
+        'Use for example 200',
+    ),
+    'fleet ideal --ships 1000001': (
+        '--ships 1000001: ',
+        'must lie between 1 and 1,000,000. ',
+        'Use for example 200',
+    ),
+    'fleet ideal --jobs 0 --out rows': ('--jobs 0: ', 'must be at least 1. ', 'Use for example 2'),
+    'fleet ideal --vary none.yaml --out rows': (
+        'none.yaml: ',
+        'cannot be read: ',
+        'Name a YAML file with --vary',
+    ),
+    'fleet ideal --plot a.gif --out rows': ('--plot a.gif: ', PICTURES, 'Name another file'),
+    'hull': ('names no hull. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
+    'hull --length 44': (
+        '--length: ',
+        'needs --beam, --draught, --block beside it. ',
+        'Give all four',
+    ),
+    'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),
+    'hull --shape sloop --beam 8': (
+        '--shape sloop: ',
+        'has proportions of its own. ',
+        'Leave out --mesh, --beam, --draught and --block, or --shape',
+    ),
+    'hull --mesh a.stl --length 8': (
+        '--mesh a.stl: ',
+        'has its own sizes. ',
+        'Leave out --length, or --mesh',
+    ),
+    'hull --shape sloop --speed 9': (
+        'speed = 9.0: ',
+        'must lie in [0, 4.24] m/s for a hull of 29.4 m',
+        'Sail slower, or a longer hull',
+    ),
+    'hull --shape sloop --length 440': (
+        'length = 440.0: ',
+        'must lie in [2, 400] m. ',
+        'did you mean 44?',
+    ),
+    'hull --shape sloop --roll-damping 8': (
+        '--roll-damping = 8.0: ',
+        'must lie in [0, 1). ',
+        'Leave it out',
+    ),
+    'hull --shape sloop --roll-period 0': (
+        '--roll-period = 0.0: ',
+        'must be above 0 s. ',
+        'Leave it out',
+    ),
+    'hull --shape sloop --out mine.txt': (
+        '--out mine.txt: ',
+        'must end in .npz. ',
+        'Name another file',
+    ),
+    'hull --shape sloop --out no/mine.npz': (
+        '--out no/mine.npz: ',
+        'there is no folder no. ',
+        'Make it first',
+    ),
+    'scene new --cam involute --thread hole -o a.yaml': (
+        '--cam involute and --thread hole: ',
+        'do not go together. ',
+        'or --thread vertical or lever or hanging',
+    ),
+}
+
+
+@pytest.mark.parametrize('command', REFUSALS)
+def test_refusals_name_key_and_value_the_limit_and_a_remedy(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run = CliRunner().invoke(app, command.split())
+    assert run.exit_code == 2
+    assert run.stdout == ''
+    said = run.stderr.splitlines()[-1]  # `cam` says before where it ends
+    what, limit, remedy = REFUSALS[command]
+    assert said.startswith(f'tauto: {what}')
+    assert 0 < said.find(limit) < said.rfind(remedy)
+    assert not any(tmp_path.iterdir())
