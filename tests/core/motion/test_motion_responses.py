@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.motion.linear import TURN, LinearLaw, Shape, responses, sorted_out
+from tauto_core.motion.linear import TURN, LinearLaw, SpanShape, responses, sorted_out
 
 OMEGA, LENGTH_S, BEGIN, END = 6.3, 2.0, 0.125, 0.875
 
@@ -43,7 +43,7 @@ def test_a_row_makes_the_integral_and_the_ends_of_a_polynomial(law, sampled):
     if sampled:
         u = np.polynomial.Polynomial(coefficients)
         given = np.concatenate([u(np.array(nodes)), u.deriv()(np.array(nodes)) / LENGTH_S])
-    shape = Shape(LENGTH_S, BEGIN, END, sampled)
+    shape = SpanShape(LENGTH_S, BEGIN, END, sampled)
     made = responses(law, (shape,), nodes, 10)
     wanted = integrals(coefficients, law, shape)
     found = given @ made.rows[0]
@@ -57,8 +57,8 @@ def test_a_row_makes_the_integral_and_the_ends_of_a_polynomial(law, sampled):
 def test_the_parts_of_a_span_make_the_span():
     """b of the whole is the sum of the parts, each turned back to the span's beginning."""
     law = LinearLaw(OMEGA, 0.3, 39.8, 0.6)
-    shape = Shape(LENGTH_S, BEGIN, END)
-    made = responses(law, (shape, Shape(1.0, 0.0, 1.0)), (), 6)
+    shape = SpanShape(LENGTH_S, BEGIN, END)
+    made = responses(law, (shape, SpanShape(1.0, 0.0, 1.0)), (), 6)
     parts, first = made.parts[0], made.first_part[0]
     assert parts == math.ceil(math.hypot(OMEGA, 0.3) * shape.time_s / TURN)
     rows = made.rows[first : first + parts]

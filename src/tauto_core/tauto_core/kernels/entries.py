@@ -52,7 +52,7 @@ programs compiled with NumPy depend on)."""
 NEEDED_FLAGS = 0x0001 | 0x0100
 """C-contiguous and aligned."""
 
-FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
+WORD_FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
 _TESTS = {
     'float': 'not isinstance({0}, float)',
     'int': '{0}.__class__ is not int and {0}.__class__ is not int64',
@@ -163,7 +163,7 @@ class _Packing:
             self._pack(f'id({name})', 'q')
         else:
             self._refuse(_TESTS[structure].format(name))
-            self._pack(f'bool({name})' if structure == 'bool' else name, FORMATS[structure])
+            self._pack(f'bool({name})' if structure == 'bool' else name, WORD_FORMATS[structure])
 
     def _refuse(self, test: str) -> None:
         self.lines.append(f' if {test}: return None')
@@ -228,7 +228,7 @@ def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
             formats.append('q' * (1 + part['ndim']))
             return f'array({part["array"]!r}, w[{first}:{words}])'
         words += 1
-        formats.append(FORMATS[part])
+        formats.append(WORD_FORMATS[part])
         return f'w[{first}] != 0' if part == 'bool' else f'w[{first}]'
 
     text = made(layout)
@@ -363,9 +363,9 @@ def optimised() -> Iterator[None]:
 @cache
 def _stamp() -> str:
     """Return processor and versions, on which compiled code depends beside its sources."""
-    from tauto_core.kernels.program import versions
+    from tauto_core.kernels.program import compiler_versions
 
-    return '\n'.join(versions())
+    return '\n'.join(compiler_versions())
 
 
 @cache

@@ -26,7 +26,7 @@ from tauto_core.kernels.values import (
     Emission,
     Fields,
     Group,
-    Kind,
+    NumberKind,
     Pointer,
     Record,
     Value,
@@ -110,7 +110,7 @@ def binary(out: Emission, op: type, x: Any, y: Any) -> Any:
     return Value(kind, getattr(b, name)(a, c))
 
 
-def _whole(op: type, x: Value, y: Value) -> Kind:
+def _whole(op: type, x: Value, y: Value) -> NumberKind:
     """Return the kind of the result of an operator on two whole numbers."""
     if any(each.kind not in (INT, UINT, BOOL) for each in (x, y)) or op not in STATIC:
         raise KernelError(f'{op.__name__} of {x.kind} and {y.kind}')
@@ -126,7 +126,7 @@ def _whole(op: type, x: Value, y: Value) -> Kind:
     return UINT
 
 
-def _divided(out: Emission, op: type, kind: Kind, a: ir.Value, c: ir.Value) -> ir.Value:
+def _divided(out: Emission, op: type, kind: NumberKind, a: ir.Value, c: ir.Value) -> ir.Value:
     """Return the floor of a quotient, or its remainder; 0 if divided by 0, as NumPy has it."""
     b = out.b
     known = isinstance(c, ir.Constant) and c.constant != 0
@@ -199,7 +199,7 @@ def unary(out: Emission, op: Any, x: Any) -> Any:
     raise KernelError(f'{type(op).__name__} of {described(x)}')
 
 
-def compare(out: Emission, op: Any, x: Any, y: Any) -> Any:
+def compared(out: Emission, op: Any, x: Any, y: Any) -> Any:
     """Return the result of a comparison of two values."""
     if isinstance(op, (ast.Is, ast.IsNot)):
         return (x is y) == isinstance(op, ast.Is)
@@ -278,7 +278,7 @@ def _abs(out: Emission, x: Any) -> Any:
     return Value(FLOAT, out.external('llvm.fabs.f64', DOUBLE, [out.float(x)]))
 
 
-def _as(kind: Kind, plain: Callable[[Any], Any]) -> Callable[..., Any]:
+def _as(kind: NumberKind, plain: Callable[[Any], Any]) -> Callable[..., Any]:
     def call(out: Emission, x: Any) -> Any:
         return plain(x) if is_number(x) else out.convert(x, kind)
 
@@ -616,9 +616,9 @@ def _changed(name: str, x: Any, end: Any) -> KernelError:
     )
 
 
-def common_kind(values: Sequence[Any]) -> Kind | None:
+def common_kind(values: Sequence[Any]) -> NumberKind | None:
     """Return the common kind of numbers: a float for a float and a whole number."""
-    kinds: list[Kind] = []
+    kinds: list[NumberKind] = []
     for x in values:
         if isinstance(x, Conflict) or not (isinstance(x, Value) or is_number(x)):
             return None

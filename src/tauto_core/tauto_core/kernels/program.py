@@ -258,7 +258,7 @@ def processor() -> tuple[str, str, str]:
     return triple, llvm.get_host_cpu_name(), features
 
 
-def versions() -> tuple[str, ...]:
+def compiler_versions() -> tuple[str, ...]:
     """Return all that compiled code depends on beside its sources."""
     made_by = llvmlite.__version__, str(llvm.llvm_version_info)
     return (sys.version, platform.machine(), *made_by, *processor())

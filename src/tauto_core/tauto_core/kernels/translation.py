@@ -32,7 +32,7 @@ from tauto_core.kernels.operations import (
     BackEdge,
     Header,
     binary,
-    compare,
+    compared,
     fill,
     item,
     joined,
@@ -237,7 +237,7 @@ class Scope:
         for op, each in zip(e.ops, e.comparators, strict=True):
             # what follows has no effects: it may be worked out whether it counts or not
             right = self.eval(each)
-            one = compare(self.out, op, left, right)
+            one = compared(self.out, op, left, right)
             if isinstance(result, bool):
                 result = one if result else False
             elif isinstance(one, bool):

@@ -28,7 +28,7 @@ DOUBLE, WORD, BIT, BYTE, INDEX = (
 )
 
 
-class Kind:
+class NumberKind:
     """What a number at run time is; there is one object of each kind.
 
     Attributes:
@@ -45,27 +45,27 @@ class Kind:
         return self.name
 
 
-FLOAT, INT, UINT = Kind('float', DOUBLE), Kind('int', WORD), Kind('uint64', WORD)
-BOOL = Kind('bool', BIT, BYTE)
+FLOAT, INT, UINT = NumberKind('float', DOUBLE), NumberKind('int', WORD), NumberKind('uint64', WORD)
+BOOL = NumberKind('bool', BIT, BYTE)
 ELEMENTS = {'f8': FLOAT, 'i8': INT, 'u8': UINT, 'b1': BOOL}
 
 
 @cache
-def lanes_of(count: int) -> Kind:
+def lanes_of(count: int) -> NumberKind:
     """Return the kind of so many doubles as one number."""
-    return Kind(f'{count} lanes', ir.VectorType(DOUBLE, count), lanes=count)
+    return NumberKind(f'{count} lanes', ir.VectorType(DOUBLE, count), lanes=count)
 
 
-class Pointer(Kind):
+class Pointer(NumberKind):
     """The address of the numbers of an array, `row` of which are one row of lanes."""
 
-    def __init__(self, item: Kind, row: int) -> None:
+    def __init__(self, item: NumberKind, row: int) -> None:
         super().__init__(f'pointer to {item} in rows of {row}', item.stored.as_pointer())
         self.item, self.row = item, row
 
 
 @cache
-def pointer_to(item: Kind, row: int) -> Pointer:
+def pointer_to(item: NumberKind, row: int) -> Pointer:
     """Return the kind of pointers to such numbers."""
     return Pointer(item, row)
 
@@ -80,7 +80,7 @@ class Value:
 
     __slots__ = ('ir', 'kind')
 
-    def __init__(self, kind: Kind, value: ir.Value) -> None:
+    def __init__(self, kind: NumberKind, value: ir.Value) -> None:
         self.kind, self.ir = kind, value
 
 
@@ -119,7 +119,7 @@ class Array:
     """A C-contiguous array.
 
     Attributes:
-        kind: the kind of its items: a Kind, or Fields.
+        kind: the kind of its items: a NumberKind, or Fields.
         data: address of the first.
         shape: lengths, LLVM's integers.
         room: what was allocated for it in this kernel, if it was.
@@ -268,7 +268,7 @@ class Emission:
 
     # numbers
 
-    def convert(self, x: Any, kind: Kind) -> Value:
+    def convert(self, x: Any, kind: NumberKind) -> Value:
         """Return a number as another kind.
 
         Raises a KernelError for no number, or one that would not keep its value.
@@ -282,7 +282,7 @@ class Emission:
                 return Value(kind, change)
         raise KernelError(f'{described(x)} where {kind} is wanted')
 
-    def _change(self, x: Value, kind: Kind) -> ir.Value | None:
+    def _change(self, x: Value, kind: NumberKind) -> ir.Value | None:
         b, was = self.b, x.kind
         if kind is FLOAT:
             if was is INT:
@@ -459,7 +459,7 @@ class Emission:
         self.b.position_at_end(after)
 
 
-def element(dtype: Any) -> Kind:
+def element(dtype: Any) -> NumberKind:
     """Return the kind of an array's items; KernelError for items that kernels do not support."""
     kind = ELEMENTS.get(dtype.str[1:])
     if kind is None or dtype.byteorder == '>':

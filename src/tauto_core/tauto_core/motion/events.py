@@ -20,7 +20,7 @@ from tauto_core.motion.gauss_step import (
     fill_integrals,
     finish,
 )
-from tauto_core.motion.lanes import largest, least
+from tauto_core.motion.lanes import largest, lowest
 from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
@@ -331,7 +331,7 @@ def _turns_quietly(run: SteppedRun, place: StepPlace, after: Instant, beyond: Be
     if not beyond.within:
         return False
     if system.kinked:
-        nearest = least(side * system.coordinates(work))
+        nearest = lowest(side * system.coordinates(work))
         if not (side * after.coordinate > 0.0 and nearest >= KINK_APART * beyond.reach):
             return False
     state.direction = -state.direction
@@ -367,7 +367,7 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
     system = run.system
     if system.kinked and kind == KINK:
         felt = system.coordinates(run.work)
-        return least(mode.side * felt) < KINK_APART * largest(felt)
+        return lowest(mode.side * felt) < KINK_APART * largest(felt)
     return system.turns_abruptly and kind == TURNING
 
 

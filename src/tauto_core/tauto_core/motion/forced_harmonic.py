@@ -43,7 +43,7 @@ from tauto_core.motion.linear import (
     LinearLaw,
     Oscillator,
     Path,
-    Shape,
+    SpanShape,
     Swing,
     U,
     into_frame,
@@ -548,7 +548,7 @@ class ForcedHarmonic:
         elif neutral is not None:
             width = neutral.shape[1]
         shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
-        shapes = [Shape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
+        shapes = [SpanShape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
         made = responses(self._law, shapes, nodes, width)
         spans = DrivenSpans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
         path = propagate(of, spans, self._wheel)

@@ -201,7 +201,7 @@ def fma(out: Emission, a: Any, b: Any, c: Any) -> Any:
 
 
 @intrinsic
-def root(out: Emission, x: Any) -> Any:
+def square_root(out: Emission, x: Any) -> Any:
     """Return the square root, correctly rounded: lanes of lanes, a float of a float."""
     if _is_lanes(x):
         return out.as_lanes(out.vector_function('sqrt', x.ir))
@@ -251,7 +251,7 @@ def larger(out: Emission, a: Any, b: Any) -> Any:
 
 
 @intrinsic
-def least(out: Emission, lanes: Any) -> Any:
+def lowest(out: Emission, lanes: Any) -> Any:
     """Return the least of the lanes; a NaN may be ignored."""
 
     def smaller(a: Any, b: Any) -> Any:

@@ -13,7 +13,7 @@ from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, least, load, store
+from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, load, lowest, store
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
@@ -30,7 +30,7 @@ from tauto_core.motion.system import (
     Plane,
     RunningState,
     StepPlace,
-    column,
+    column_at,
     difference,
     nodes_of,
 )
@@ -264,8 +264,8 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
         x, nodes = nodes_of(place, work), work.nodes
-        sine, versine = sine_versine(column(TILT, place.terms, x, work))
-        g_eff = column(APPARENT_GRAVITY, place.terms, x, work)
+        sine, versine = sine_versine(column_at(TILT, place.terms, x, work))
+        g_eff = column_at(APPARENT_GRAVITY, place.terms, x, work)
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
         store(nodes.alpha_bend, 0, difference(DRIVE_BEND, TILT_BEND, place.terms, x, work))
         store(nodes.g_up, 0, g_eff - g_eff * versine)
@@ -319,7 +319,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether s² + y² exceeds that at all nodes."""
         x, y = load(work.x), load(work.y)
-        return least(x * x + y * y) > square
+        return lowest(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the lever at an instant."""

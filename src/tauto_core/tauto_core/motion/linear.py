@@ -140,7 +140,7 @@ class LinearLaw(NamedTuple):
     per_rate: float
 
 
-class Shape(NamedTuple):
+class SpanShape(NamedTuple):
     """What spans have in common that can share rows.
 
     Attributes:
@@ -204,7 +204,7 @@ def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]
 
 
 def responses(
-    law: LinearLaw, shapes: Sequence[Shape], nodes: tuple[float, ...], width: int
+    law: LinearLaw, shapes: Sequence[SpanShape], nodes: tuple[float, ...], width: int
 ) -> Responses:
     """Return the constants that spans of some shapes share.
 
@@ -225,7 +225,9 @@ def responses(
 
 
 @lru_cache(maxsize=1024)
-def _rows(law: LinearLaw, shape: Shape, nodes: tuple[float, ...] | None, width: int) -> FloatArray:
+def _rows(
+    law: LinearLaw, shape: SpanShape, nodes: tuple[float, ...] | None, width: int
+) -> FloatArray:
     """Return the rows of a span, then those of its parts, (1 + parts, w, 8).
 
     Samples at `nodes` determine u, or coefficients where there are none.

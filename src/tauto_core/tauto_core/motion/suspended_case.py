@@ -32,7 +32,7 @@ from tauto_core.motion.linear import (
     DrivenSpans,
     LinearLaw,
     Oscillator,
-    Shape,
+    SpanShape,
     oscillator,
     propagate,
     responses,
@@ -51,7 +51,7 @@ from tauto_core.motion.system import (
     Plane,
     StepPlace,
     System,
-    column,
+    column_at,
     first_below,
     nodes_of,
     restore_record,
@@ -218,8 +218,8 @@ class SuspendedCase(_CaseNumbers, System):
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill ÿ and g + z̈."""
         x, nodes = nodes_of(place, work), work.nodes
-        store(nodes.sway, 0, column(DRIVE, place.terms, x, work))
-        store(nodes.lift, 0, column(APPARENT_GRAVITY, place.terms, x, work))
+        store(nodes.sway, 0, column_at(DRIVE, place.terms, x, work))
+        store(nodes.lift, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the planes, and N/M, θ and δ; d1 stays zero.
@@ -489,15 +489,15 @@ class AxleModes:
         self._swings = [swing.copy() for swing in state['swings']]
 
 
-def _shapes(bearing: BearingMotion) -> tuple[IntArray, tuple[Shape, ...]]:
+def _shapes(bearing: BearingMotion) -> tuple[IntArray, tuple[SpanShape, ...]]:
     """Return the index of each part's shape, (Σ parts,), and the shapes."""
     kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
-    shapes: list[Shape] = []
+    shapes: list[SpanShape] = []
     first: list[int] = []
     for length_ns, parts in kinds:
         first.append(len(shapes))
         ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1)) / length_ns
-        shapes += [Shape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
+        shapes += [SpanShape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
     # from a part's index among all parts to that among the parts of its piece
     shift = np.array(first)[kind] - (np.cumsum(bearing.parts) - bearing.parts)
     return np.arange(len(bearing.piece)) + shift[bearing.piece], tuple(shapes)

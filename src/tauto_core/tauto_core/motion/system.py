@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import PLANE, Omega, Planes, Work, inside
-from tauto_core.motion.lanes import Lanes, filled, fma, lane, least, load, width
+from tauto_core.motion.lanes import Lanes, filled, fma, lane, load, lowest, width
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -153,7 +153,7 @@ def nodes_of(place: StepPlace, work: Work) -> Lanes:
 
 
 @inlined
-def column(which: int, terms: int, x: Lanes, work: Work) -> Lanes:
+def column_at(which: int, terms: int, x: Lanes, work: Work) -> Lanes:
     """Return a column of the piece at lanes of x."""
     value, size = filled(x, 0.0), width(work.piece)
     for j in range(terms - 1, -1, -1):
@@ -494,7 +494,7 @@ def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
 @compiled
 def first_below(values: Lanes, work: Work) -> float:
     """Return the first node, as a fraction of the step, with a value <= 0, or NOWHERE."""
-    if least(values) > 0.0:
+    if lowest(values) > 0.0:
         return NOWHERE
     for i in range(width(values)):
         if not lane(values, i) > 0.0:

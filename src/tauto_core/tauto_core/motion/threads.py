@@ -15,8 +15,8 @@ from tauto_core.motion.lanes import (
     NumericPair,
     fma,
     largest,
-    least,
     load,
+    lowest,
     store,
 )
 from tauto_core.motion.passages import CLEAR
@@ -34,7 +34,7 @@ from tauto_core.motion.system import (
     RunningState,
     StepPlace,
     System,
-    column,
+    column_at,
     difference,
     first_below,
     mode_of,
@@ -144,7 +144,7 @@ def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
 def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> Beyond:
     """Return whether a step leaves the range, from tension, margin and coordinate at its nodes."""
     edge, slack = first_below(margin, work), first_below(tension, work)
-    within = least(margin) > WELL_WITHIN and least(tension) > 0.0
+    within = lowest(margin) > WELL_WITHIN and lowest(tension) > 0.0
     return Beyond(edge, slack, within, largest(coordinate))
 
 
@@ -218,8 +218,8 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill β, g_eff and α̇."""
         x, nodes = nodes_of(place, work), work.nodes
-        store(nodes.vertical, 0, column(DRIVE, place.terms, x, work))
-        store(nodes.gravity, 0, column(APPARENT_GRAVITY, place.terms, x, work))
+        store(nodes.vertical, 0, column_at(DRIVE, place.terms, x, work))
+        store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
@@ -259,7 +259,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
         inclined = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
         apart = math.sqrt(inclined) + math.sqrt(square)
-        return least(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
+        return lowest(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and thread at an instant."""

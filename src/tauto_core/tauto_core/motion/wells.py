@@ -51,7 +51,7 @@ from tauto_core.motion.lanes import (
     lane,
     largest,
     negative,
-    root,
+    square_root,
     width,
     with_lane,
 )
@@ -435,7 +435,7 @@ def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
         # a spring's own cam: t = q·rate/√(1 + bend·q²)
         square = q * q
         stretched = 1.0 + lever.bend * square
-        stretched_root = root(stretched)
+        stretched_root = square_root(stretched)
         t_over_q = lever.rate / stretched_root
         lift = lever.rate * square / (1.0 + stretched_root)
         return Arm(q * t_over_q, t_over_q / stretched, lift)

@@ -24,8 +24,8 @@ from tauto_core.motion.lanes import (
     fma,
     larger,
     largest,
-    least,
     load,
+    lowest,
     store,
     width,
 )
@@ -55,7 +55,7 @@ from tauto_core.motion.system import (
     RunningState,
     SteppedRun,
     StepPlace,
-    column,
+    column_at,
     columns,
     first_below,
     mode_of,
@@ -119,9 +119,9 @@ def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> 
         store(nodes.line_rate, 0, rate)
         store(nodes.line_bend, 0, bend)
     if drag and felt.tilt is not None:
-        store(nodes.tilt_rate, 0, column(TILT_RATE, terms, x, work))
+        store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
     if felt.gravity is not None:
-        store(nodes.gravity, 0, column(APPARENT_GRAVITY, terms, x, work))
+        store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
 
 
 @inlined
@@ -160,7 +160,7 @@ def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
     pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
     against = line_bend + resistance(per_inertia, rate, ALL_AGAINST)
     lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
-    return reach <= wheel.range and least(zeros + pull) > lost
+    return reach <= wheel.range and lowest(zeros + pull) > lost
 
 
 @compiled
@@ -330,7 +330,7 @@ class Wheel(NamedTuple):
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether x² + y² exceeds that at all nodes."""
         x, y = load(work.x), load(work.y)
-        return least(x * x + y * y) > square
+        return lowest(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the wheel at an instant."""
@@ -395,7 +395,7 @@ class Wheel(NamedTuple):
             at = outside_at(place.terms, place.begin + b * place.size, work)
             if abs(holding_torque(self, mode, angle, at)) > coulomb:
                 a = (i - 1) / probes
-                for _ in range(BISECTIONS):
+                for _ in range(LOOSE_BISECTIONS):
                     middle = 0.5 * (a + b)
                     at = outside_at(place.terms, place.begin + middle * place.size, work)
                     loose = abs(holding_torque(self, mode, angle, at)) > coulomb
@@ -531,7 +531,7 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
 # -----------------------------------------------------------------------------
 # Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
 
-BISECTIONS = 60
+LOOSE_BISECTIONS = 60
 """As many as leave no doubt in a double."""
 
 

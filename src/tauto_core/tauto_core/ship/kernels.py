@@ -18,11 +18,11 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    least,
     load,
+    lowest,
     negative,
-    root,
     splat,
+    square_root,
     store,
     total,
     with_lane,
@@ -426,8 +426,8 @@ def _store_forces(
     if tilt is not None:
         _store_directions(-y, z, i, tilt)
     if size is not None:
-        store(size, i, root(y * y + z * z))
-    if least(z) < 0.0:
+        store(size, i, square_root(y * y + z * z))
+    if lowest(z) < 0.0:
         for r in range(SIZE):
             _store_upwards(lane(y, r), lane(z, r), SIZE * i + r, tilt, size)
 

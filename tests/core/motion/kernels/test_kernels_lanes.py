@@ -20,12 +20,12 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    least,
     load,
+    lowest,
     negative,
     ones,
-    root,
     splat,
+    square_root,
     store,
     total,
     width,
@@ -79,14 +79,14 @@ def _rearrange(rows, x, i, out, numbers):
     store(out, 20, fma(x, b, c))
     store(out, 21, fma(a, x, c))
     store(out, 22, fma(a, b, x))
-    store(out, 23, root(filled(rows, x)))
+    store(out, 23, square_root(filled(rows, x)))
     store(out, 24, combined(rows, 0, a))
     both = combined_both(rows, 0, b, a)
     store(out, 25, both[0])
     store(out, 26, both[1])
     numbers[0] = lane(a, i)
     numbers[1] = largest(a)
-    numbers[2] = least(a)
+    numbers[2] = lowest(a)
     numbers[3] = total(a)
     numbers[4] = fma(numbers[5], numbers[6], numbers[7])
 
