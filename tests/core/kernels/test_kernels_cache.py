@@ -76,7 +76,7 @@ def program(tmp_path, monkeypatch):
 
 def forget_sources():
     """Files are read once a process: a change is seen by the next."""
-    for known in (marks._definitions, marks._source_of, marks.contents, marks.digest):
+    for known in (marks._definitions, marks.source_of, marks.contents, marks.digest):
         known.cache_clear()
 
 

@@ -251,13 +251,9 @@ class FunctionSource:
 
 
 @cache
-def _source_of(code: CodeType) -> FunctionSource:
-    return FunctionSource(code)
-
-
 def source_of(function: FunctionType) -> FunctionSource:
     """Return the source of a function."""
-    return _source_of(function.__code__)
+    return FunctionSource(function.__code__)
 
 
 def is_inlined(function: FunctionType) -> bool:

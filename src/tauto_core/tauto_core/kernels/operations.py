@@ -550,7 +550,8 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
     after, blocks = out.block('after'), [block for block, _ in ends]
     together: dict[str, Any] = {}
     for name in dict.fromkeys(name for _, variables in ends for name in variables):
-        found = [variables.get(name, _unset(name)) for _, variables in ends]
+        unset = Conflict(f'{name} may not have been set')
+        found = [variables.get(name, unset) for _, variables in ends]
         together[name] = joined(out, found, blocks, after, name)
     out.go_on(blocks, after)
     return together
@@ -563,13 +564,12 @@ class Header:
 
     Attributes:
         out: the function that is written.
-        loop: the loop's node in the syntax tree.
         preheader: the block before the loop.
         block: the header's block.
     """
 
-    def __init__(self, out: Emission, loop: Any, preheader: ir.Block, block: ir.Block) -> None:
-        self.out, self.loop, self.preheader, self.block = out, loop, preheader, block
+    def __init__(self, out: Emission, preheader: ir.Block, block: ir.Block) -> None:
+        self.out, self.preheader, self.block = out, preheader, block
 
     def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
         """Return a variable in the header, and what adds its value at the end of a round."""
@@ -630,10 +630,6 @@ def common_kind(values: Sequence[Any]) -> NumberKind | None:
     if all(kind in (FLOAT, INT, BOOL) for kind in kinds):
         return FLOAT if FLOAT in kinds else INT
     return None
-
-
-def _unset(name: str) -> Conflict:
-    return Conflict(f'{name} may not have been set')
 
 
 def _same(x: Any, y: Any) -> bool:

@@ -479,7 +479,12 @@ class Frame(Scope):
             raise KernelError('kernels know no loop with else')
         out, b = self.out, self.out.b
         preheader, header = b.block, out.block('loop')
-        back_edges = self._carry(Header(out, s, preheader, header))
+        # the variables that the loop sets have in its header the values that it carries
+        before, self.variables = self.variables, dict(self.variables)
+        head, back_edges = Header(out, preheader, header), dict[str, BackEdge]()
+        for name in assigned_in(s):
+            if name in before:
+                self.variables[name], back_edges[name] = head.carried(before[name], name)
         b.position_at_end(header)
         if count is not None:
             i = b.phi(WORD)
@@ -513,14 +518,6 @@ class Frame(Scope):
                 i.add_incoming(b.add(i, by, flags=('nsw',)), latch)
             b.branch(header)
         self._go_on_from([(after, in_header), *loop.left])
-
-    def _carry(self, header: Header) -> dict[str, BackEdge]:
-        """Give the variables that a loop sets the values that they have in its header."""
-        before, self.variables, back_edges = self.variables, dict(self.variables), {}
-        for name in assigned_in(header.loop):
-            if name in before:
-                self.variables[name], back_edges[name] = header.carried(before[name], name)
-        return back_edges
 
     def do_Break(self, _s: Any) -> None:
         self.loops[-1].left.append((self.out.b.block, self.variables))

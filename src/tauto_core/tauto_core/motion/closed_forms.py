@@ -107,7 +107,19 @@ class Harmonic(ClosedForm):
         turned = np.pi * fraction
         sign = np.where(half % 2, -1.0, 1.0)
         cosine, sine = sign * np.cos(turned), sign * np.sin(turned)
-        angle, rate, torque = self._swing(cosine, sine)
+        if machine.is_linear:
+            angle = machine.release_angle * cosine
+            rate = -machine.release_angle * omega * sine
+            torque = -machine.inertia * omega * omega * angle
+        else:
+            # from ṡ = √M ϑ̇ and s̈ = −ω²s: ϑ̈ = −(ω²s + m t t' ϑ̇²/√M)/√M
+            top = float(machine.arc(machine.release_angle))
+            angle = machine.angle_of_arc(top * cosine)
+            root = np.sqrt(machine.mass(angle))
+            rate = -top * omega * sine / root
+            arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
+            ride = machine.carried_mass * arm * slope * rate * rate / root
+            torque = -machine.inertia * (omega * omega * top * cosine + ride) / root
         return Motion(
             angle=angle,
             rate=rate,
@@ -117,27 +129,6 @@ class Harmonic(ClosedForm):
             phase_rate=np.full(len(time_ns), omega),
             beats=half + (fraction > 0.5),
         )
-
-    def _swing(
-        self, cosine: FloatArray, sine: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return ϑ, ϑ̇ and the torque Iϑ̈ where the phase has this cosine and sine.
-
-        From ṡ = √M ϑ̇ and s̈ = −ω²s: ϑ̈ = −(ω²s + m t t' ϑ̇²/√M)/√M.
-        """
-        machine = self._machine
-        omega = machine.frequency
-        if machine.is_linear:
-            angle = machine.release_angle * cosine
-            rate = -machine.release_angle * omega * sine
-            return angle, rate, -machine.inertia * omega * omega * angle
-        top = float(machine.arc(machine.release_angle))
-        angle = machine.angle_of_arc(top * cosine)
-        root = np.sqrt(machine.mass(angle))
-        rate = -top * omega * sine / root
-        arm, slope = machine.cam.lever_arm(angle), machine.cam.lever_rate(angle)
-        ride = machine.carried_mass * arm * slope * rate * rate / root
-        return angle, rate, -machine.inertia * (omega * omega * top * cosine + ride) / root
 
 
 # -----------------------------------------------------------------------------

@@ -232,14 +232,11 @@ class RealThreads(Stepped):
             time_s,
         )
 
-    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
-        """Return the phase within a turn, of s of the lever or u of the thread (`phase.polar`)."""
+    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+        """Return the phase within a turn, of s of the lever or u of the thread, and its rate."""
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        return polar(x, speed, acceleration, self._machine.frequency)
-
-    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
-        x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        return polar_rate(x, speed, acceleration, self._machine.frequency)
+        seen = x, speed, acceleration, self._machine.frequency
+        return polar(*seen), polar_rate(*seen)
 
 
 def _case(forcing: Forcing) -> CaseAtStart:

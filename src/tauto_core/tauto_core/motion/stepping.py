@@ -88,19 +88,6 @@ spring that makes the well strongly anharmonic.
 """
 
 
-def settled_at(tolerance: float) -> float:
-    """Return the accuracy of the stage equations, relative to the state."""
-    return max(LEAST_SETTLED, ITERATION_SHARE * tolerance)
-
-
-def carried_within(tolerance: float) -> float:
-    """Return the distance within which the midpoint rule carries a state to an event [rad].
-
-    Its error, a 24th of the cube of the angle, is then as much as the iteration may have.
-    """
-    return float(np.cbrt(24.0 * ITERATION_SHARE * tolerance))
-
-
 @inlined
 def step_error(factor: float, last: float, newton: bool) -> float:
     """Return the error of a step relative to the state, from what `collocate` returned.
@@ -396,7 +383,11 @@ def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance
     `coarsen` is the share of the error allowed below which steps double.
     """
     step = TOLERANCE if step is None else step
-    return Tolerance(step, factor, settled_at(step), carried_within(step), step * coarsen)
+    settled = max(LEAST_SETTLED, ITERATION_SHARE * step)
+    # the midpoint rule that carries a state to an event errs by a 24th of the cube of the angle,
+    # which is then as much as the iteration may
+    near = float(np.cbrt(24.0 * ITERATION_SHARE * step))
+    return Tolerance(step, factor, settled, near, step * coarsen)
 
 
 class Stepped(ABC):
@@ -428,12 +419,8 @@ class Stepped(ABC):
         """Return the system for the channels that the forcing has."""
 
     @abstractmethod
-    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
-        """Return the phase within a turn (phase.polar)."""
-
-    @abstractmethod
-    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
-        """Return φ̇ [rad/s]."""
+    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+        """Return the phase within a turn (`phase.polar`) and its rate φ̇ [rad/s]."""
 
     @abstractmethod
     def _failure(self, code: int, time_s: float) -> PropagationError:
@@ -456,7 +443,7 @@ class Stepped(ABC):
             self._work,
             row.reshape(()),
         )
-        self._start_angle = float(self._within_turn(row)[0])
+        self._start_angle = float(self._phase(row)[0][0])
         return row, tension
 
     def _run(
@@ -489,16 +476,15 @@ class Stepped(ABC):
         return self._motion(rows) if len(rows) else no_motion()
 
     def _motion(self, rows: NDArray[np.void]) -> Motion:
-        half_turns, fraction = since_start(
-            rows['turns'], self._within_turn(rows), self._start_angle
-        )
+        turned, phase_rate = self._phase(rows)
+        half_turns, fraction = since_start(rows['turns'], turned, self._start_angle)
         return Motion(
             angle=rows['angle'],
             rate=rows['rate'],
             torque=self._inertia * rows['torque'],
             half_turns=half_turns,
             fraction=fraction,
-            phase_rate=self._phase_rate(rows),
+            phase_rate=phase_rate,
             beats=rows['beats'].copy(),
         )
 

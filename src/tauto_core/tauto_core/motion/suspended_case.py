@@ -461,7 +461,16 @@ class AxleModes:
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts; the lift does not matter."""
         piece = bearing.piece
-        shape, shapes = _shapes(bearing)
+        kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
+        shapes: list[SpanShape] = []
+        first: list[int] = []
+        for length_ns, parts in kinds:
+            first.append(len(shapes))
+            ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1)) / length_ns
+            shapes += [SpanShape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
+        # from a part's index among all parts to that among the parts of its piece
+        shift = np.array(first)[kind] - (np.cumsum(bearing.parts) - bearing.parts)
+        shape = np.arange(len(piece)) + shift[piece]
         # each part is a span, over which u = ÿ has the coefficients of its piece
         sway = np.ascontiguousarray(bearing.sway)
         u = Polynomials(np.empty(0), np.empty(0), -1 - piece, sway)
@@ -487,17 +496,3 @@ class AxleModes:
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         self._swings = [swing.copy() for swing in state['swings']]
-
-
-def _shapes(bearing: BearingMotion) -> tuple[IntArray, tuple[SpanShape, ...]]:
-    """Return the index of each part's shape, (Σ parts,), and the shapes."""
-    kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
-    shapes: list[SpanShape] = []
-    first: list[int] = []
-    for length_ns, parts in kinds:
-        first.append(len(shapes))
-        ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1)) / length_ns
-        shapes += [SpanShape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
-    # from a part's index among all parts to that among the parts of its piece
-    shift = np.array(first)[kind] - (np.cumsum(bearing.parts) - bearing.parts)
-    return np.arange(len(bearing.piece)) + shift[bearing.piece], tuple(shapes)

@@ -194,29 +194,14 @@ def _functions(u: FloatArray, limit: float, k: float, rate: float) -> tuple[Floa
     angles = angles_of(arcs, k)
     square = (k * angles) ** 2
     n = 1.0 / np.sqrt(1.0 + square)
-    return (
-        n,
-        rate * _departure(angles, arcs, n, square) / u,
-        angles / arcs,
-    )
-
-
-def _departure(
-    angles: FloatArray, arcs: FloatArray, n: FloatArray, square: FloatArray
-) -> FloatArray:
-    """Return nϑ/s − 1 = ((n − 1) ϑ − (s − ϑ))/s without cancellation.
-
-    s − ϑ = ½ϑ (√(1 + k²ϑ²) − 1 + asinh(kϑ)/(kϑ) − 1) and n − 1 = −k²ϑ²n²/(1 + n).
-    """
+    # nϑ/s − 1 = ((n − 1) ϑ − (s − ϑ))/s without cancellation: n − 1 = −k²ϑ²n²/(1 + n) and
+    # s − ϑ = ½ϑ (√(1 + k²ϑ²) − 1 + asinh(kϑ)/(kϑ) − 1)
     x = np.sqrt(square)
-    asinh = np.where(
-        x < _SERIES_TO,
-        square * polyval(square, _ASINH),
-        np.arcsinh(x) / x - 1.0,
-    )
+    series = square * polyval(square, _ASINH)
+    asinh = np.where(x < _SERIES_TO, series, np.arcsinh(x) / x - 1.0)
     longer = 0.5 * angles * (square / (1.0 + np.sqrt(1.0 + square)) + asinh)
     shorter = -square * n * n / (1.0 + n)
-    return (shorter * angles - longer) / arcs
+    return n, rate * ((shorter * angles - longer) / arcs) / u, angles / arcs
 
 
 # -----------------------------------------------------------------------------

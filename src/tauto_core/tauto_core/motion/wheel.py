@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines.drags import Drag
 from tauto_core.motion import stepping
 from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
-from tauto_core.motion.gauss_step import Gauss, Omega, Planes, Work, gauss_constants
+from tauto_core.motion.gauss_step import Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -651,37 +652,26 @@ def longest_step(
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:
-        last = _last_coefficient(machine, shape, constants, omega, amplitude, angle)
+        # the largest last Legendre coefficient of steps of ωh = angle, relative to the state, at
+        # all phases but those over a kink
+        last = 0.0
+        if amplitude != 0.0:
+            phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
+            turned = constants.nodes * angle
+            x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
+            if machine.cam.kinked:
+                within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
+                x, y = x[within], y[within]
+            d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
+            cosine, sine = np.cos(turned), np.sin(turned)
+            slopes = cosine * d1 - sine * d2, sine * d1 + cosine * d2
+            tail = constants.projection[-1]
+            tails = [np.max(np.abs(slope @ tail), initial=0.0) for slope in slopes]
+            last = angle / omega * float(max(tails)) / abs(amplitude)
         return step_error(factor, last, False) <= TOLERANCE_SHARE * tolerance
 
     # the coefficient falls with the length of the step; the shortest is taken whatever its error
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
-
-
-def _last_coefficient(
-    machine: Machine,
-    shape: ArcShape | None,
-    constants: Gauss,
-    omega: float,
-    amplitude: float,
-    angle: float,
-) -> float:
-    """Return the largest last Legendre coefficient of steps of ωh = angle, relative to the state.
-
-    Steps at all phases are tried, but for those over a kink.
-    """
-    if amplitude == 0.0:
-        return 0.0
-    phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
-    turned = constants.nodes * angle
-    x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
-    if machine.cam.kinked:
-        within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
-        x, y = x[within], y[within]
-    d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
-    slopes = np.cos(turned) * d1 - np.sin(turned) * d2, np.sin(turned) * d1 + np.cos(turned) * d2
-    tails = [np.max(np.abs(slope @ constants.projection[-1]), initial=0.0) for slope in slopes]
-    return angle / omega * float(max(tails)) / abs(amplitude)
 
 
 def disturbance_on_land(
@@ -714,11 +704,6 @@ def disturbance_on_land(
 # of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
 
 
-def _or_none(value: float, inertia: float) -> float | None:
-    """Return a term per inertia; None if it is zero, so that compiled code does without it."""
-    return value / inertia if value else None
-
-
 class Collocation(Stepped):
     """Propagator of any machine with one degree of freedom."""
 
@@ -744,26 +729,31 @@ class Collocation(Stepped):
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
     def _moved(self, forcing: Forcing) -> Moved:
-        """Return the machine's numbers per inertia, absent ones as None."""
+        """Return the machine's numbers per inertia."""
         machine = self._machine
         inertia = machine.inertia
+
+        def share(value: float) -> float | None:
+            # None for a term that is zero, so that compiled code does without it
+            return value / inertia if value else None
+
         force, weight = machine.force, machine.pulling_mass
         if forcing.gravity is None:
             force, weight = force + weight * machine.gravity, 0.0
-        drag, escapement = machine.drag, machine.escapement
+        drag, escapement = machine.drag or Drag(), machine.escapement
         per_inertia = PerInertia(
-            carried=_or_none(machine.carried_mass, inertia),
-            force=_or_none(force, inertia),
-            stiffness=_or_none(machine.stiffness, inertia),
-            weight=_or_none(weight, inertia),
-            viscous=_or_none(drag.viscous, inertia) if drag else None,
-            quadratic=_or_none(drag.quadratic, inertia) if drag else None,
-            coulomb=_or_none(drag.coulomb, inertia) if drag else None,
+            carried=share(machine.carried_mass),
+            force=share(force),
+            stiffness=share(machine.stiffness),
+            weight=share(weight),
+            viscous=share(drag.viscous),
+            quadratic=share(drag.quadratic),
+            coulomb=share(drag.coulomb),
             impulse=Impulse(2.0 * escapement.energy / inertia, escapement.ebb)
             if escapement
             else None,
-            recoil=_or_none(escapement.recoil, inertia) if escapement else None,
-            law=drag.law(inertia) if drag else None,
+            recoil=share(escapement.recoil) if escapement else None,
+            law=drag.law(inertia),
         )
         channels = forcing.neutral, forcing.tilt, forcing.gravity
         wheel = Wheel(
@@ -776,7 +766,6 @@ class Collocation(Stepped):
             range=machine.cam.range_rad,
             gravity=machine.gravity,
         )
-
         return Moved(wheel, (self._omega,))
 
     def release(self, forcing: Forcing) -> Motion:
@@ -803,10 +792,7 @@ class Collocation(Stepped):
             time_s,
         )
 
-    def _within_turn(self, rows: NDArray[np.void]) -> FloatArray:
+    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
         angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        return within_turn(self._machine, angle, rate, bend)
-
-    def _phase_rate(self, rows: NDArray[np.void]) -> FloatArray:
-        angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        return phase_rate(self._machine, angle, rate, bend)
+        seen = self._machine, angle, rate, bend
+        return within_turn(*seen), phase_rate(*seen)
