@@ -494,7 +494,10 @@ def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | No
 def too_sharp(
     cam: Cam, radius: float, reach_rad: float | None = None
 ) -> list[tuple[float, float]]:
-    """Return the intervals of angles [rad] where R is less than half a thread's thickness [m]."""
+    """Return the intervals of angles [rad] where R is less than half a thread's thickness [m].
+
+    A radius of 0 finds hollows.
+    """
     edge = cam.drawn_rad if reach_rad is None else reach_rad
     found: list[tuple[float, float]] = []
     start = 0.0

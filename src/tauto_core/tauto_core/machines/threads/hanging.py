@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
@@ -53,23 +53,14 @@ class SwingError(TautoError):
     """A swing for which no common periodic motion of wheel and thread was found."""
 
 
-class CommonSwing(NamedTuple):
-    """A periodic swing: its period [s], and ψ, δ [rad] their rates at n instants of a quarter."""
-
-    period: float
-    psi: FloatArray
-    delta: FloatArray
-    psi_rate: FloatArray
-    delta_rate: FloatArray
-
-
 def common_swing(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float
-) -> CommonSwing:
+) -> tuple[float, list[FloatArray]]:
     """Return the periodic swing of an amplitude of ψ, continued from a mode of small swings.
 
-    `accelerations` gives ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays; the mode has a frequency and
-    `share`, its δ/ψ. SwingError: no such swing is found, or it takes more than 128 terms.
+    That is its period [s], and ψ, δ [rad], ψ̇, δ̇ at n instants of a quarter. `accelerations`
+    gives ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays; the mode has a frequency and `share`, its
+    δ/ψ. SwingError: no such swing is found, or it takes more than 128 terms.
     """
     terms = _FEWEST_TERMS
     while terms <= _MOST_TERMS:
@@ -78,8 +69,7 @@ def common_swing(
             break
         if np.max(np.abs(found[[terms - 2, terms - 1, -3, -2]])) <= _TAIL * amplitude:
             angles, rates, _ = _along(found[None], terms)
-            parts = [part[0] for part in (*angles, *rates)]
-            return CommonSwing(math.tau / float(found[-1]), *parts)
+            return math.tau / float(found[-1]), [part[0] for part in (*angles, *rates)]
         terms *= 2
     raise SwingError(
         f'at {amplitude:.6g} rad wheel and thread have no common swing that continues the mode of '
@@ -304,17 +294,17 @@ class HangingMachine:
                 f'{self.range_rad:.6g} rad. Use a smaller amplitude or a longer thread'
             )
         share = self.modes.B_prime if self.wheel_is_fast else self.modes.B
-        swing = common_swing(
+        period, course = common_swing(
             self.accelerations, amplitude, self.frequency, self.base_radius / share
         )
-        taut = self.tension(swing.psi, swing.delta, swing.psi_rate, swing.delta_rate) > 0.0
+        taut = self.tension(*course) > 0.0
         if not taut.all():
-            where = float(swing.psi[~taut][0])
+            where = float(course[0][~taut][0])
             raise SlackThreadError(
                 f'the thread goes slack at an angle of {where!r} rad of the wheel; use a smaller '
                 'amplitude or a lighter weight'
             )
-        return swing.period
+        return period
 
 
 class HangingThread(ThreadKind):
