@@ -634,17 +634,14 @@ def checked_scene(
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
-        found = explain(error, Scene)
-    raise _scene_error(origin, tuple(_naming_given(each, given) for each in found)) from None
-
-
-def _naming_given(problem: Problem, given: Mapping[str, object]) -> Problem:
-    place = problem.key.replace('[', '.').replace(']', '') + '.'
-    path = next((each for each in given if place.startswith(f'{each}.')), None)
-    if path is None:
-        return problem
-    said = f"{problem.problem} ({path} is given, in place of the scene's)"
-    return Problem(problem.key, problem.value, said, problem.remedy)
+        found = list(explain(error, Scene))
+    for index, each in enumerate(found):
+        place = each.key.replace('[', '.').replace(']', '') + '.'
+        path = next((path for path in given if place.startswith(f'{path}.')), None)
+        if path is not None:
+            said = f"{each.problem} ({path} is given, in place of the scene's)"
+            found[index] = Problem(each.key, each.value, said, each.remedy)
+    raise _scene_error(origin, tuple(found))
 
 
 def _scene_error(origin: str, found: tuple[Problem, ...]) -> SceneError:

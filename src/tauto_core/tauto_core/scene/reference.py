@@ -345,13 +345,13 @@ def all_that_go() -> tuple[dict[str, str], ...]:
     every = [[kind_of(model) for model in kinds_in(folder)] for folder in FOLDERS.values()]
     every[-1].insert(0, '')
     rows = (dict(zip(FOLDERS, row, strict=True)) for row in product(*every))
-    return tuple(sorted(filter(lambda row: goes_together(**row), rows), key=_oddity))
 
+    def oddity(row: Mapping[str, str]) -> tuple[int, int]:
+        # how many kinds are unusual, and whether cam and power are among them
+        odd = [key for key, usual in _USUAL.items() if row[key] != usual]
+        return len(odd), sum(key in ('cam', 'power') for key in odd)
 
-def _oddity(row: Mapping[str, str]) -> tuple[int, int]:
-    """Return how many kinds are unusual, and whether cam and power are among them."""
-    odd = [key for key, usual in _USUAL.items() if row[key] != usual]
-    return len(odd), sum(key in ('cam', 'power') for key in odd)
+    return tuple(sorted(filter(lambda row: goes_together(**row), rows), key=oddity))
 
 
 def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:

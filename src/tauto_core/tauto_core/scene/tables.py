@@ -310,7 +310,37 @@ def read_table(
             limits or out of order. With the line.
     """
     with _opened(path, divided, remedy) as rows:
-        table = _table(path, rows, columns, remedy)
+        _, header = next(rows, (1, []))
+        wanted: list[tuple[Column, int, array[float]]] = []
+        for column in columns:
+            if header.count(column.name) > 1 or not (column.optional or column.name in header):
+                what = 'is named more than once' if column.name in header else 'is missing'
+                problem = f'{what}; the columns are {", ".join(header) or "none"}'
+                raise SceneError(path, f'line 1, column {column.name}', ABSENT, problem, remedy)
+            if column.name in header:
+                wanted.append((column, header.index(column.name), array('d')))
+        wanted.sort(key=lambda each: each[0].gaps != 'skip')
+        places = array('q')
+        for line, cells in rows:
+            if not ''.join(cells).strip():
+                continue
+            if len(cells) != len(header):
+                problem = f'has {len(cells)} cells, the header {len(header)}'
+                raise SceneError(path, f'line {line}', ABSENT, problem, CORRECT)
+            found = []
+            for column, place, _ in wanted:
+                number = column.number(path, line, cells[place])
+                if column.gaps == 'skip' and math.isnan(number):
+                    break
+                found.append(number)
+            else:
+                places.append(line)
+                for (_, _, numbers), number in zip(wanted, found, strict=True):
+                    numbers.append(number)
+    if not places and not any(column.gaps == 'skip' for column in columns):
+        raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)
+    values = {column.name: np.array(numbers) for column, _, numbers in wanted}
+    table = Columns(path, values, np.array(places, np.int64))
     table.check(*(column for column in columns if column.name in table))
     return table
 
@@ -353,42 +383,6 @@ def _cells(lines: Iterable[str], divided: str) -> Iterator[tuple[int, list[str]]
             yield number, text.lstrip('#').split()
         elif not text.startswith('#'):
             yield number, text.split()
-
-
-def _table(
-    path: str, rows: Iterator[tuple[int, list[str]]], columns: Sequence[Column], remedy: str
-) -> Columns:
-    _, header = next(rows, (1, []))
-    wanted: list[tuple[Column, int, array[float]]] = []
-    for column in columns:
-        if header.count(column.name) > 1 or not (column.optional or column.name in header):
-            what = 'is named more than once' if column.name in header else 'is missing'
-            problem = f'{what}; the columns are {", ".join(header) or "none"}'
-            raise SceneError(path, f'line 1, column {column.name}', ABSENT, problem, remedy)
-        if column.name in header:
-            wanted.append((column, header.index(column.name), array('d')))
-    wanted.sort(key=lambda each: each[0].gaps != 'skip')
-    places = array('q')
-    for line, cells in rows:
-        if not ''.join(cells).strip():
-            continue
-        if len(cells) != len(header):
-            problem = f'has {len(cells)} cells, the header {len(header)}'
-            raise SceneError(path, f'line {line}', ABSENT, problem, CORRECT)
-        found = []
-        for column, place, _ in wanted:
-            number = column.number(path, line, cells[place])
-            if column.gaps == 'skip' and math.isnan(number):
-                break
-            found.append(number)
-        else:
-            places.append(line)
-            for (_, _, numbers), number in zip(wanted, found, strict=True):
-                numbers.append(number)
-    if not places and not any(column.gaps == 'skip' for column in columns):
-        raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)
-    values = {column.name: np.array(numbers) for column, _, numbers in wanted}
-    return Columns(path, values, np.array(places, np.int64))
 
 
 def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:
