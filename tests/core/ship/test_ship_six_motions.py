@@ -70,7 +70,7 @@ def test_a_ship_that_only_rolls_has_the_readings_of_one_that_only_rolls() -> Non
         y * cosine + (z + G) * sine,
         (z + G) * cosine - y * sine,
     )
-    np.testing.assert_array_equal(six.orientation, planar.orientation)
+    np.testing.assert_allclose(six.orientation, planar.orientation, atol=2e-16)
     np.testing.assert_array_equal(six.angular_velocity, planar.angular_velocity)
     np.testing.assert_allclose(six.linear_acceleration, planar.linear_acceleration, atol=1e-14)
     for plane in ('free', 'vertical', 'ship'):

@@ -209,6 +209,53 @@ def encode_imu(
             store(force, 3 * i + row, interleaved((zero, y, z), row))
 
 
+@entry
+def encode_six(
+    roll: FloatArray,
+    pitch: FloatArray,
+    yaw: FloatArray,
+    roll_rate: FloatArray,
+    pitch_rate: FloatArray,
+    yaw_rate: FloatArray,
+    forward: FloatArray,
+    port: FloatArray,
+    up: FloatArray,
+    orientation: FloatArray,
+    angular_velocity: FloatArray,
+    force: FloatArray,
+) -> None:
+    """Fill the readings of an IMU on a ship with six motions (`six_motions.imu_from_motions`).
+
+    Inputs have the shape (n,), outputs (n', 4) and (n', 3) with n' >= n a multiple of eight. `up`
+    contains gravity.
+    """
+    for i in range(len(orientation) // SIZE):
+        sr, cr = half_angles(0.5 * eight(roll, i))
+        sp, cp = half_angles(0.5 * eight(pitch, i))
+        sy, cy = half_angles(0.5 * eight(yaw, i))
+        turned = (
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        )
+        sr, cr = 2.0 * sr * cr, (cr - sr) * (cr + sr)
+        sp, cp = 2.0 * sp * cp, (cp - sp) * (cp + sp)
+        sy, cy = 2.0 * sy * cy, (cy - sy) * (cy + sy)
+        x, y, z = eight(forward, i), eight(port, i), eight(up, i)
+        # along the mean heading turned by the yaw, then by the pitch, then by the roll
+        ahead, aside = cy * x + sy * y, cy * y - sy * x
+        deck = sp * ahead + cp * z
+        felt = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
+        p, q, r = eight(roll_rate, i), eight(pitch_rate, i), eight(yaw_rate, i)
+        turning = p - r * sp, q * cr + r * cp * sr, r * cp * cr - q * sr
+        for row in _FOUR:
+            store(orientation, 4 * i + row, interleaved(turned, row))
+        for row in _THREE:
+            store(angular_velocity, 3 * i + row, interleaved(turning, row))
+            store(force, 3 * i + row, interleaved(felt, row))
+
+
 @inlined
 def specific_force(
     s: Any,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Generic, Literal, NamedTuple, TypeAlias, TypeV
 import numpy as np
 
 from tauto_core.samples import FloatArray, ImuSamples, IntArray
-from tauto_core.ship.imu import sensed
+from tauto_core.ship.imu import contiguous, sensed
 from tauto_core.ship.waves import Encounter, Fades, Harmonics
 
 if TYPE_CHECKING:
@@ -104,33 +104,16 @@ def imu_from_motions(
         acceleration: of the clock forward, to port and up, in level axes [m/s²].
         gravity: gravity, less Eötvös' term [m/s²].
     """
-    halves = [(np.sin(0.5 * each), np.cos(0.5 * each)) for each in angle]
-    (sr, cr), (sp, cp), (sy, cy) = ((2.0 * s * c, c * c - s * s) for s, c in halves)
-    x, y, z = acceleration
-    up = z + gravity
-    # along the mean heading turned by the yaw, then by the pitch, then by the roll
-    ahead, aside = cy * x + sy * y, cy * y - sy * x
-    forward, deck = cp * ahead - sp * up, sp * ahead + cp * up
-    force = np.stack((forward, cr * aside + sr * deck, cr * deck - sr * aside), axis=1)
-    turning = np.stack(
-        (
-            rate.roll - rate.yaw * sp,
-            rate.pitch * cr + rate.yaw * cp * sr,
-            rate.yaw * cp * cr - rate.pitch * sr,
-        ),
-        axis=1,
-    )
-    (sr, cr), (sp, cp), (sy, cy) = halves
-    orientation = np.stack(
-        (
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ),
-        axis=1,
-    )
-    return sensed(stamp_ns, orientation, turning, force)
+    from tauto_core.ship.kernels import encode_six  # imports kernels
+
+    n = len(stamp_ns)
+    whole = -(-n // 8) * 8
+    orientation = np.empty((whole, 4))
+    turning, force = np.empty((whole, 3)), np.empty((whole, 3))
+    forward, port, up = acceleration
+    parts = (*angle, *rate, forward, port, up + gravity)
+    encode_six(*map(contiguous, parts), orientation, turning, force)
+    return sensed(stamp_ns, orientation[:n], turning[:n], force[:n])
 
 
 def force_in_plane(imu: ImuSamples, plane: Plane) -> FloatArray:
