@@ -36,11 +36,9 @@ _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 class Report:
     """The report of a node on `_tauto/credit`; the latest one replaces all earlier ones.
 
-    Args:
-        node: its name in the namespace.
-        taken: messages taken so far, of each topic it subscribes to.
-        matched: those of its topics that have found a publisher.
-        ready: whether its publishers have found all their subscribers.
+    It tells the messages `taken` so far of each topic that the node subscribes to, which of these
+    have found a publisher (`matched`), and whether its publishers have found all their
+    subscribers (`ready`).
     """
 
     node: str
@@ -101,14 +99,10 @@ class End:
 
 @dataclass
 class Flow:
-    """One node's view of the graph.
+    """One node's view of the graph, which names all nodes, its own included, and its topics.
 
-    Args:
-        node: its own name.
-        graph: names of all nodes of the graph, its own included.
-        inputs, outputs: its topics.
-        heard_s: when each node was last heard, by `time.monotonic()` [s].
-        moved_s: when a report last differed from the one before [s].
+    By `time.monotonic()` [s], `heard_s` tells when each node was last heard, `moved_s` when a
+    report last differed from the one before.
     """
 
     node: str

@@ -44,8 +44,7 @@ if TYPE_CHECKING:
 class Registered(Mapping[str, Any]):
     """Commands and groups by name, each built when it is first asked for.
 
-    Args:
-        register: with whose decorators they are registered; later ones count, too.
+    Those count, too, that the decorators of `register` register later.
     """
 
     def __init__(self, register: typer.Typer) -> None:

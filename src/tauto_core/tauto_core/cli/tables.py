@@ -405,17 +405,6 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
 # -----------------------------------------------------------------------------
 # Several clocks through the same sea, side by side.
 
-COLUMNS = ('rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi')
-PRIZES = ('dial\n£', 'rated\n£')
-
-_CAPTION = (
-    'rate: mean of the run; spread: standard deviation of the rates over {} each; nmi: east of '
-    'the truth, by the dial, and rated: corrected for the rate found in port, in the same sea; '
-    '{}'
-)
-_PRIZE = '£: what the Act of 1714 pays'
-_TOO_SHORT = 'the Act of 1714 pays nothing for a voyage of less than six weeks'
-
 
 def failures(result: Comparison) -> list[str]:
     """Return why clocks stopped: one line for each clock and case, at its first such roll."""
@@ -430,10 +419,14 @@ def comparison_table(result: Comparison) -> Table:
     """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
     releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
     judged = any(row.prize_pounds is not None for row in result.rows)
+    pays = 'pays nothing for a voyage of less than six weeks'
+    prize = '£: what the Act of 1714 pays' if judged else f'the Act of 1714 {pays}'
     table = WholeTable(
         title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
         title_justify='left',
-        caption=_CAPTION.format(span(result.piece_s), _PRIZE if judged else _TOO_SHORT),
+        caption=f'rate: mean of the run; spread: standard deviation of the rates over '
+        f'{span(result.piece_s)} each; nmi: east of the truth, by the dial, and rated: corrected '
+        f'for the rate found in port, in the same sea; {prize}',
         caption_justify='left',
         box=box.SIMPLE_HEAD,
         show_edge=False,
@@ -442,7 +435,8 @@ def comparison_table(result: Comparison) -> Table:
     rolls = len({row.roll_deg for row in result.rows}) > 1
     table.add_column('clock')
     table.add_column('case', no_wrap=True)
-    for name in (*['roll\n°'] * rolls, *COLUMNS, *PRIZES[: 2 * judged]):
+    columns = ('rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi')
+    for name in (*['roll\n°'] * rolls, *columns, *('dial\n£', 'rated\n£')[: 2 * judged]):
         table.add_column(name, justify='right', no_wrap=True)
     for row in result.rows:
         roll = [significant(row.roll_deg)] * rolls

@@ -141,15 +141,9 @@ def say(words: str) -> None:
 
 
 def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
-    """Print and return warnings about a scene to be sailed; refuse it beyond all that is known.
+    """Print and return warnings about a scene to be sailed, `origin` as the user named it.
 
-    Args:
-        scene: the scene.
-        origin: file or name that the user gave.
-        anyway: do not refuse it.
-
-    Raises:
-        SceneError: see `readiness.check_known`.
+    Beyond all that is known it is refused by SceneError, unless it is to sail `anyway`.
     """
     from tauto_core.checks.readiness import check_known, oddities
     from tauto_core.scene.errors import naming
@@ -194,9 +188,7 @@ def say_warnings() -> None:
 def print_rich(*parts: RenderableType, err: bool = False) -> None:
     """Print texts and tables below each other, without blanks at the ends of lines.
 
-    Args:
-        parts: what to print; a text stands as it is, without rich's markup.
-        err: whether on stderr, in place of stdout.
+    A text stands as it is, without rich's markup.
     """
     from rich.console import Console
 
