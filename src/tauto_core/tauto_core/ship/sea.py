@@ -40,7 +40,21 @@ def spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     right[0] = ((h[0] + 2.0 * first) * h[1] * chord[0] + h[0] ** 2 * chord[1]) / first
     below[-1], diagonal[-1] = last, h[-2]
     right[-1] = (h[-1] ** 2 * chord[-2] + (2.0 * last + h[-1]) * h[-2] * chord[-1]) / last
-    return _hermite(x, y, _tridiagonal(below, diagonal, above, right), at)
+    # without pivots, which this system does not need
+    rows = zip(*(each.tolist() for each in (below, diagonal, above, right)), strict=True)
+    _, pivot, beyond, value = next(rows)
+    pivots, aboves, values = [pivot], [beyond], [value]
+    for low, middle, high, wanted in rows:
+        factor = low / pivot
+        pivot, value = middle - factor * beyond, wanted - factor * value
+        beyond = high
+        pivots.append(pivot)
+        aboves.append(high)
+        values.append(value)
+    slopes = [0.0]
+    for pivot, beyond, value in zip(*map(reversed, (pivots, aboves, values)), strict=True):
+        slopes.append((value - beyond * slopes[-1]) / pivot)
+    return _hermite(x, y, np.array(slopes[:0:-1]), at)
 
 
 def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
@@ -74,29 +88,6 @@ def _hermite(x: FloatArray, y: FloatArray, slopes: FloatArray, at: FloatArray) -
     square = u * u
     value = y[i] + slopes[i] * u + ((chord - slopes[:-1]) / h - bend)[i] * square
     return np.asarray(value + (bend / h)[i] * (square * u))
-
-
-def _tridiagonal(
-    below: FloatArray, diagonal: FloatArray, above: FloatArray, right: FloatArray
-) -> FloatArray:
-    """Solve a tridiagonal system without pivots, which the spline's does not need.
-
-    Row i is below_i s_i−1 + diagonal_i s_i + above_i s_i+1 = right_i.
-    """
-    rows = zip(*(each.tolist() for each in (below, diagonal, above, right)), strict=True)
-    _, pivot, beyond, value = next(rows)
-    pivots, aboves, values = [pivot], [beyond], [value]
-    for low, middle, high, wanted in rows:
-        factor = low / pivot
-        pivot, value = middle - factor * beyond, wanted - factor * value
-        beyond = high
-        pivots.append(pivot)
-        aboves.append(high)
-        values.append(value)
-    found = [0.0]
-    for pivot, beyond, value in zip(*map(reversed, (pivots, aboves, values)), strict=True):
-        found.append((value - beyond * found[-1]) / pivot)
-    return np.array(found[:0:-1])
 
 
 LOWEST = 0.5

@@ -174,7 +174,13 @@ class ShipMotion:
         # in weather the acceleration of roll needs the other two, so one pass makes all three
         with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
         self._orders = (0, 1, 2) if with_bend else (0, 1)
-        self._is_planar = _stays_finite(channels.roll, channels.heave, scene)
+        # so far from overflow that no sample can be refused
+        self._is_planar = True
+        if channels.roll is not None:
+            angle, rate, bend = (channels.roll.most(order) for order in range(3))
+            force = scene.g + (0.0 if channels.heave is None else channels.heave.most(2))
+            force += abs(scene.ship.height) * (bend + rate * rate)
+            self._is_planar = max(angle, rate, force) < SQUARABLE
 
     def produce(self, count: int) -> ImuSamples:
         """Return the next samples, at most `count`; an empty batch at the end."""
@@ -243,18 +249,6 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
     """Return the metadata of the ship's motion in a bag, by names such as `sea.seed`."""
     ship = scene.ship
     return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
-
-
-def _stays_finite(
-    roll: Harmonics | Fades | None, heave: Harmonics | Fades | None, scene: Scene
-) -> bool:
-    """Return whether all values are so far from overflow that no sample can be refused."""
-    if roll is None:
-        return True
-    angle, rate, bend = (roll.most(order) for order in range(3))
-    force = scene.g + (0.0 if heave is None else heave.most(2))
-    force += abs(scene.ship.height) * (bend + rate * rate)
-    return max(angle, rate, force) < SQUARABLE
 
 
 def _sampled(
