@@ -406,9 +406,7 @@ class Entry:
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
 
     def prepare(self, *args: Any) -> None:
-        """Compile or load the code that a call with such arguments needs; it may raise
-        KernelError.
-        """
+        """Compile or load the code for such arguments; KernelError if that cannot be done."""
         structures = [structure_of(arg) for arg in args]
         with _LOCK:
             pack = packer(structures, self.__name__.replace('<lambda>', 'function'))
@@ -449,15 +447,23 @@ class Entry:
 
         What is kept of the first effort is taken, else of the next; else the last is made.
         """
-        from tauto_core.kernels.program import loaded
+        from tauto_core.kernels.program import Program, loaded, object_code, processor
 
         for effort in efforts:
             file, name = self._file_and_name(structures, effort)
             kept = read(file)
             if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
                 return kept[0]['result'], loaded(kept[1], name), effort
-        layout, code = self._translated(structures, efforts[-1])
-        return layout, loaded(code, name), effort
+        # file, name and effort are now the last ones
+        with compiling(f'{self.python.__module__}.{self.python.__qualname__}') as translated:
+            program = Program(self.python, structures, name)
+            text = str(program.module)
+            translated(text.count('\n') / effort.lines_per_s)
+            code = object_code(text, processor(), effort)
+        used = program.used
+        header = {'files': _compiler() | used.files, 'names': used.names, 'result': program.result}
+        write(file, header, code)
+        return program.result, loaded(code, name), effort
 
     def _file_and_name(self, structures: list[Any], effort: Any) -> tuple[str, str]:
         """Return the file in which code is kept, and the name of the entry in it."""
@@ -472,21 +478,6 @@ class Entry:
         )
         tag = hashlib.sha256(identity.encode()).hexdigest()[:32]
         return f'{self.python.__name__}.{tag}', f'{ENTRY}_{tag}'
-
-    def _translated(self, structures: list[Any], effort: Any) -> tuple[Any, bytes]:
-        """Compile, and keep it; return the layout of the result and object code."""
-        from tauto_core.kernels.program import Program, object_code, processor
-
-        function, (file, name) = self.python, self._file_and_name(structures, effort)
-        with compiling(f'{function.__module__}.{function.__qualname__}') as translated:
-            program = Program(function, structures, name)
-            text = str(program.module)
-            translated(text.count('\n') / effort.lines_per_s)
-            code = object_code(text, processor(), effort)
-        used = program.used
-        header = {'files': _compiler() | used.files, 'names': used.names, 'result': program.result}
-        write(file, header, code)
-        return program.result, code
 
 
 def _fits(x: Any) -> bool:
