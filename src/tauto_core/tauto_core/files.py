@@ -33,12 +33,8 @@ _RENAME_EXCHANGE = 2
 def check_place(path: Path, argument: str) -> None:
     """Refuse, before anything runs, a place where no file can be written.
 
-    Args:
-        path: the file.
-        argument: name of the argument that gave it.
-
-    Raises:
-        UsageError: a folder, or in a folder that does not exist or cannot be written.
+    A folder, and a file in a folder that does not exist or cannot be written, is a UsageError that
+    names the argument.
     """
     if path.is_dir():
         raise UsageError(Argument(argument, path), ': is a folder. Name a file')
@@ -53,13 +49,8 @@ def check_place(path: Path, argument: str) -> None:
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file, or replace it; what fails, even by a power cut, leaves what was there before.
 
-    Args:
-        path: the file; a link is followed, and what is no regular file (`/dev/stdout`) receives
-            the content directly.
-        content: what it will hold.
-
-    Raises:
-        OSError: it cannot be written.
+    A link is followed, and what is no regular file (`/dev/stdout`) receives the content directly.
+    What cannot be written is an OSError.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(content)
@@ -82,11 +73,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk.
-
-    Raises:
-        OSError: the disk refuses.
-    """
+    """Wait until the names in a folder are on the disk; an OSError if the disk refuses."""
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     except PermissionError:  # a folder that may be written and not read cannot be synced
@@ -105,15 +92,8 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
     """Hold a lock file for as long as the context lasts; no other process can hold it meanwhile.
 
     The system unlocks a file when the process that locked it ends, however it ends. So a file that
-    is left after a kill stops nobody.
-
-    Args:
-        lock: the file; removed at the end.
-        make: make it if it is not there.
-
-    Raises:
-        BlockingIOError: another writer holds it.
-        OSError: it cannot be made or locked; FileNotFoundError without `make`.
+    is left after a kill stops nobody. The file is removed at the end. Another writer is a
+    BlockingIOError; a file that cannot be locked an OSError, a FileNotFoundError without `make`.
     """
     flags = os.O_RDWR | os.O_NOFOLLOW | (os.O_CREAT if make else 0)
     while True:
@@ -147,15 +127,8 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
 
     Linux exchanges the two names in one step. Where the system or the file system cannot, the old
     folder is renamed to `aside` first: a process that is killed then leaves nothing at `place`,
-    and whoever comes next finds the old one in `aside`.
-
-    Args:
-        new: a folder beside `place`, complete and on the disk.
-        place: an existing folder.
-        aside: a name beside it that is free.
-
-    Raises:
-        OSError: neither was possible; both folders are then where they were.
+    and whoever comes next finds the old one in `aside`. `new` is complete, on the disk, and beside
+    `place`. If neither way is possible both folders stay where they were: OSError.
     """
     if _exchange(new, place):
         old = new
@@ -222,11 +195,7 @@ class OutputError(TautoError):
 
 
 def write_output(path: Path, content: bytes) -> None:
-    """Write a file that the user asked for, as `write_whole` does.
-
-    Raises:
-        OutputError: it cannot be written.
-    """
+    """Write a file that the user asked for, as `write_whole` does; an OutputError if it cannot."""
     try:
         write_whole(path, content)
     except OSError as error:
@@ -237,12 +206,7 @@ def write_output(path: Path, content: bytes) -> None:
 def check_plot(path: Path, argument: str = 'plot') -> None:
     """Refuse, before anything runs, a file to which a figure cannot be written.
 
-    Args:
-        path: the file.
-        argument: name of the argument that gave it.
-
-    Raises:
-        UsageError: a suffix other than .svg, .png and .pdf, or see `check_place`.
+    A suffix other than .svg, .png and .pdf is a UsageError, and so are those of `check_place`.
     """
     if path.suffix not in _NO_DATE:
         wrong = ': must end in .svg, .png or .pdf. Name another file'
@@ -253,14 +217,7 @@ def check_plot(path: Path, argument: str = 'plot') -> None:
 def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot') -> None:
     """Draw a figure and write it to an SVG, PNG or PDF file; replaces the file.
 
-    Args:
-        draw: returns the figure.
-        path: name of the file, ending in .svg, .png or .pdf.
-        argument: name of the argument that gave it, for error messages.
-
-    Raises:
-        OutputError: the file cannot be written.
-        UsageError: see `check_plot`.
+    A file that cannot be written is an OutputError, and see `check_plot`.
     """
     import matplotlib as mpl
 

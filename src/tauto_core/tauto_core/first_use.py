@@ -11,10 +11,8 @@ from typing import Any
 def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     """Return the `__getattr__` (PEP 562) of a package.
 
-    Args:
-        package: its `__name__`.
-        modules: for each name, the module that defines it: one of the package's own, or by its
-            full name.
+    `modules` has, for each name, the module that defines it: one of the package's own, or by its
+    full name.
     """
 
     def find(name: str) -> Any:

@@ -46,12 +46,7 @@ from tauto_core.wording import figure, least, significant, span, to_sigma, with_
 
 
 class Summary:
-    """Keeps the last sample of each topic, and the largest error where a figure needs it.
-
-    Args:
-        scene: the scene of the voyage.
-        machine: the regulator of the scene, if it has been built already.
-    """
+    """Keeps the last sample of each topic, and the largest error where a figure needs it."""
 
     def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
         self._scene, self._built = scene, machine
@@ -250,11 +245,7 @@ def _named(samples: JointSamples) -> dict[str, float]:
 
 
 def answer(result: Mapping[str, Any]) -> str:
-    """Return the answer as a sentence; of a bag that is not whole, after one that says so.
-
-    Args:
-        result: what `voyage.sail` and `voyage.replay` return, without the sentence.
-    """
+    """Return the answer as a sentence; of a bag that is not whole, after one that says so."""
     said = f'{_answer(result)}{_of_a_cork(result)}'
     return f'The bag is not whole. {said}' if result.get('damage') else said
 
@@ -271,11 +262,7 @@ def _of_a_cork(result: Mapping[str, Any]) -> str:
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
-    """Return what is wrong with the bag of a result; empty where nothing is.
-
-    Args:
-        result: as for `answer`.
-    """
+    """Return what is wrong with the bag of a result; empty where nothing is."""
     damage = result.get('damage')
     if not damage:
         return ''

@@ -75,11 +75,8 @@ SAILED_TO_COMPILE_S = 20.0
 class ShipSource:
     """All that comes from the ship, in order of its stamps: scene, motion, position, observations.
 
-    Args:
-        scene: the scene to simulate.
-        motion: the motion of its ship from the start, if it has been built already.
-        says_scene: whether the scene's text comes first.
-        as_messages: whether the motion is needed as messages, besides the clock.
+    The scene's text comes first if `says_scene`. The motion is only for the clock unless it is
+    needed `as_messages` too.
     """
 
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
@@ -147,11 +144,7 @@ class ShipSource:
 
 
 class Pipeline:
-    """Stages in their order: the output of one is fed to all that follow.
-
-    Args:
-        stages: in the order of the flow.
-    """
+    """Stages in their order: the output of one is fed to all that follow."""
 
     def __init__(self, stages: Sequence[Stage]) -> None:
         self._stages = list(stages)
@@ -193,12 +186,7 @@ class Pipeline:
 
 
 def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> Pipeline:
-    """Return the stages of a scene: trochlea, drift, longitude.
-
-    Args:
-        scene: the scene to simulate.
-        machine: the regulator of the scene, if it has been built already.
-    """
+    """Return the stages of a scene: trochlea, drift, longitude; a built machine is used."""
     trochlea = TrochleaStage(scene, machine=machine)
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
 
@@ -520,11 +508,7 @@ def compile_kernels(scene: Scene) -> None:
 
 
 def refused_words(health: Mapping[str, int]) -> str:
-    """Return which samples of the scene's own ship the stages have refused; empty: none.
-
-    Args:
-        health: counters of the stages.
-    """
+    """Return which samples of the scene's own ship the stages have refused; empty: none."""
     refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
     if not refused:
         return ''
@@ -535,12 +519,7 @@ def refused_words(health: Mapping[str, int]) -> str:
 
 
 def bag_scene(bag: Bag) -> Scene:
-    """Return the scene of a bag.
-
-    Raises:
-        BagError: the bag has none.
-        SceneError: it cannot be read.
-    """
+    """Return the scene of a bag; BagError without one, SceneError if it cannot be read."""
     if bag.scene is None:
         raise BagError(
             f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
@@ -554,8 +533,7 @@ def bag_scene(bag: Bag) -> Scene:
 def summarise_bag(path: Path) -> dict[str, Any]:
     """Return the result of a recorded voyage, as `sail` gives it, without the wall time.
 
-    Raises:
-        BagError: not a bag, or without a scene.
+    What is not a bag, or is one without a scene, is a BagError.
     """
     from tauto_core.bags import read_bag
 

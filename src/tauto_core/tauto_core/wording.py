@@ -24,11 +24,6 @@ def figure(value: float | None, unit: str, *, signed: bool = False) -> str:
     """Return a figure of a clock or a longitude whose uncertainty is not known; a dash for None.
 
     It has three digits, less those finer and more as far as the coarsest of PLACES for its unit.
-
-    Args:
-        value: the figure, in the unit.
-        unit: one of PLACES.
-        signed: whether a positive number has a sign too.
     """
     if value is None:
         return '–'
@@ -42,28 +37,17 @@ def figure(value: float | None, unit: str, *, signed: bool = False) -> str:
 
 
 def with_sigma(value: float, sigma: float | None, *, signed: bool = True) -> str:
-    """Return a value ± its standard deviation; without a deviation as `significant` does.
-
-    Args:
-        value: the value.
-        sigma: its standard deviation, in the same unit; None where it is not known.
-        signed: whether a positive value has a sign too.
-    """
+    """Return a value ± its standard deviation; without a deviation as `significant` does."""
     if not sigma:
         return significant(value, signed=signed)
     return f'{to_sigma(value, sigma, signed=signed)} ± {to_sigma(sigma, sigma)}'
 
 
 def to_sigma(value: float, sigma: float, *, signed: bool = False) -> str:
-    """Return a value down to the second significant digit of a standard deviation.
+    """Return a value down to the second significant digit of a standard deviation > 0.
 
     Two digits of a standard deviation are as many as are ever known of it, and the digits of the
-    value behind them are noise (JCGM 100:2008, 7.2.6).
-
-    Args:
-        value: the value; the standard deviation itself gets its two digits.
-        sigma: the standard deviation, > 0, in the same unit.
-        signed: whether a positive value has a sign too.
+    value behind them are noise (JCGM 100:2008, 7.2.6). The deviation itself gets its two digits.
     """
     if not (math.isfinite(value) and math.isfinite(sigma)):
         return significant(value, 2, signed=signed)
@@ -89,11 +73,6 @@ def significant(value: float | None, digits: int = 3, *, signed: bool = False) -
     """Return a number with so many significant digits and grouped thousands; a dash for None.
 
     Numbers below 0.001 in size, and those of seven digits and more, have a power of ten.
-
-    Args:
-        value: the number.
-        digits: significant digits, >= 1.
-        signed: whether a positive number has a sign too.
     """
     if value is None:
         return '–'
@@ -112,9 +91,7 @@ def significant(value: float | None, digits: int = 3, *, signed: bool = False) -
 def printed(value: float, form: str) -> str:
     """Return a number in a format of Python, with a minus sign in place of the hyphen.
 
-    Args:
-        value: the number.
-        form: the format without a width, for example `+z.3f`; a z leaves no minus before a zero.
+    The format has no width, for example `+z.3f`; a z leaves no minus before a zero.
     """
     text = f'{value:{form}}'
     return f'−{text[1:]}' if text.startswith('-') else text

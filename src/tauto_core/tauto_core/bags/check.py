@@ -67,9 +67,7 @@ def _says_cut_short(custom: Mapping[str, Any]) -> bool:
 def check_bag(path: Path) -> Soundness:
     """Read all of a bag and return its faults.
 
-    Raises:
-        BagPlaceError: nothing is there.
-        BagError: no file of it is MCAP.
+    Nothing there is a BagPlaceError, no file of MCAP a BagError.
     """
     found = survey(path)
     for file in found.bag.files:
@@ -81,11 +79,7 @@ def check_bag(path: Path) -> Soundness:
 
 
 def survey(path: Path) -> Soundness:
-    """Read all files of a bag, whatever its indices and metadata say; note damage on the way.
-
-    Raises:
-        BagPlaceError, BagError: as `check_bag`.
-    """
+    """Read all files of a bag, whatever its indices and metadata say; note damage on the way."""
     damage: list[str] = []
     refusals: list[BagError] = []
     files: list[McapFile] = []
@@ -386,18 +380,13 @@ class Recovered:
 def recover_bag(path: Path, out: Path | None = None) -> Recovered:
     """Write a new bag with every message that can be read, as it was recorded.
 
-    The original is only read. Messages keep their bytes, order, log and publish times and
-    sequence numbers; a split bag becomes one file. The new bag is marked `cut_short` unless the
-    recording is known to have ended normally.
+    The original, a folder or an .mcap file, is only read. Messages keep their bytes, order, log
+    and publish times and sequence numbers; a split bag becomes one file. The new bag is marked
+    `cut_short` unless the recording is known to have ended normally. Without `out` it is beside
+    the old one, with `_recovered` appended to its name.
 
-    Args:
-        path: path of the damaged bag, a folder or an .mcap file.
-        out: folder of the new bag, which must not exist; when left out, beside the old one with
-            `_recovered` appended to its name.
-
-    Raises:
-        BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself.
-        BagError: nothing is damaged, no message can be read, or the file system refuses.
+    A BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself. A BagError: nothing
+    is damaged, no message can be read, or the file system refuses.
     """
     found = check_bag(path)
     if not found.damage:

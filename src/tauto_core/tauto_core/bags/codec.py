@@ -66,13 +66,9 @@ class Layout:
 def template(topic: str, texts: tuple[Text, ...]) -> tuple[bytes, np.dtype[np.void]]:
     """Return the payload of a sample whose numbers are zero, and the structure of its numbers.
 
-    Args:
-        topic: relative name.
-        texts: values of the fields of variable length, in their order: strings, tuples of strings,
-            and the lengths of sequences of numbers.
-
-    Raises:
-        BagError: a string that UTF-8 or C cannot represent; names `topic` and the sample field.
+    Texts are the values of the fields of variable length, in their order: strings, tuples of
+    strings, and the lengths of sequences of numbers. A string that UTF-8 or C cannot represent is
+    a BagError that names topic and field.
     """
     out = bytearray(_LITTLE_ENDIAN)
     variable = iter(texts)
@@ -167,9 +163,8 @@ class _Cursor:
 def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
     """Return the layout of one payload.
 
-    Raises:
-        BagError: a payload that is not plain CDR, or ends within the message, or text that is not
-            UTF-8; names `origin` and the field.
+    A payload that is not plain CDR, or ends within the message, or text that is not UTF-8 is a
+    BagError that names `origin` and the field.
     """
     recent = _recent.get(message.name)
     if recent is not None and recent.fits(payload):
@@ -210,11 +205,7 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
 
 
 def byte_order(origin: str, payload: bytes) -> str:
-    """Return numpy's sign of the byte order that the encapsulation header states.
-
-    Raises:
-        BagError: a payload that is not plain CDR.
-    """
+    """Return numpy's sign of the byte order in the encapsulation header; BagError if not CDR."""
     kind = int.from_bytes(payload[:2], 'big') if len(payload) >= HEADER_BYTES else -1
     if kind not in _BYTE_ORDER:
         head = bytes(payload[:HEADER_BYTES]).hex(' ')
@@ -239,15 +230,10 @@ _SECONDS_RANGE = (-(2**31), 2**31 - 1)
 
 
 def encode(topic: str, samples: Samples) -> list[bytes]:
-    """Return one little-endian CDR payload for each sample.
+    """Return one little-endian CDR payload for each sample of a topic of `TOPICS`.
 
-    Args:
-        topic: relative name, a key of `TOPICS`.
-        samples: a batch of the topic's class.
-
-    Raises:
-        BagError: a batch of another class, arrays of unequal length, times beyond the int32
-            seconds of a ROS message, strings that UTF-8 or C cannot represent.
+    A batch of another class, arrays of unequal length, times beyond the int32 seconds of a ROS
+    message, and strings that UTF-8 or C cannot represent are a BagError.
     """
     message = TOPICS[topic].message
     if not isinstance(samples, message.samples):
@@ -300,14 +286,10 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
 def decode(topic: str, payloads: Sequence[bytes], stamps_ns: IntArray) -> Samples:
     """Return the samples of serialised messages, in their order.
 
-    Args:
-        topic: relative name, a key of `TOPICS`.
-        payloads: CDR of either byte order, by any publisher.
-        stamps_ns: log times, shape (n,); they become the stamps of messages without a header.
-
-    Raises:
-        BagError: payloads that are not CDR of the topic's type, several frames or sets of joint
-            names on one topic, joint arrays that do not match the names.
+    The topic is a key of `TOPICS`; payloads are CDR of either byte order, by any publisher. Log
+    times become the stamps of messages without a header. Payloads that are not CDR of the topic's
+    type, several frames or sets of joint names on one topic, and joint arrays that do not match
+    the names are a BagError.
     """
     return decode_as(TOPICS[topic].ros_type, topic, payloads, stamps_ns)
 
@@ -315,16 +297,9 @@ def decode(topic: str, payloads: Sequence[bytes], stamps_ns: IntArray) -> Sample
 def decode_as(
     ros_type: str, origin: str, payloads: Sequence[bytes], stamps_ns: IntArray
 ) -> Samples:
-    """Return the samples of messages of a type of the table, on any topic.
+    """Return the samples of messages of a type of `MESSAGE_TYPES`, on any topic, as `decode`.
 
-    Args:
-        ros_type: a key of `MESSAGE_TYPES`.
-        origin: name for errors, for example the topic with its bag.
-        payloads: as in `decode`.
-        stamps_ns: as in `decode`.
-
-    Raises:
-        BagError: as in `decode`.
+    Errors name `origin`, for example the topic with its bag.
     """
     message = MESSAGE_TYPES[ros_type]
     collection = _Collection(message, origin, len(payloads))
@@ -351,8 +326,7 @@ def decode_as(
 def joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Samples:
     """Return batches that `decode_as` made of one topic, in their order, as one.
 
-    Raises:
-        BagError: several frames or sets of joint names, as in `decode`.
+    Several frames or sets of joint names are a BagError, as in `decode`.
     """
     for field in MESSAGE_TYPES[ros_type].fields:
         first, *others = [getattr(part, field.sample) for part in parts]
@@ -368,8 +342,7 @@ def joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Samples:
 def header_stamp_ns(payload: bytes) -> int:
     """Return the stamp [ns] of a serialised message that begins with a std_msgs/Header.
 
-    Raises:
-        BagError: a payload that is not CDR or too short for a header.
+    A payload that is not CDR or too short for a header is a BagError.
     """
     order = byte_order('message', payload)
     try:

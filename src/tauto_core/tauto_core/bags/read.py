@@ -56,8 +56,7 @@ class Stored(NamedTuple):
 def chunk_records(record: bytes) -> bytes:
     """Return the records of a chunk; of an uncompressed one that is truncated, those before.
 
-    Raises:
-        ValueError: says what is damaged.
+    The ValueError says what is damaged.
     """
     try:
         _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, RECORD.size)
@@ -202,10 +201,7 @@ class McapFile:
     ) -> Iterator[Stored]:
         """Yield the messages of a span in the order of the file; warn of a damaged chunk.
 
-        Args:
-            span: the span of this file.
-            stream: this file, open.
-            channels: those wanted; all when left out.
+        The file is open as `stream`. Without channels all are wanted.
         """
         yield from messages_in(self._octets(span, stream), channels)
 
@@ -253,12 +249,8 @@ class McapFile:
 def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
     """Return the content of an MCAP file, from its index, or from all of it without one.
 
-    Args:
-        path: the file.
-        walk: read all of it, even if it has an index.
-
-    Raises:
-        BagError: a file that cannot be opened or is not MCAP.
+    With `walk` all of it is read, even if it has an index. A file that cannot be opened or is not
+    MCAP is a BagError.
     """
     file = McapFile(path)
     try:
@@ -540,18 +532,13 @@ class Bag:
     def samples(self, topic: str) -> Samples:
         """Return all messages of a topic as one batch, in the order of the recording.
 
-        Raises:
-            BagError: no such topic, several that match, another message type than in the table, a
-                type that is not in the table, payloads that do not decode.
+        No such topic, several that match, another message type than in the table, a type that is
+        not in the table, or payloads that do not decode are a BagError.
         """
         return self.batches([topic])[topic]
 
     def batches(self, topics: Collection[str]) -> Batches:
-        """Return all messages of several topics, one batch a topic, in one pass over the files.
-
-        Raises:
-            BagError: as `samples`.
-        """
+        """Return all messages of several topics, one batch a topic, in one pass over the files."""
         read: dict[str, list[Samples]] = {topic: [] for topic in topics}
         for topic, part in self.parts(topics):
             read[topic].append(part)
@@ -566,9 +553,6 @@ class Bag:
         """Yield topics as batches of at most `size` samples, for bags larger than the memory.
 
         The batches of one topic come in the order of the recording.
-
-        Raises:
-            BagError: as `samples`.
         """
         waiting: dict[str, tuple[list[int], list[bytes]]] = {topic: ([], []) for topic in topics}
         for topic, stored in self._stored(topics):
@@ -583,11 +567,7 @@ class Bag:
                 yield topic, self._decode(topic, payloads, stamps)
 
     def payloads(self, topic: str) -> tuple[IntArray, list[bytes]]:
-        """Return log times and CDR payloads of a topic, in the order of the recording.
-
-        Raises:
-            BagError: no such topic, several that match, another message type than in the table.
-        """
+        """Return log times and CDR payloads of a topic, in the order of the recording."""
         stored = [message for _, message in self._stored([topic])]
         stamps = np.array([message.stamp_ns for message in stored], np.int64)
         return stamps, [message.payload for message in stored]
@@ -597,12 +577,6 @@ class Bag:
 
         Only spans that overlap in time are held in memory. Messages of equal time keep the file's
         order.
-
-        Args:
-            topics: as for `samples`; all when left out.
-
-        Raises:
-            BagError: no such topic, or several that match.
         """
         wanted = None if topics is None else {self.find(topic) for topic in topics}
         spans = sorted(
@@ -628,11 +602,7 @@ class Bag:
             yield heapq.heappop(waiting)[-1]
 
     def find(self, topic: str) -> str:
-        """Return the full name of a topic.
-
-        Raises:
-            BagError: the bag has no such topic, or several that match.
-        """
+        """Return the full name of a topic; none such, or several that match, is a BagError."""
         matches = self._matches(topic)
         if len(matches) == 1:
             return matches[0]
@@ -681,11 +651,7 @@ class Bag:
                         yield topic_of[stored.channel], stored
 
     def check_type(self, full: str, wanted: str) -> None:
-        """Refuse a topic, given by its full name, that is not all of one type in CDR.
-
-        Raises:
-            BagError: another type than wanted, or another encoding.
-        """
+        """Refuse a topic, by its full name, that is not all of one type in CDR (BagError)."""
         for found in self._types()[full]:
             if found != wanted:
                 raise BagError(
@@ -713,16 +679,11 @@ class Bag:
 
 
 def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
-    """Open a bag.
+    """Open a bag: a rosbag2 folder, with or without its metadata, or an MCAP file.
 
-    Args:
-        path: a rosbag2 folder, with or without its metadata, or an MCAP file.
-        namespace: namespace of the topics of the table; when left out, the one in which they are
-            found.
-
-    Raises:
-        BagError: nothing there, not MCAP, compressed file by file, no topic of the table in
-            the namespace.
+    Without a namespace the topics of the table are taken from the one in which they are found.
+    Nothing there, not MCAP, compressed file by file, or no topic of the table in the namespace is
+    a BagError.
     """
     path = Path(path)
     notes: list[str] = []

@@ -91,17 +91,11 @@ class _Stored(NamedTuple):
 
 
 class McapOut:
-    """An MCAP file of profile ros2, in chunks.
+    """An MCAP file of profile ros2, in chunks, at a path where nothing is.
 
-    Args:
-        path: a file that must not exist.
-        library: name of the writer in the header.
-        chunk_bytes: size, before compression, at which a chunk is written.
-        compression: compression of the chunks, `zstd` or `none`.
-
-    Raises:
-        BagError: any error of the file system, when opening and in use. The part that has been
-            written can still be finished.
+    A chunk is written at `chunk_bytes` before compression, `zstd` or `none`. Any error of the file
+    system, when opening and in use, is a BagError. The part that has been written can still be
+    finished.
     """
 
     def __init__(
@@ -398,13 +392,10 @@ _SEQUENCE_MASK = 2**32 - 1
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:
-    """Refuse a folder to which a bag may not be written.
+    """Refuse a folder to which a bag may not be written (BagPlaceError).
 
-    An old bag that a killed process left aside is put back first.
-
-    Raises:
-        BagPlaceError: it exists without `force`; with `force`, it holds anything but one bag; or
-            another process is writing it.
+    It exists without `force`; with `force`, it holds anything but one bag; or another process is
+    writing it. An old bag that a killed process left aside is put back first.
     """
     folder = _real(folder)
     try:
@@ -601,8 +592,7 @@ class BagWriter:
     def describe(self, facts: Mapping[str, object]) -> None:
         """Add to the bag's metadata (`custom_data`): numbers and lists are written as JSON.
 
-        Args:
-            facts: values by name; they replace earlier ones of the same name.
+        They replace earlier ones of the same name.
         """
         self._custom |= {
             name: fact if isinstance(fact, str) else json.dumps(fact)
@@ -619,12 +609,10 @@ class BagWriter:
         self._channels[key] = self._file.add_channel(declared)
 
     def write_raw(self, topic: str, payload: bytes, stamp_ns: int) -> None:
-        """Write one serialised message.
+        """Write one serialised message, CDR of the topic's type.
 
-        Args:
-            topic: relative name, a key of `TOPICS`.
-            payload: CDR of the topic's type.
-            stamp_ns: stamp in its header, or that of the start if it has no header; >= 0.
+        The topic is a key of `TOPICS`; the stamp, >= 0, is that in the header, or that of the
+        start if it has none.
         """
         if topic not in self._channels:
             self.declare(topic, _declared(self._prefix, _topic(topic)))

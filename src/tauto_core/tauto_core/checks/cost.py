@@ -130,9 +130,7 @@ class Dial:
 class Limit:
     """The processor time that trial runs may take together, and the progress that they tell.
 
-    Args:
-        most_s: processor time [s].
-        tell: called with the share done, from 0 to 1.
+    `tell` is called with the share done, from 0 to 1.
     """
 
     def __init__(
@@ -142,13 +140,10 @@ class Limit:
         self.planned_s, self._done_s, self._compiling_s = math.inf, 0.0, COMPILING_S
 
     def charge(self, spent_s: float, done_s: float, *, may_compile: bool) -> float:
-        """Note the cost of a part of a run; return it without what compiling may have taken.
+        """Note the cost of a part of a run [s]; return it without what compiling may have taken.
 
-        Args:
-            spent_s: its processor time [s].
-            done_s: its motion, times the work of the run over that of one as asked [s]; all runs
-                together have `planned_s`.
-            may_compile: whether kernels may have been compiled.
+        `done_s` is its motion, times the work of the run over that of one as asked; all runs
+        together have `planned_s`.
         """
         compiling_s = min(spent_s, self._compiling_s) if may_compile else 0.0
         self._compiling_s -= compiling_s
@@ -233,14 +228,10 @@ def try_out(
 ) -> Trial:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
-    Args:
-        scene: a scene that runs, on a ship that moves or with a propagator that takes steps.
-        dial: the dial of the scene.
-        longest_s: length of the beginning, in whole log intervals, at least two [s]; growth is
-            followed for `GROWTH_LENGTHS` times as long.
-        tolerance: tolerance of the steps; None where none are taken.
-        limit: processor time of all runs together; None: no limit.
-        lasts_s: time after which sampling causes no more errors [s], unless errors grow.
+    The scene is on a ship that moves or has a propagator that takes steps; otherwise `tolerance`
+    is None. The beginning lasts at most `longest_s`, at least two whole log intervals; growth is
+    followed for `GROWTH_LENGTHS` times as long. After `lasts_s` sampling causes no more errors,
+    unless errors grow.
     """
     limit = Limit() if limit is None else limit
     scene, ends_s = _closely_logged(scene, longest_s), scene.duration
@@ -380,11 +371,7 @@ def _apart_s(one: _Ran, other: _Ran, dial: Dial) -> FloatArray:
 def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
     """Run a scene up to its end, or to the last logged instant before its motion ends in an error.
 
-    Args:
-        scene: the scene.
-        limit: what is left of the processor time.
-        most_s: processor time that the run itself may take [s].
-        work: its work over that of the scene as asked.
+    It may take `most_s` of processor time, and `work` times the work of the scene as asked.
     """
     while True:
         try:
@@ -426,9 +413,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
 class _Growing:
     """The largest distance so far of two motions, over their first one, against the time.
 
-    Args:
-        times: from 0, evenly spaced, (n,) [s].
-        logs: logarithm of that size, (n,); it never falls.
+    Times are evenly spaced from 0 [s]; `logs` has the logarithm of that size, which never falls.
     """
 
     def __init__(self, times: FloatArray, logs: FloatArray) -> None:
@@ -488,19 +473,11 @@ class _Growing:
 
 
 def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s: float) -> float:
-    """Return the largest size of an error at a later time, by extrapolation.
+    """Return the largest size of an error at a later time, by extrapolation; at most `end_s`.
 
     Its largest size so far continues to grow by the power of time of the second half of the known
-    part; or as a straight line, if that gives more. What is within rounding does not grow.
-
-    Args:
-        times: increasing from 0, evenly spaced, (n,) [s].
-        error: known there, (n,).
-        end_s: the later time [s].
-        rounding_s: size below which the error is noise.
-
-    Returns:
-        At most `end_s`; a clock with such an error shows nothing.
+    part; or as a straight line, if that gives more. What is within rounding does not grow. Times
+    are evenly spaced from 0. A clock whose error is `end_s` shows nothing.
     """
     if len(times) < 2:
         return 0.0
@@ -622,13 +599,9 @@ def forecast(
     motion: ShipMotion,
     progress: Callable[[float], None] | None = None,
 ) -> Forecast:
-    """Return the expected cost and error of a scene.
+    """Return the expected cost and error of a scene that runs, with its machine and motion.
 
-    Args:
-        scene: a scene that runs.
-        machine: the machine of the scene.
-        motion: the motion of the scene's ship.
-        progress: called with the share done of the trials, from 0 to 1.
+    `progress` is called with the share done of the trials, from 0 to 1.
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
@@ -731,11 +704,7 @@ def _shortest_wave_s(scene: Scene) -> float | None:
 
 
 def work_s(scene: Scene) -> float:
-    """Return the expected processor time of a voyage, less the start of its process [s].
-
-    Args:
-        scene: a scene that runs.
-    """
+    """Return the expected processor time of a voyage, less the start of its process [s]."""
     machine, motion = compile_machine(scene), ShipMotion(scene)
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion).run_s - START_S['half_swings']

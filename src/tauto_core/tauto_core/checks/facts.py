@@ -83,10 +83,8 @@ def lengths_between(
     """Return g/ω² and g/Ω² [m], between which an ideal vertical thread is a fair model.
 
     ω is the wheel's frequency on an ideal thread. Ω⁴ is the mean over the waves, weighted by the
-    tilt of the apparent vertical; the second length is None as for `Following.departure`.
-
-    Returns:
-        None for a machine whose thread carries no weight that can swing.
+    tilt of the apparent vertical; the second length is None as for `Following.departure`. None for
+    a machine whose thread carries no weight that can swing.
     """
     if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
         waves = scene_waves(scene)
@@ -97,12 +95,7 @@ def lengths_between(
 
 
 def thread_following(scene: Scene, machine: HangingMachine) -> Following:
-    """Return how a thread that swings follows the apparent vertical by its inclination θ.
-
-    Args:
-        scene: the scene of the machine.
-        machine: the machine whose thread it is.
-    """
+    """Return how a thread that swings follows the apparent vertical by its inclination θ."""
     k_squared = machine.inertia / machine.mass
     waves = scene_waves(scene)
     answer, _ = answers(
@@ -119,15 +112,7 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
 
 
 def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
-    """Return how a suspended case follows the apparent vertical by its tilt φ.
-
-    Args:
-        scene: the scene of the machine.
-        machine: the machine whose wheel the case may drive.
-
-    Returns:
-        None without a suspension.
-    """
+    """Return how a suspended case follows the apparent vertical by its tilt φ; else None."""
     hung = scene.suspension
     if hung is None:
         return None
@@ -172,13 +157,7 @@ def answers(
 ) -> tuple[FloatArray, FloatArray]:
     """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
 
-    Args:
-        own: modes of the link.
-        depth: c [m].
-        k_squared: k² [m2].
-        frequency: Ω of the waves [rad/s].
-        gravity: g [m/s2].
-        duration_s: duration of the waves [s].
+    `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
     """
     square = frequency**2
     divisor = np.full_like(square, own.b * own.b_prime * depth)
@@ -201,13 +180,7 @@ def _share(waves: Waves, value: FloatArray) -> float | None:
 
 
 def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -> str:
-    """Return why a propagator was chosen.
-
-    Args:
-        scene: the scene.
-        machine: the machine of the scene.
-        propagator: its name.
-    """
+    """Return why a propagator, given by its name, was chosen."""
     if isinstance(machine, FluidPendulum):
         how = 'in closed form' if machine.is_euler else 'by quadrature'
         return (
@@ -296,10 +269,9 @@ def _and(names: list[str]) -> str:
 def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
     """Return the suspension of the case and its modes, None if it is fixed to the ship.
 
-    Returns:
-        The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the
-        step of the motion that the clock feels [s], and the departure from the apparent vertical,
-        both in rad and over the tilt of the apparent vertical (`Following`).
+    The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the step
+    of the motion that the clock feels [s], and the departure from the apparent vertical, both in
+    rad and over the tilt of the apparent vertical (`Following`).
     """
     if scene.suspension is None or isinstance(machine, FluidPendulum):
         return None
@@ -321,10 +293,8 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
 def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
     """Return how good a model an ideal vertical thread is; None if no thread hangs freely.
 
-    Returns:
-        Length [m], own period [s] and departure from the apparent vertical of a thread that
-        swings,
-        None for an ideal one; the two lengths [m] between which, far from both, the models agree.
+    Length [m], own period [s] and departure from the apparent vertical of a thread that swings,
+    None for an ideal one; the two lengths [m] between which, far from both, the models agree.
     """
 
     lengths = lengths_between(scene, machine)
@@ -341,12 +311,7 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
 
 
 def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return warnings about a thread or a case in resonance with the wheel or the waves.
-
-    Args:
-        scene: the scene.
-        machine: the machine of the scene.
-    """
+    """Return warnings about a thread or a case in resonance with the wheel or the waves."""
     if isinstance(machine, FluidPendulum):
         return []
 
@@ -368,10 +333,8 @@ def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
 def way(scene: Scene) -> dict[str, Any] | None:
     """Return the route of the ship and its times, None without a voyage.
 
-    Returns:
-        The track, its length [m], speed [m/s], and the times from the start [s] of sailing,
-        arrival
-        and landfalls, including the arrival.
+    The track, its length [m], speed [m/s], and the times from the start [s] of sailing, arrival
+    and landfalls, including the arrival.
     """
     if scene.voyage is None:
         return None
@@ -418,18 +381,10 @@ shipped threads 25 and 2,500 s/day where many runs need 150 and 1,400.
 def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
     """Return what a scene would run, after every check that `tauto sail` makes before it starts.
 
-    Args:
-        scene: the scene.
-        progress: called with the share done, from 0 to 1.
-
-    Returns:
-        The object of `tauto scene check --json`. `expected` has the figures of
-        `cost.Forecast`; `steps_a_swing` and `tolerance` are None where the propagator takes
-        no steps.
-
-    Raises:
-        SceneError: the scene cannot be run.
-        MotionDataError: its measured motion cannot be used.
+    It is the object of `tauto scene check --json`. `expected` has the figures of `cost.Forecast`;
+    `steps_a_swing` and `tolerance` are None where the propagator takes no steps. A scene that
+    cannot run is a SceneError, measured motion that cannot be used a MotionDataError. `progress`
+    is called with the share done, from 0 to 1.
     """
     machine, motion = check_scene(scene)
     warnings = [
@@ -493,10 +448,9 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[
 def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
     """Return the swing in which the clock settles on land; None if there is no such swing.
 
-    Returns:
-        Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day],
-        time constant of the approach [s], None where the swing is steady from the start; or the
-        reason `why` there is no steady swing.
+    Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day], time
+    constant of the approach [s], None where the swing is steady from the start; or the reason
+    `why` there is no steady swing.
     """
     if not isinstance(machine, Machine | LeverMachine):
         return None
@@ -551,11 +505,10 @@ def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
 
 
 def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Return the prior of the coefficient of each covariate.
+    """Return `value` and `sigma` of the prior of each covariate's coefficient.
 
-    Returns:
-        `value` and `sigma`; `at_periods`, the coefficient at each period of the waves [s] of the
-        trial runs, None where the scene gives it.
+    `at_periods` has the coefficient at each period of the waves [s] of the trial runs, None where
+    the scene gives it.
     """
     tried = {found.name: found.at_periods for found in runs(scene)}
     return {

@@ -214,12 +214,7 @@ STRONGEST_DRAG = 1e4
 
 
 class Built(NamedTuple):
-    """The parts of a scene, built once for its checks and for its run.
-
-    Attributes:
-        machine: its regulator.
-        motion: the motion of its ship, from the start.
-    """
+    """Machine and ship's motion of a scene, built once for its checks and for its run."""
 
     machine: AnyMachine | FluidPendulum
     motion: ShipMotion
@@ -228,15 +223,10 @@ class Built(NamedTuple):
 def check_scene(scene: Scene) -> Built:
     """Check how the parts of a scene fit together, before anything is started or overwritten.
 
-    Returns:
-        Machine and ship's motion, for the run of the scene.
-
-    Raises:
-        SceneError: the machine or its suspension cannot be built, the impulse lies beyond the
-            range of the wheel, the release and the ship's motion at the start put the cam angle
-            beyond the cam (theory E4), drag lets the wheel creep, the motion is more abrupt than
-            any propagator resolves, or the voyage cannot be sailed.
-        MotionDataError: measured motion that cannot be used.
+    It is a SceneError if the machine or its suspension cannot be built, the impulse lies beyond
+    the range of the wheel, the release and the ship's motion at the start put the cam angle beyond
+    the cam (theory E4), drag lets the wheel creep, the motion is more abrupt than any propagator
+    resolves, or the voyage cannot be sailed; a MotionDataError if measured motion cannot be used.
     """
     if scene.voyage is not None:
         Passage(scene, scene.voyage)
@@ -257,10 +247,8 @@ def check_scene(scene: Scene) -> Built:
 def check_known(scene: Scene) -> None:
     """Refuse a machine or ship beyond all that are known, which is probably a slip of a unit.
 
-    Every command that sails does so, unless it is told to sail the scene anyway.
-
-    Raises:
-        SceneError: numbers larger than any known, or drag in which the wheel does not swing.
+    Every command that sails does so, unless it is told to sail the scene anyway. Numbers larger
+    than any known, and drag in which the wheel does not swing, are a SceneError.
     """
     found = [*beyond_known(scene)] or _overdamped(scene)
     if found:
@@ -354,9 +342,7 @@ def _resolvable(
 ) -> str:
     """Return the nearest machines whose motion is resolved; empty if none is near.
 
-    Args:
-        machine: the machine whose motion is not resolved.
-        resolved: test of a machine whose range includes its release.
+    `resolved` tests a machine whose range includes its release.
     """
 
     def released(angle: float) -> bool:

@@ -115,12 +115,7 @@ class Answers:
 
 
 def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
-    """Return the statistics of a fleet from its rows.
-
-    Args:
-        plan: the plan of the fleet.
-        rows: at least one.
-    """
+    """Return the statistics of a fleet from its rows, at least one."""
     arrived = [row for row in rows if row['failure'] is None]
     failures: dict[str, int] = {}
     for row in rows:
@@ -149,12 +144,7 @@ def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
 
 
 def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
-    """Return the shares of ships within each limit of the Act by a clock of ERRORS.
-
-    Args:
-        rows: those of all ships, at least one.
-        clock: one of ERRORS.
-    """
+    """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
     from scipy.stats import binomtest
 
     sizes = distances([row for row in rows if row['failure'] is None], clock)
@@ -202,16 +192,7 @@ _LEAST_NMI = 0.01
 
 
 def draw(fleet: Fleet, path: Path) -> None:
-    """Draw a fleet; replaces the file.
-
-    Args:
-        fleet: the fleet that has sailed.
-        path: name of the file, ending in .svg, .png or .pdf.
-
-    Raises:
-        OutputError: the file cannot be written.
-        UsageError: see `files.check_plot`.
-    """
+    """Draw a fleet that has sailed; replaces the file, .svg, .png or .pdf (`files.check_plot`)."""
     write_figure(lambda: figure_of(fleet), path)
 
 

@@ -57,14 +57,8 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
     """Return the scene with a ship that rolls by another significant amplitude.
 
     Every harmonic of the roll is scaled by the same factor, in a sea through the slope coefficient
-    or the response operator; waves and heave are not changed.
-
-    Args:
-        scene: its ship must be of kind sea or components, and must roll.
-        roll_deg: significant amplitude [deg], 0 to LARGEST_DEG.
-
-    Raises:
-        UsageError: an amplitude out of range, or a ship whose roll cannot be scaled.
+    or the response operator; waves and heave are not changed. A ship that does not roll, or is not
+    of kind sea or components, and an amplitude beyond LARGEST_DEG are a UsageError.
     """
     if not 0.0 <= roll_deg <= LARGEST_DEG:
         raise UsageError(
@@ -143,20 +137,13 @@ def make_entries(
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
 
-    They are in the order of roll, then clock, with fixed cases before suspended ones.
+    They are in the order of roll, then clock, with fixed cases before suspended ones. Without
+    names they are CLOCKS. All take the keys SHARED of `ship_of`; otherwise they must agree in
+    them. `cases` are 'with' and 'without' suspension, or 'both' where a scene has one. With
+    `anyway` machines and ships beyond all that are known sail too; rolls asked for may be.
 
-    Args:
-        names: files or shipped names; none: CLOCKS.
-        ship_of: a scene whose keys SHARED all clocks take; None: they must agree in them.
-        duration: duration of the run [s].
-        rolls_deg: significant amplitudes of the roll [deg]; none: as the ship rolls.
-        cases: 'with' and 'without' suspension, or 'both' where a scene has one.
-        anyway: sail machines and ships beyond all that are known, too; rolls asked for may be.
-
-    Raises:
-        SceneError: a scene that cannot run.
-        UsageError: scenes that do not share their sea, names or rolls given twice, or a suspension
-            asked for that a scene does not have.
+    A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
+    given twice, or a suspension that a scene does not have, are a UsageError.
     """
     scenes = _scenes(names or CLOCKS, ship_of, duration)
     for origin, scene in scenes:
@@ -285,9 +272,6 @@ class ErrorTrace:
     """Keeps the clock's error at the ends of at most PIECES equal pieces of a scene.
 
     A piece is a whole number of log intervals; a shorter remainder at the end is not used.
-
-    Args:
-        scene: the scene of the readings.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -403,17 +387,11 @@ class Comparison:
 def compare(
     entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
 ) -> Comparison:
-    """Return the comparison of all entries.
+    """Return the comparison of all entries, at least one, by parallel processes.
 
-    Args:
-        entries: result of `make_entries`, at least one.
-        jobs: number of parallel processes, >= 1; with 1, and where the work is small, this one.
-        progress: called with the fraction done, from 0 to 1.
-
-    Raises:
-        UsageError: jobs below 1.
-        TautoError: a clock failed otherwise than by an event in its motion, or its processes died;
-            the comparison ends.
+    With one job, and where the work is small, this process makes all runs. A clock that failed
+    otherwise than by an event in its motion ends the comparison with its TautoError. `progress` is
+    called with the fraction done, from 0 to 1.
     """
     began, order = time.perf_counter(), _dearest_first(entries)
     crew = Crew(jobs).for_work(map(_work_s, entries))
@@ -434,12 +412,7 @@ def compare(
 
 
 def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
-    """Run one clock; an event that stops it is part of the result.
-
-    Args:
-        entry: the clock.
-        progress: called with the fraction done, from 0 to 1.
-    """
+    """Run one clock; an event that stops it is part of the result."""
     scene, began = entry.scene, time.process_time()
     trace, stopped = ErrorTrace(scene), None
     report: Mapping[str, Any] = {}
@@ -523,18 +496,10 @@ _STYLES: dict[bool, dict[str, Any]] = {
 
 
 def draw(result: Comparison, path: Path) -> None:
-    """Draw a comparison to an SVG or PNG file; replaces the file.
+    """Draw a comparison to an SVG, PNG or PDF file (`files.check_plot`); replaces the file.
 
     Errors against time where all clocks sail in one sea, with the error that the Act of 1714
     allows where it judges the voyage; where the roll differs, rates against the roll.
-
-    Args:
-        result: what `compare` returns.
-        path: name of the file, ending in .svg, .png or .pdf.
-
-    Raises:
-        OutputError: the file cannot be written.
-        UsageError: see `files.check_plot`.
     """
     write_figure(lambda: side_by_side(result), path)
 

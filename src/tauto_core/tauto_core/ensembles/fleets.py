@@ -78,15 +78,7 @@ class Normal(Section):
         return self
 
     def draw(self, random: np.random.Generator, given: Value | None) -> Value:
-        """Return a value.
-
-        Args:
-            random: the generator of random numbers.
-            given: the value in the scene, used as the mean if that is absent.
-
-        Raises:
-            ValueError: that value is not a number.
-        """
+        """Return a value; if the mean is absent it is the scene's own, which must be a number."""
         from scipy.stats import truncnorm
 
         mean = _centre(given) if self.mean is None else self.mean
@@ -149,12 +141,8 @@ _EXAMPLE = 'Write for example `{kind: normal, sigma: 2.0e-5}`.'
 def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
     """Return the distributions of keys, by their paths in the scene.
 
-    Args:
-        path: a YAML file of paths such as `trochlea.cam.base_radius`, each with a mapping whose
-            `kind` is normal, uniform or list.
-
-    Raises:
-        SceneError: the file cannot be read, or does not describe distributions.
+    The YAML file has paths such as `trochlea.cam.base_radius`, each with a mapping whose `kind` is
+    normal, uniform or list. A file that cannot be read or has something else is a SceneError.
     """
     try:
         content = read_mapping(path.read_text('utf-8'), str(path))
@@ -168,12 +156,7 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
 def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform | OneOf]:
     """Return the distributions of keys, from the mapping in such a file.
 
-    Args:
-        content: paths of keys, each with a mapping whose `kind` names the distribution.
-        origin: name of the source, for error messages.
-
-    Raises:
-        SceneError: as for `read_draws`.
+    `origin` names the source for errors, which are as for `read_draws`.
     """
     draws, problems = {}, []
     for key, said in content.items():
@@ -282,11 +265,7 @@ class Plan:
         )
 
     def ship(self, number: int) -> Ship:
-        """Return a ship, 0 to ships - 1.
-
-        Raises:
-            SceneError: a key or value that a scene cannot have.
-        """
+        """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError."""
         given = copy.deepcopy(self.content)
         drawn: dict[str, Value] = {}
         for key, draw in self.draws.items():
@@ -308,11 +287,8 @@ class Plan:
     def check(self, *, anyway: bool = False) -> None:
         """Refuse a fleet in which the scene of any ship is invalid, before any of them sails.
 
-        Args:
-            anyway: let ships sail with machines beyond all that are known, too.
-
-        Raises:
-            SceneError: naming the ship, the key, the value that was drawn and the limit.
+        The SceneError names the ship, the key, the value that was drawn and the limit. With
+        `anyway` ships may have machines beyond all that are known.
         """
         for key in self.draws:
             check_key(self.content, key, self.drawn_by)
@@ -396,15 +372,8 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dic
     """Return the row of a ship: number and seed, drawn values, FIGURES, and processor time.
 
     `failure` is None, or says what ended the voyage early; then there are no figures. `run_s` is
-    the processor time of the thread, the only column that differs in another run.
-
-    Args:
-        plan: the plan of the fleet.
-        number: number of the ship.
-        progress: called with the fraction done, from 0 to 1.
-
-    Raises:
-        Exception: what has nothing to do with her voyage, such as a MemoryError.
+    the processor time of the thread, the only column that differs in another run. What has nothing
+    to do with her voyage, such as a MemoryError, is raised.
     """
     ship, began, failure = plan.ship(number), time.thread_time(), None
     report: Mapping[str, Any] = {}
@@ -449,11 +418,7 @@ class FleetError(TautoError):
 
 
 def need_parquet() -> None:
-    """Refuse an option that needs Parquet files if they cannot be written.
-
-    Raises:
-        UsageError: pyarrow is not installed.
-    """
+    """Refuse an option that needs Parquet files if pyarrow is not installed (UsageError)."""
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError:
@@ -691,19 +656,11 @@ def sail_fleet(
 ) -> Fleet:
     """Sail a fleet, or the rest of it.
 
-    Args:
-        plan: the plan of the fleet.
-        crew: processes that sail it.
-        out: folder for the rows, written as ships finish; ships that have a row there do not sail
-            again. None: the rows are only returned.
-        progress: called with the number of ships done, parts of voyages included.
-        anyway: sail machines and ships beyond all that are known, too.
-
-    Raises:
-        SceneError: the scene of a ship, as drawn, is invalid; no ship has sailed then.
-        UsageError: the folder holds something else, or another process writes there.
-        FleetError: the folder cannot be used.
-        WorkerError: there are no processes available, or ships were lost with them.
+    Rows are written to `out` as ships finish; ships that have a row there do not sail again.
+    `progress` is called with the number of ships done, parts of voyages included. An invalid scene
+    of any ship is a SceneError before any sails; a folder that holds something else, or in which
+    another process writes, a UsageError; one that cannot be used a FleetError. It is a WorkerError
+    if there are no processes, or if ships were lost with them.
     """
     store = None if out is None else Store(out, plan)
     plan.check(anyway=anyway)

@@ -102,8 +102,7 @@ class Crew:
     def for_work(self, works_s: Iterable[float]) -> Crew:
         """Return this process alone where others would take longer to start than they would save.
 
-        Args:
-            works_s: expected processor time of each run [s]; used where there is a choice.
+        Works are the expected processor times of the runs [s], used where there is a choice.
         """
         if self.jobs == 1 or self.scheduler is not None:
             return self
@@ -137,18 +136,9 @@ def run_each(
 
     A run whose process dies is repeated on another one, up to three times. While nothing runs for
     want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
-    are dropped, and processes on this machine end.
-
-    Args:
-        task: called with an item and a function that reports the share done; both, and the result,
-            are sent between processes.
-        items: at least one.
-        crew: the processes.
-        progress: called with the share of all that is done, increasing from 0 to 1.
-
-    Raises:
-        WorkerError: the scheduler cannot be reached or is lost on the way, or its workers have
-            other versions.
+    are dropped, and processes on this machine end. The task is called with an item and a function
+    that reports the share done; both, and the result, are sent between processes. A scheduler that
+    cannot be reached or is lost, or whose workers have other versions, is a WorkerError.
     """
     shares = _Shares(len(items), progress)
     if crew.jobs == 1 and crew.scheduler is None:
@@ -253,11 +243,7 @@ class _Processes(Executor):
 
     A process that dies breaks a pool of loky as a whole, and the pool cannot say which run it
     made. So there are as many pools as processes, with a thread for each. A death then concerns
-    one run, which is made again, while the others go on.
-
-    Args:
-        jobs: number of processes.
-        tell: called in another thread with the place of a run and its share done.
+    one run, which is made again, while the others go on. `tell` is called in another thread.
     """
 
     def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
@@ -336,11 +322,7 @@ def _report_to(parent: Connection) -> None:
 
 
 class _Attention:
-    """Asks a scheduler from which nothing comes, so that nobody waits for it in vain.
-
-    Attributes:
-        lost: whether it is gone.
-    """
+    """Asks a scheduler from which nothing comes, so that nobody waits for it in vain."""
 
     def __init__(self, client: Client) -> None:
         self._client = client
@@ -349,14 +331,7 @@ class _Attention:
         self.lost = False
 
     def ask(self, left: int) -> None:
-        """Say once that there are no workers, or that the scheduler does not answer.
-
-        Args:
-            left: number of runs that wait.
-
-        Raises:
-            WorkerError: it is lost.
-        """
+        """Say once that runs wait without workers, or that the scheduler is silent."""
         scheduler, said = self._client.scheduler, ''
         # A result that breaks off on its way here leaves its future waiting for ever.
         states = list(self._client.futures.items())
@@ -389,11 +364,7 @@ class _Attention:
         return WorkerError(f'the scheduler is lost ({why}). See its own log; start it again')
 
     def meaning(self, error: Exception) -> Exception:
-        """Return what the error of a run's future means.
-
-        Raises:
-            WorkerError: the scheduler is lost.
-        """
+        """Return what the error of a run's future means; WorkerError if the scheduler is lost."""
         from distributed.scheduler import KilledWorker
 
         if isinstance(error, CancelledError):

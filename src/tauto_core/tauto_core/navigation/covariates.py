@@ -60,14 +60,7 @@ from tauto_core.ship.motions.sea import SeaShip
 
 @entry
 def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray) -> None:
-    """Fill the running mean of a value, which becomes m + c (v - m) at each sample.
-
-    Args:
-        value: v, shape (n,).
-        share: c of each sample, 0 to 1, shape (n,).
-        mean: m before the first sample.
-        out: output, shape (n,).
-    """
+    """Fill the running mean m of values v (n,), which becomes m + c (v - m) at each sample."""
     for i in range(len(value)):
         mean = mean + share[i] * (value[i] - mean)
         out[i] = mean
@@ -276,12 +269,7 @@ class Regressors:
 
 
 class RecordedIntegrals:
-    """The integrals from a `drift/estimate` with the same covariates.
-
-    Args:
-        estimate: the estimate, with increasing stamps; at least one.
-        covariates: names of the covariates.
-    """
+    """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
 
     inputs: tuple[str, ...] = ()
 
@@ -460,12 +448,7 @@ machines those that fit depart by 0.3 at most, the others by more than 2.6.
 
 @dataclass(frozen=True)
 class Runs:
-    """The result of the trial runs for one covariate.
-
-    Attributes:
-        name: name of the covariate.
-        at_periods: the coefficient for each period of the waves [s].
-    """
+    """The coefficient of one covariate for each period of the waves [s], by trial runs."""
 
     name: str
     at_periods: dict[float, float]
@@ -482,9 +465,8 @@ class Runs:
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
     """Return the priors of the coefficients of a scene's covariates, in their order.
 
-    Raises:
-        SceneError: the machine cannot be run in the waves of the trials; or no rate equation fits
-            it, and the scene does not assume that its rate walks at random.
+    It is a SceneError if the machine cannot be run in the waves of the trials, or if no rate
+    equation fits it and the scene does not assume that its rate walks at random.
     """
     tried, given = (
         {found.name: found.coefficient for found in runs(scene)},
@@ -526,8 +508,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
 def runs(scene: Scene) -> tuple[Runs, ...]:
     """Return the results of trial runs for the coefficients that a scene does not give.
 
-    Raises:
-        SceneError: the machine cannot be run in the small waves of the trial.
+    It is a SceneError if the machine cannot be run in the small waves of the trial.
     """
     given = scene.drift.coefficients
     names = tuple(n for n in scene.drift.covariates or () if getattr(given, n, None) is None)
@@ -573,14 +554,10 @@ class Fit(NamedTuple):
 
 
 def fit(scene: Scene, priors: tuple[Coefficient, ...]) -> Fit:
-    """Return how a scene's clock in a moderate sea departs from a rate equation.
+    """Return how a scene's clock in a moderate sea departs from a rate equation with these priors.
 
-    Args:
-        scene: gives the machine and its height in the ship.
-        priors: the coefficients of the equation; none: the rate is compared with a constant.
-
-    Raises:
-        TautoError: the machine cannot be run in that sea.
+    Without priors the rate is compared with a constant. A machine that cannot be run in that sea
+    is a TautoError.
     """
     return _fit(_Tried(_alone(scene)), priors)
 
@@ -684,9 +661,7 @@ def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
 class _Run:
     """Runs the clock of a scene on one ship after the other; its stage is built once.
 
-    Args:
-        scene: the machine and the log.
-        length_s: length of a run after the swing has settled [s].
+    A run lasts `length_s` after the swing has settled.
     """
 
     def __init__(self, scene: Scene, length_s: float = RUN_S) -> None:

@@ -63,28 +63,19 @@ from tauto_core.wording import counted
 def observed_phases(
     stamp_ns: IntArray, reference_ns: IntArray, at_ns: IntArray, observed_ns: IntArray
 ) -> FloatArray:
-    """Return reading minus observed time at each observation [s], (n,).
+    """Return reading minus observed true time at each observation within the readings [s], (n,).
 
     The error is linear between two readings. The result for one observation does not depend on the
     others.
-
-    Args:
-        stamp_ns: stamps of the readings, increasing.
-        reference_ns: readings of the dial at these stamps.
-        at_ns: times of the observations, within the readings; (n,).
-        observed_ns: the true time as it was observed; (n,).
     """
     error = on_line(stamp_ns, (reference_ns - stamp_ns)[:, None], at_ns)[:, 0]
     return np.asarray((error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
 
 
 def on_line(stamp_ns: IntArray, values: FloatArray | IntArray, at_ns: IntArray) -> FloatArray:
-    """Return values at instants between readings by linear interpolation, (n, c).
+    """Return values (m, c) by linear interpolation at instants within the readings, (n, c).
 
-    Args:
-        stamp_ns: stamps of the readings, increasing, (m,).
-        values: the values at these stamps, (m, c); integers below 2^53 are exact.
-        at_ns: within the readings, (n,).
+    Integers below 2^53 are exact.
     """
     after = np.searchsorted(stamp_ns, at_ns)
     before = np.maximum(after - 1, 0)
@@ -132,13 +123,7 @@ def estimate_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 def estimate_values(
     now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed | None = None
 ) -> FloatArray:
-    """Return the values of `estimate_names`, (n, names).
-
-    Args:
-        now: estimates, (n,).
-        covariates: the covariates of the model.
-        passed: with covariates, time and integrals since the first reading.
-    """
+    """Return the values of `estimate_names`, (n, names); `passed` is needed with covariates."""
     clock = [now.x, np.sqrt(now.xx), now.y * DAY_S, np.sqrt(now.yy) * DAY_S]
     if passed is None:
         return np.column_stack(clock)
@@ -164,11 +149,7 @@ def has_mean_rate(found: Mapping[str, float]) -> bool:
 
 
 def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
-    """Return the rate of an estimate and its sigma [s/day], with covariates the voyage's mean.
-
-    Args:
-        found: an estimate by name.
-    """
+    """Return the rate of an estimate and its sigma [s/day], with covariates the voyage's mean."""
     rate, sigma = MEAN_RATE_NAMES if has_mean_rate(found) else ESTIMATE_NAMES[2:]
     return found[rate], found[sigma]
 
@@ -228,9 +209,7 @@ class Seen(NamedTuple):
 class Track:
     """Takes observations in any order, and gives the state as if they had come in order.
 
-    Args:
-        start: the state when the dial was set.
-        model: noise, variance of the observations, gate.
+    It begins with the state when the dial was set.
     """
 
     def __init__(self, start: Known, model: ClockModel) -> None:
@@ -373,12 +352,7 @@ _SAID = {
 
 
 def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
-    """Return warnings for the counters of the drift stage.
-
-    Args:
-        health: its counters; those of other stages are ignored.
-        scene: the scene of the run.
-    """
+    """Return warnings for the counters of the drift stage; those of other stages are ignored."""
     found = []
     for name, words in _SAID.items():
         if number := health.get(name):
@@ -631,9 +605,8 @@ class DriftStage:
     def _release(self, before_ns: int, *, final: bool = False) -> Batches:
         """Use the observations, and publish the readings with stamp < before_ns.
 
-        Args:
-            before_ns: readings from this stamp on are held back for an observation.
-            final: whether readings no longer wait for the motion either.
+        Readings from this stamp on wait for an observation. If `final`, the others no longer wait
+        for the motion either.
         """
         if self._motion is not None and not final:
             reached_ns = self._motion.reached_ns

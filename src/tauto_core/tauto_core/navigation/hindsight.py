@@ -92,14 +92,11 @@ class Smoother:
     def at(
         self, stamp_ns: IntArray, integrals_s: FloatArray | None = None
     ) -> Estimate[FloatArray]:
-        """Return mean and covariance given all observations, (n,).
+        """Return mean and covariance given all observations, (n,), at stamps in any order.
 
-        Args:
-            stamp_ns: in any order, none before the start of the filter. After the last observation
-                the result is the filter's own prediction. At an instant where the rate is taken to
-                have changed, it is the rate after the change.
-            integrals_s: integrals of the covariates at these stamps [s], (n, c); None: there are
-                none.
+        None lies before the start of the filter. After the last observation the result is the
+        filter's own prediction. At an instant where the rate is taken to have changed, it is the
+        rate after the change. Integrals of c covariates at these stamps are (n, c) [s].
         """
         if integrals_s is None:
             integrals_s = np.empty((len(stamp_ns), 0))
@@ -143,12 +140,7 @@ class Smoother:
 
 
 def smooth(way: Filtered, model: ClockModel) -> Smoother:
-    """Return the smoother for a run of the filter over all observations.
-
-    Args:
-        way: the whole run of the filter, from the setting of the dial.
-        model: the model of the filter.
-    """
+    """Return the smoother for the whole run of a filter, from the setting of the dial."""
     expected, elapsed = way.expected(model), way.elapsed_s()
     since = np.where(elapsed > 0.0, elapsed, np.inf)
     noise = reopen(_noise(way.states, elapsed, model), way.opened_s, since)
@@ -206,12 +198,9 @@ def filtered_drift(
 ) -> Filtered:
     """Return the result of the filter for all observations in the order of their stamps.
 
-    Args:
-        reading: at least one; the dial is set right at the first. Those out of order are left out.
-        observation: None: there were none. Of several with one stamp the first is used; those
-            before the first reading and after the last are left out.
-        model: the model of the clock and the observations.
-        motion: with covariates, the source of their integrals.
+    The dial is set right at the first of at least one reading; those out of order are left out. Of
+    several observations with one stamp the first is used; those before the first reading and after
+    the last are left out. With covariates `motion` gives their integrals.
     """
     reading = take(reading, in_order(reading.stamp_ns, BEFORE_ALL))
     stamps: IntArray = reading.stamp_ns
@@ -232,15 +221,11 @@ def filtered_drift(
 def hindsight(samples: Batches, scene: Scene) -> dict[str, Any]:
     """Return the smoothed drift of the clock, and how well it would have corrected the dial.
 
-    Args:
-        samples: readings of the dial, at least one; observations of the true time; the estimates
-            and the corrected readings as they were known at the time.
-        scene: gives the assumptions about clock and observations.
-
-    Returns:
-        `stamp_s` of the observations used and, at each, the smoothed `estimate_names`, as lists;
-        root mean square and largest size of the remaining error of the clock: `rms_s`, `worst_s`
-        in hindsight, `at_the_time_rms_s` and `at_the_time_worst_s` for `corrected`.
+    The samples are readings, at least one, observations, and the estimates and corrected readings
+    as they were known at the time. The result has `stamp_s` of the observations used and, at each,
+    the smoothed `estimate_names`, as lists; and root mean square and largest size of the remaining
+    error of the clock: `rms_s`, `worst_s` in hindsight, `at_the_time_rms_s` and
+    `at_the_time_worst_s` for `corrected`.
     """
     reading, observation, corrected = (
         cast(TimeSamples, samples.get(topic)) for topic in (READING, OBSERVATION, CORRECTED)

@@ -304,13 +304,8 @@ def predict(
 ) -> Estimate[Number]:
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
-    F P Fᵀ + Q(τ) in exact discrete form (see the module).
-
-    Args:
-        now: state before.
-        elapsed_s: time until then [s].
-        model: the model of the state.
-        gained_s: growth of the integral of each covariate in that time [s].
+    F P Fᵀ + Q(τ) in exact discrete form (see the module); `gained_s` is the growth of the integral
+    of each covariate in that time [s].
     """
     law = law_of(model)
     return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
@@ -319,10 +314,8 @@ def predict(
 def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate[float]:
     """Return the state after an observed phase, by Joseph's form (I−KH) P (I−KH)ᵀ + K R Kᵀ.
 
-    Args:
-        now: the state predicted for the instant of the observation.
-        phase_s: z, reading minus observed true time [s].
-        variance_s2: R [s²], > 0.
+    The state is the one predicted for that instant, the phase z is reading minus observed true
+    time [s], and R > 0 its variance [s²].
     """
     return Estimate(*corrected_three(now, phase_s - now.x, now.xx + variance_s2, variance_s2))
 
@@ -331,14 +324,8 @@ def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> 
     """Return a predicted state with its variance widened after an outlier (theory E7).
 
     Either the offset may have jumped by the innovation ν, or the rate may have changed by ν/τ just
-    after the last observation used. P grows by ν² for the first and by (ν/τ)² (τ, 1)ᵀ(τ, 1) for
-    the second.
-
-    Args:
-        ahead: the state predicted for the instant of the observation.
-        innovation_s: ν, observed less predicted phase [s].
-        elapsed_s: τ > 0, since the last observation used [s]; infinite where only the offset can
-            have changed.
+    after the last observation used, τ > 0 ago. P grows by ν² for the first and by (ν/τ)² (τ,
+    1)ᵀ(τ, 1) for the second. τ is infinite where only the offset can have changed.
     """
     v, w = innovation_s, innovation_s / elapsed_s
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
@@ -585,18 +572,12 @@ def filter_phases(
     sigma_s: Sequence[float] | None = None,
     integrals_s: Sequence[Sequence[float]] = (),
 ) -> Filtered:
-    """Return the result of the filter for observed phases, in order of their stamps.
+    """Return the result of the filter for n observed phases, in order of their stamps.
 
     Single observations and batches give the same bits, since each is predicted in one step from
-    the last one used.
-
-    Args:
-        start: state at the beginning.
-        stamp_ns: stamps of the observations, increasing, none before the start; n values.
-        phase_s: reading minus observed true time [s]; n values.
-        model: noise, variance of the observations, gate.
-        sigma_s: sigma of each observation; n values. None: that of the model.
-        integrals_s: with covariates, their integrals at each observation [s]; n rows.
+    the last one used. Phases are reading minus observed true time [s]. No stamp lies before the
+    start. Without `sigma_s` each has the model's. With covariates `integrals_s` has their
+    integrals at each observation, n rows [s].
     """
     law, noise = law_of(model), noise_of(model)
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx

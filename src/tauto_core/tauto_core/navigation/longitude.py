@@ -104,13 +104,9 @@ class Route:
 def fix_samples(
     stamp_ns: IntArray, latitude: FloatArray, longitude: FloatArray, variances_m2: FloatArray
 ) -> FixSamples:
-    """Return positions as NavSatFix samples, with a valid fix at altitude 0.
+    """Return positions [degrees north, east] as NavSatFix samples, with a valid fix at altitude 0.
 
-    Args:
-        stamp_ns: stamps [ns], (n,).
-        latitude: degrees, north positive, (n,).
-        longitude: degrees, east positive, (n,).
-        variances_m2: variances of east, north, up [m²], (n, 3).
+    `variances_m2` has those of east, north and up, (n, 3).
     """
     n = len(stamp_ns)
     covariance = np.zeros((n, 9))
@@ -167,11 +163,7 @@ def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
 
 
 def column(samples: JointSamples, name: str) -> FloatArray:
-    """Return one of the named scalars of a message with a stamp, (n,).
-
-    Raises:
-        EstimationError: no scalar of that name.
-    """
+    """Return one of the named scalars of a message, (n,); an EstimationError without it."""
     if name not in samples.name:
         raise EstimationError(
             f'{name} is missing: the message has {", ".join(samples.name) or "no names"}. '
@@ -390,16 +382,10 @@ LEAST_UNCHECKED_DAYS = 42.0
 
 
 def prize_pounds(distance_nmi: float) -> int:
-    """Return what the Act pays for a longitude found within a distance [pounds].
+    """Return what the Act pays for a longitude found within a distance >= 0 [pounds].
 
     £20,000 within 30 miles, £15,000 within 40, £10,000 within 60, the limits included, else 0
-    (theory E6).
-
-    Args:
-        distance_nmi: error of the longitude as a distance [nautical miles], >= 0.
-
-    Raises:
-        EstimationError: NaN or a negative distance.
+    (theory E6). NaN or a negative distance is an EstimationError.
     """
     if not distance_nmi >= 0.0:
         raise EstimationError(
@@ -412,15 +398,9 @@ def prize_pounds(distance_nmi: float) -> int:
 def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
     """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
 
-    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, since the clock was last compared with
-    the true time (theory E6).
-
-    Args:
-        days: time since that comparison [days], > 0.
-        latitude_deg: latitude of the landfall [degrees].
-
-    Raises:
-        EstimationError: no time has passed.
+    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, for so many days > 0 since the clock was
+    last compared with the true time, at a landfall in latitude φ (theory E6). Without any time it
+    is an EstimationError.
     """
     if not days > 0.0:
         raise EstimationError(

@@ -78,10 +78,7 @@ class Pair(NamedTuple):
 def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
     """Return the degrees of freedom of an estimated variance, 2/(its relative variance).
 
-    Args:
-        alpha: α of the noise, at least 2 − 2d.
-        difference: the difference whose mean square is the variance.
-        count: number of the readings.
+    It is the mean square of a difference of `count` readings; α of the noise is at least 2 − 2d.
     """
     return 2.0 / pair(alpha, difference, difference, count).shared
 
@@ -91,12 +88,7 @@ def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
 
     Where the averaging time is many intervals, only its ratio to the length of the record matters.
     Phase noise that is not averaged is an exception: there neighbouring samples are independent.
-
-    Args:
-        alpha: α of the noise, at least 2 − 2d of both.
-        first: one of them.
-        second: the other, of the same order, modified or not as the first.
-        count: number of the readings.
+    Both differences have one order d and are modified or not; α of the noise is at least 2 − 2d.
     """
     factor = max(first.factor, second.factor)
     if factor > LARGEST and (first.modified or alpha <= 0):
@@ -169,11 +161,9 @@ CHANGE = 0.05
 
 
 def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
-    """Return the probability of each of the `KINDS` at m = 1, 2, 4, …, (octaves, kinds).
+    """Return the probability of each of the `KINDS` at m = 1, 2, 4, …, (octaves >= 2, kinds).
 
-    Args:
-        phase: evenly spaced phases without their trend, at least 4·2^octaves of them.
-        octaves: number of averaging times, ≥ 2.
+    The phases are evenly spaced and without their trend, at least 4·2^octaves of them.
     """
     differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
     squares = [mean_square(phase, difference) for difference in differences]
@@ -282,14 +272,11 @@ class Stability:
 def stability_of(reading: TimeSamples) -> dict[str, Any]:
     """Return the stability of a clock from its readings as plain values.
 
-    Returns:
-        `samples`, `interval_s`, `confidence`, and `rows`: for each τ `tau_s`, `noise` and its
-        `noise_probability` and, of `allan`, `modified`, `time` and `hadamard`, value and
-        confidence interval (`allan`, `allan_low`, `allan_high`, …); `time` in seconds, the
-        others of relative frequency.
-
-    Raises:
-        EstimationError: too few readings, not evenly spaced, or without any noise.
+    `samples`, `interval_s`, `confidence`, and `rows`: for each τ `tau_s`, `noise` and its
+    `noise_probability` and, of `allan`, `modified`, `time` and `hadamard`, value and confidence
+    interval (`allan`, `allan_low`, `allan_high`, …); `time` in seconds, the others of relative
+    frequency. Readings that are too few, not evenly spaced, or without any noise are an
+    EstimationError.
     """
     error, interval_s = error_of(reading)
     found = stability(error, interval_s)
@@ -315,8 +302,7 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
 def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
     """Return the clock's error at each reading [s] and the time between readings [s].
 
-    Raises:
-        EstimationError: fewer than `FEWEST` readings, or not evenly spaced.
+    Fewer than `FEWEST` readings, or uneven ones, are an EstimationError.
     """
     stamps: IntArray = reading.stamp_ns
     if len(stamps) < FEWEST:
@@ -342,16 +328,11 @@ def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
 def stability(
     error_s: FloatArray, interval_s: float, factors: tuple[int, ...] | None = None
 ) -> Stability:
-    """Return deviations of a clock from its errors.
+    """Return deviations of a clock from its errors [s] at even intervals.
 
-    Args:
-        error_s: reading minus true time at even intervals [s], at least `FEWEST`.
-        interval_s: that interval, > 0 [s].
-        factors: τ in intervals, increasing; when left out powers of two. None above a sixth of the
-            readings.
-
-    Raises:
-        EstimationError: too few readings, or errors that are all on a parabola, to rounding.
+    Averaging times are `factors` of the interval, increasing, or powers of two; none above a sixth
+    of the readings. Fewer than `FEWEST` errors, or all on a parabola to rounding, are an
+    EstimationError.
     """
     import allantools
 
@@ -401,13 +382,8 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
     """Return the ratios of the interval's ends to the estimated deviation, (2, n).
 
     For one kind of noise ν V/σ² is χ² with ν degrees of freedom, with V the estimated variance and
-    σ² the true one. Its distribution is averaged over the kinds, and cut at both ends with equal
-    probability.
-
-    Args:
-        weights: probability of each of the `KINDS`, (n, kinds).
-        differences: the differences whose mean squares V are, n.
-        count: number of the readings.
+    σ² the true one. Its distribution is averaged over the kinds with their probabilities (n,
+    kinds), and cut at both ends with equal probability.
     """
     from scipy import special
 

@@ -258,12 +258,8 @@ def forgets_its_start(
 
     What release and first waves gave to a swing that nothing damps stays for as long as the run,
     and the next: the rate scatters about a mean of its own, and the run alone does not show it.
-    That matters where the rate depends on the amplitude by more than its standard error.
-
-    Args:
-        scene: the scene of the run.
-        machine: its regulator.
-        found: how well the run itself shows the mean rate.
+    That matters where the rate depends on the amplitude by more than its standard error, as
+    `found` from the run itself.
     """
     if isinstance(machine, FluidPendulum):
         return found
@@ -315,27 +311,17 @@ def projection(
     The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west. With the standard
     error s of y over a run of the length T₀ the gain has the variance s² T² + s² T₀ T: the rate of
     the run may differ from that of all runs, and that of the voyage too. Random-walk noise q of
-    the dial adds q T₀ T²/3 + q T³/3. Correction by the estimated rate ŷ leaves (y − ŷ) T. Besides
-    what the navigator does not know by his own model (`kalman.predict`, from an exact offset), its
-    standard deviation has that of y, since he has rated the clock in this run alone.
+    the dial adds q T₀ T²/3 + q T³/3. Correction by the estimated rate ŷ (`mean_rate`) leaves (y −
+    ŷ) T; a rate that depends on the ship's motion assumes that the motion continues. Besides what
+    the navigator does not know by his own model (`kalman.predict`, from an exact offset, without
+    coefficients), its standard deviation has that of y, since he has rated the clock in this run
+    alone.
 
     Nothing is projected where the standard error is not known, nor beyond half a turn.
-
-    Args:
-        rate_s_per_day: y, the mean rate of the dial over the run [s/day, fast is positive].
-        error: how well y is known.
-        estimate: the last estimate, with ŷ and its standard deviation (`estimates.mean_rate`). A
-            rate that depends on the ship's motion assumes that the motion continues.
-        model: the model of the clock, for the noise that accumulates under way; without
-            coefficients.
-        latitude_deg: φ of the landfall [degrees].
-        random_walk_fm_per_s: q of the dial [1/s].
-
-    Returns:
-        `projection`, for each number of `days`: `raw_error_nmi` of the dial, `error_nmi` of the
-        corrected clock, both positive to the east, and the standard deviations `raw_sigma_nmi`
-        and `sigma_nmi`; None for what is beyond half a turn. `not_projected`, the reason why
-        something is missing, or None.
+    `projection` has for each number of `days` `raw_error_nmi` of the dial, `error_nmi` of the
+    corrected clock, both positive to the east, and the standard deviations `raw_sigma_nmi` and
+    `sigma_nmi`; None for what is beyond half a turn. `not_projected` is the reason why something
+    is missing, or None.
     """
     if error.standard_error_s_per_day is None:
         return {'projection': [], 'not_projected': error.why_unknown}
@@ -445,11 +431,7 @@ class LongitudeTally:
             self._latitudes.feed(fixes.stamp_ns, fixes.latitude[:, None])
 
     def feed(self, errors: JointSamples) -> None:
-        """Take the next batch of `longitude/error`.
-
-        Raises:
-            EstimationError: one of `ERROR_NAMES` is missing.
-        """
+        """Take the next batch of `longitude/error`; an EstimationError if a name is missing."""
         columns = {name: column(errors, name) for name in ERROR_NAMES}
         if not count(errors):
             return

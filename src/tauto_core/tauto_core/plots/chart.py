@@ -114,12 +114,7 @@ COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '
 
 
 def draw(of: Chart, name: str) -> Figure:
-    """Return a chart as a figure.
-
-    Args:
-        of: the chart.
-        name: name of the scene, for the title.
-    """
+    """Return a chart as a figure, with the name of the scene in its title."""
     from matplotlib.figure import Figure
 
     panels = of.panels

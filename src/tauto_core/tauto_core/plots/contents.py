@@ -90,12 +90,10 @@ class Seaway:
 
 @dataclass(frozen=True)
 class Window:
-    """A part of a voyage.
+    """A part of a voyage, from the first reading.
 
-    Attributes:
-        from_s: beginning, from the first reading [s].
-        to_s: end [s].
-        note: why this part is shown; empty for the whole voyage or one that was asked for.
+    The note says why this part is shown; it is empty for the whole voyage or one that was asked
+    for.
     """
 
     from_s: float
@@ -106,10 +104,7 @@ class Window:
 def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Seaway:
     """Return the motion from a time on, computed from the scene if the voyage does not log it.
 
-    Args:
-        voyage: the voyage whose ship is shown.
-        from_s: beginning, since the first reading [s], >= 0.
-        length_s: length [s], > 0; less at the end of the voyage.
+    It lasts `length_s`, or less at the end of the voyage.
     """
     if SHIP_IMU in voyage.samples:
         imu = voyage.samples[SHIP_IMU]
@@ -127,13 +122,9 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
 def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> Window:
     """Return the part of a voyage that is shown: the one asked for, or else the roughest.
 
-    Args:
-        voyage: the voyage.
-        from_s: beginning, from the first reading [s]; when left out, `PART_S` before the end.
-        to_s: end [s]; when left out, `PART_S` after the beginning.
-
-    Raises:
-        UsageError: a part that does not lie in the voyage, or is too long to be drawn.
+    Without a beginning it begins `PART_S` before the end, without an end it ends `PART_S` after
+    the beginning. A part that does not lie in the voyage, or is too long to be drawn, is a
+    UsageError.
     """
     end_s = float(voyage.time_s[-1])
     if from_s is None and to_s is None:
@@ -230,13 +221,7 @@ TITLE_LENGTH = 64
 def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> None:
     """Refuse, before anything runs, an unknown picture or a file to which it cannot be written.
 
-    Args:
-        what: name of the picture.
-        file: the file, if one is named.
-        part: whether a part of the voyage is asked for.
-
-    Raises:
-        UsageError: see `check_what` and `files.check_plot`.
+    `part`: whether a part of the voyage is asked for. See `check_what` and `files.check_plot`.
     """
     check_what(what, part=part)
     if file is not None:
@@ -251,17 +236,10 @@ def picture(
     from_s: float | None = None,
     to_s: float | None = None,
 ) -> Figure:
-    """Return a picture as a figure, and write it to a file if one is named.
+    """Return one of `PICTURES` as a figure, and write it to a file if one is named.
 
-    Args:
-        voyage: the voyage that the picture shows.
-        what: one of `PICTURES`.
-        file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
-        from_s, to_s: as for `chart`.
-
-    Raises:
-        UsageError: no such picture, no data for it, or another suffix.
-        OutputError: the file cannot be written.
+    The file is .svg, .png or .pdf, and is replaced. An unknown picture, one without data, or
+    another suffix is a UsageError; a file that cannot be written an OutputError.
     """
     check_picture(what, file, part=from_s is not None or to_s is not None)
     name = '\n'.join([*wrap(not_whole(voyage.result), TITLE_LENGTH), voyage.scene.name])
@@ -274,16 +252,10 @@ def picture(
 def chart(
     voyage: Voyage, what: str, from_s: float | None = None, to_s: float | None = None
 ) -> Chart:
-    """Return one of `PICTURES` of a voyage.
+    """Return one of `PICTURES` of a voyage; times are from the first reading [s].
 
-    Args:
-        voyage: the voyage.
-        what: name of the picture.
-        from_s: beginning of the part shown, from the first reading [s]; for `OF_A_PART` only.
-        to_s: its end [s]. Without both, the roughest part of the voyage is shown.
-
-    Raises:
-        UsageError: no such picture, the voyage lacks its data, or a part that cannot be shown.
+    A part can be given for `OF_A_PART` only; without one the roughest part of the voyage is shown.
+    No such picture, no data for it, or a part that cannot be shown is a UsageError.
     """
     check_what(what, part=from_s is not None or to_s is not None)
     if what in OF_A_PART:
@@ -294,11 +266,7 @@ def chart(
 
 
 def check_what(what: str, *, part: bool = False) -> None:
-    """Refuse an unknown picture, or a part of one that shows the whole voyage.
-
-    Raises:
-        UsageError: see above.
-    """
+    """Refuse an unknown picture, or a part of one that shows the whole voyage (UsageError)."""
     if what not in PICTURES:
         raise UsageError(f'{what!r}: is not a picture. Choose one of {", ".join(PICTURES)}')
     if part and what not in OF_A_PART:
@@ -311,13 +279,7 @@ def check_what(what: str, *, part: bool = False) -> None:
 def thinned(
     x: FloatArray, y: FloatArray, most: int = MOST_POINTS
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a line with at most `most` points: the least and the greatest of each interval.
-
-    Args:
-        x: increasing, (n,).
-        y: (n,).
-        most: largest number of points, >= 4.
-    """
+    """Return a line with at most `most` >= 4 points: least and greatest of each interval."""
     if len(x) <= most:
         return x, y
     stretches = most // 2 - 1
@@ -371,9 +333,7 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
     """Return what happens in a part of a voyage, at times from the first reading [s].
 
-    Returns:
-        Sailing, landfalls and arrival by name, changes of the weather without; and a note on
-        these.
+    Sailing, landfalls and arrival by name, changes of the weather without; and a note on these.
     """
     scene = voyage.scene
     shift_ns = scene.starts_at_ns - voyage.start_ns if READING in voyage.samples else 0

@@ -71,8 +71,7 @@ class CamCut:
 def check_cut(points: int, thread_mm: float) -> None:
     """Refuse, before a scene is read, numbers with which no cam can be cut.
 
-    Raises:
-        UsageError: too few or too many points, or a thread too thick for any cam.
+    Too few or too many points, or a thread too thick for any cam, are a UsageError.
     """
     if not FEWEST_POINTS <= points <= MOST_POINTS:
         raise UsageError(
@@ -98,18 +97,11 @@ def cut(
 ) -> CamCut:
     """Write the cheeks of a scene's cam, or its curve in a fluid; replaces the files.
 
-    Args:
-        scene: the scene.
-        files: by format, csv, svg or dxf.
-        points: number of points on each cheek or branch.
-        reach_rad: angle at which the cheeks end [rad], within the cam; None: see `cam_extent`.
-        thread_mm: thickness of the thread [mm]; the cheeks are cut back by half of it.
-
-    Raises:
-        UsageError: see `check_cut`; a reach beyond the cam, a thread that it cannot guide, or
-            either for a curve in a fluid.
-        SceneError: a cam or curve that cannot be built.
-        OutputError: a file cannot be written.
+    The files are by format: csv, svg or dxf. Each cheek or branch has so many points, up to
+    `reach_rad` within the cam (None: `cam_extent`), and is cut back by half the thickness of the
+    thread. A reach beyond the cam, a thread that it cannot guide, either for a curve in a fluid,
+    and what `check_cut` refuses, are a UsageError; a cam or curve that cannot be built is a
+    SceneError, a file that cannot be written an OutputError.
     """
     check_cut(points, thread_mm)
     written = tuple(files.values())
@@ -155,16 +147,7 @@ def cut(
 def few_points(
     scene: Scene, reach_rad: float | None = None, thread_mm: float = 0.0
 ) -> dict[str, FloatArray]:
-    """Return eleven points of one cheek or branch, by column.
-
-    Args:
-        scene: the scene.
-        reach_rad: angle of the last point [rad]; None: see `cam_extent`.
-        thread_mm: not for a curve in a fluid.
-
-    Raises:
-        UsageError, SceneError: as for `cut`.
-    """
+    """Return eleven points of one cheek or branch, by column; arguments as for `cut`."""
     if scene.trochlea is None:
         curve = _fluid_curve(scene, reach_rad, thread_mm)
         arc = np.linspace(0.0, curve.descent_cusp, 11)

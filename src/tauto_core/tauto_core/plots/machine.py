@@ -47,13 +47,7 @@ def cam_extent(scene: Scene) -> float:
     The extent is one and a half times the swing of the wheel, rounded to two digits, but neither
     beyond the range of the cam nor beyond the angle at which the two cheeks would meet. The swing
     is the angle of release or, where an escapement drives the wheel, its steady amplitude on land,
-    whichever is larger.
-
-    Args:
-        scene: a scene whose machine has a trochlea.
-
-    Raises:
-        SceneError: a machine that cannot be built.
+    whichever is larger. A machine that cannot be built is a SceneError.
     """
     machine = compile_trochlea(scene)
     assert scene.trochlea is not None
@@ -129,11 +123,8 @@ class Drawing:
 def rim_mm(inertia: float) -> tuple[float, float, float]:
     """Return the inner and outer radius [mm] and the mass [kg] of the rim.
 
-    A ring of mean radius R and square section of side a = R/10 has the inertia
-    2πρ a² R³ (1 + a²/4R²) about its axis and the mass 2πρ a² R.
-
-    Args:
-        inertia: of the wheel about its axle [kg m2], > 0.
+    A ring of mean radius R and square section of side a = R/10 has the inertia 2πρ a² R³ (1 +
+    a²/4R²) [kg m2] about its axis and the mass 2πρ a² R.
     """
     per_r5 = math.tau * BRASS_KG_M3 * RIM_SIDE**2
     radius = (inertia / (per_r5 * (1.0 + 0.25 * RIM_SIDE**2))) ** 0.2
@@ -142,21 +133,13 @@ def rim_mm(inertia: float) -> tuple[float, float, float]:
 
 
 def weight_mm(mass: float) -> tuple[float, float]:
-    """Return width and height of a lead cylinder [mm]: π/4 w² h = m/ρ.
-
-    Args:
-        mass: its mass [kg], > 0.
-    """
+    """Return width and height of a lead cylinder [mm] of a mass [kg]: π/4 w² h = m/ρ."""
     width = MM * (4.0 * mass / (LEAD_KG_M3 * math.pi * WEIGHT_HEIGHT)) ** (1.0 / 3.0)
     return width, WEIGHT_HEIGHT * width
 
 
 def cam_lines(scene: Scene) -> list[Part]:
-    """Return both cheeks, the thread at rest and the axle.
-
-    Raises:
-        UsageError: the scene has no trochlea.
-    """
+    """Return both cheeks, the thread at rest and the axle; without a trochlea a UsageError."""
     left, right, tip = _cheeks(scene)
     return [
         _area('cheeks', left, 'blue'),
@@ -169,10 +152,8 @@ def cam_lines(scene: Scene) -> list[Part]:
 def draw_machine(scene: Scene) -> Drawing:
     """Return the machine of a scene: wheel, cheeks, thread, power, case and its suspension.
 
-    Of a regulator in a fluid it is the curve with its body.
-
-    Raises:
-        SceneError: a machine that cannot be built.
+    Of a regulator in a fluid it is the curve with its body. One that cannot be built is a
+    SceneError.
     """
     machine = compile_machine(scene)
     if isinstance(machine, FluidPendulum):

@@ -181,9 +181,8 @@ class ReportError(TautoError):
 def check_report(file: Path) -> None:
     """Refuse, before anything runs, a file to which a report cannot be written.
 
-    Raises:
-        UsageError: a suffix other than .html, or see `check_place`.
-        ReportError: Bokeh is not installed.
+    A suffix other than .html is a UsageError, and so are those of `check_place`; without Bokeh it
+    is a ReportError.
     """
     if file.suffix != '.html':
         raise UsageError(Argument('file', file), ': must end in .html. Name another file')
@@ -197,16 +196,9 @@ def check_report(file: Path) -> None:
 
 
 def write_report(voyage: Voyage, file: Path, command: str) -> None:
-    """Write the page of a voyage; replaces the file.
+    """Write the page of a voyage, with the command line that made it; replaces the file.
 
-    Args:
-        voyage: the voyage that the page shows.
-        file: name of the file, ending in .html.
-        command: the command line that made it, which the page shows.
-
-    Raises:
-        UsageError, ReportError: see `check_report`.
-        OutputError: the file cannot be written.
+    See `check_report`; a file that cannot be written is an OutputError.
     """
     check_report(file)
     text = page(voyage, command)
@@ -215,12 +207,7 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
 
 
 def page(voyage: Voyage, command: str) -> str:
-    """Return the page of a voyage.
-
-    Args:
-        voyage: the voyage that the page shows.
-        command: the command line that made it, which the page shows.
-    """
+    """Return the page of a voyage, with the command line that made it."""
     from bokeh.embed import components
     from bokeh.resources import Resources
 
