@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import comparison
-from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw, side_by_side
+from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw_comparison, side_by_side
 from tauto_core.ensembles.workers import Ended, WorkerError
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
@@ -131,7 +131,7 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
         result = Comparison(172_800.0, 1800.0, 1.0, some)
         files = [tmp_path / f'{name}{k}.svg' for k in range(2)]
         for file in files:
-            draw(result, file)
+            draw_comparison(result, file)
         first, second = (file.read_bytes() for file in files)
         assert first == second
         assert first.lstrip().startswith(b'<?xml')

@@ -315,8 +315,8 @@ def _side(east_nmi: float) -> str:
 # -----------------------------------------------------------------------------
 # The figures of a voyage in groups of rows, as the terminal and the report print them.
 
-Section: TypeAlias = Mapping[str, Any]
-Row: TypeAlias = tuple[str, str, str]
+_Section: TypeAlias = Mapping[str, Any]
+_Row: TypeAlias = tuple[str, str, str]
 """Label, value, unit."""
 
 SIGNS = (
@@ -329,7 +329,7 @@ SIGNS = (
 )
 
 
-def groups(result: Section) -> list[tuple[str, list[Row]]]:
+def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
     """Return the groups of a result: name and rows; those without a section are left out."""
     return [
         (name, rows(content))
@@ -338,11 +338,11 @@ def groups(result: Section) -> list[tuple[str, list[Row]]]:
     ]
 
 
-def _hull_row(sea: Section) -> list[Row]:
+def _hull_row(sea: _Section) -> list[_Row]:
     return [('hull', str(sea['hull']), '')] if 'hull' in sea else []
 
 
-def _weather_rows(weather: Section) -> list[Row]:
+def _weather_rows(weather: _Section) -> list[_Row]:
     return [
         *_hull_row(weather),
         ('states of the sea', f'{len(weather["states"])}', ''),
@@ -351,7 +351,7 @@ def _weather_rows(weather: Section) -> list[Row]:
     ]
 
 
-def _sea_rows(sea: Section) -> list[Row]:
+def _sea_rows(sea: _Section) -> list[_Row]:
     return [
         ('spectrum', str(sea['spectrum']), ''),
         ('significant wave height', significant(sea['significant_wave_height_m']), 'm'),
@@ -363,7 +363,7 @@ def _sea_rows(sea: Section) -> list[Row]:
     ]
 
 
-def _regulator_rows(trochlea: Section) -> list[Row]:
+def _regulator_rows(trochlea: _Section) -> list[_Row]:
     rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
     if 'amplitude_rad' in trochlea:
         rows.append(('amplitude at the end', significant(trochlea['amplitude_rad']), 'rad'))
@@ -375,14 +375,14 @@ def _regulator_rows(trochlea: Section) -> list[Row]:
 _COEFFICIENT = '_coefficient'
 
 
-def _clock_rows(clock: Section) -> list[Row]:
+def _clock_rows(clock: _Section) -> list[_Row]:
     return [
         ('error of the dial', figure(clock['error_s'], 's', signed=True), 's'),
         ('rate', figure(clock['rate_s_per_day'], 's/day', signed=True), 's/day'),
     ]
 
 
-def _drift_rows(drift: Section) -> list[Row]:
+def _drift_rows(drift: _Section) -> list[_Row]:
     """Return the estimate, and where both are known its errors in standard deviations."""
     rows = [
         ('offset', _with_sigma(drift, 'offset_s', 'offset_sigma_s'), 's'),
@@ -416,11 +416,11 @@ def _drift_rows(drift: Section) -> list[Row]:
     return rows
 
 
-def _sigmas(label: str, error: float) -> Row:
+def _sigmas(label: str, error: float) -> _Row:
     return label, significant(error, 2, signed=True), 'σ'
 
 
-def _longitude_rows(longitude: Section) -> list[Row]:
+def _longitude_rows(longitude: _Section) -> list[_Row]:
     """Return the errors at the end, and the largest since she left port."""
     rows = [
         ('by the dial', figure(longitude['raw_error_nmi'], 'nmi', signed=True), 'nmi'),
@@ -440,7 +440,7 @@ def _longitude_rows(longitude: Section) -> list[Row]:
     ]
 
 
-def _verdict_rows(longitude: Section) -> list[Row]:
+def _verdict_rows(longitude: _Section) -> list[_Row]:
     """Return what the Act of 1714 pays; for a shorter voyage that it pays nothing, and the
     projected errors.
     """
@@ -454,7 +454,7 @@ def _verdict_rows(longitude: Section) -> list[Row]:
     return rows + _prize_rows(longitude, f'{where} after {span(longitude["at_s"])}')
 
 
-def _prize_rows(judged: Section, where: str) -> list[Row]:
+def _prize_rows(judged: _Section, where: str) -> list[_Row]:
     return [
         (f'{where}, {clock}', f'{judged[prize]:,}', '£')
         for clock, prize in (('corrected', 'prize_pounds'), ('by the dial', 'raw_prize_pounds'))
@@ -462,7 +462,7 @@ def _prize_rows(judged: Section, where: str) -> list[Row]:
     ]
 
 
-def _projection_rows(longitude: Section) -> list[Row]:
+def _projection_rows(longitude: _Section) -> list[_Row]:
     rows = []
     for row in longitude.get('projection') or []:
         days = f'projected to {row["days"]:g} days unchecked'
@@ -479,11 +479,11 @@ def _projection_rows(longitude: Section) -> list[Row]:
     return [*rows, (reason, '', '')] if reason else rows
 
 
-def _with_sigma(section: Section, value: str, sigma: str) -> str:
+def _with_sigma(section: _Section, value: str, sigma: str) -> str:
     return with_sigma(section[value], section[sigma])
 
 
-_GROUPS: tuple[tuple[str, str, Callable[[Any], list[Row]]], ...] = (
+_GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
     ('sea', 'sea', _sea_rows),
     ('weather', 'weather', _weather_rows),
     ('regulator', 'trochlea', _regulator_rows),

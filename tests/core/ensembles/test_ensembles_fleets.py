@@ -18,7 +18,7 @@ import pytest
 
 from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
-from tauto_core.ensembles.answers import answers, draw, figure_of
+from tauto_core.ensembles.answers import answers, draw_fleet, figure_of
 from tauto_core.ensembles.fleets import (
     FIGURES,
     FleetError,
@@ -68,7 +68,7 @@ def test_a_row_is_the_voyage_of_its_ship(alone):
 
 
 def test_processes_give_the_rows_of_one(alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, 'START_S', 0.0)  # also for work that is small
+    monkeypatch.setattr(workers, 'POOL_START_S', 0.0)  # also for work that is small
     told: list[float] = []
     beside = sail_fleet(plan(), Crew(2), tmp_path / 'fleet', told.append)
     assert lasting(beside.rows) == lasting(alone.rows)
@@ -119,7 +119,7 @@ def killed_once(folder, plan, number, progress):
 
 
 def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, 'START_S', 0.0)
+    monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
     (tmp_path / 'bullet').mkdir()
     (tmp_path / 'bullet' / 'one').touch()
     monkeypatch.setattr(fleets, 'sail_ship', partial(killed_once, tmp_path / 'bullet'))
@@ -467,7 +467,7 @@ def test_a_tolerance_that_turns_the_error_either_way_is_seen():
 
 def test_a_fleet_is_drawn(alone, tmp_path):
     for name in ('fleet.svg', 'fleet.png'):
-        draw(alone, tmp_path / name)
+        draw_fleet(alone, tmp_path / name)
         assert (tmp_path / name).stat().st_size > 5000
     words = (tmp_path / 'fleet.svg').read_text()
     assert words.startswith('<?xml')

@@ -249,7 +249,7 @@ def test_a_scheduler_needs_an_extra(monkeypatch):
 
 
 def test_work_that_is_small_is_done_in_this_process():
-    start_s = workers.START_S
+    start_s = workers.POOL_START_S
     assert Crew(2).for_work([0.5 * start_s] * 4) == Crew(1)
     assert Crew(2).for_work([0.7 * start_s] * 3) == Crew(2)
     assert Crew(4).for_work([0.33 * start_s] * 4) == Crew(1)

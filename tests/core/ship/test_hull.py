@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship import hull as hulls
 from tauto_core.ship.hull import (
     SHAPES,
-    STANDARD_GRAVITY,
     ClockPlace,
     Hull,
     HullError,

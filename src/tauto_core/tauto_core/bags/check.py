@@ -20,7 +20,7 @@ from tauto_core.bags.write import CUT_SHORT, BagWriter, DeclaredTopic, check_fol
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
 
-PART = 10_000
+_PART = 10_000
 """Messages of a topic that are held before they are decoded."""
 
 _INDEX = struct.Struct('<BQHI')
@@ -282,7 +282,7 @@ def _check_content(found: Soundness) -> None:
                     reading = topics[file.channels[channel].topic]
                     reading.payloads.append(payload)
                     reading.stamps_ns.append(stamp_ns)
-                    if len(reading.payloads) == PART:
+                    if len(reading.payloads) == _PART:
                         reading.judge()
     for reading in topics.values():
         if reading.payloads:

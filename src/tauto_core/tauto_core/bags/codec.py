@@ -323,7 +323,7 @@ def decode_as(
     return samples
 
 
-def joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Samples:
+def payloads_joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Samples:
     """Return batches that `decode_as` made of one topic, in their order, as one.
 
     Several frames or sets of joint names are a BagError, as in `decode`.

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 
-from tauto_core.bags.codec import decode_as, joined
+from tauto_core.bags.codec import decode_as, payloads_joined
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
 from tauto_core.samples import SCENE, Batches, IntArray, Samples, TextSamples
 from tauto_core.scene.errors import BagError, BagPlaceError
@@ -451,7 +451,7 @@ def _channel(channel: ChannelRecord, schema: Schema | None) -> Channel:
 # -----------------------------------------------------------------------------
 # A bag: the messages of its files by topic.
 
-PART = 100_000
+_PART = 100_000
 
 
 class Message(NamedTuple):
@@ -546,10 +546,10 @@ class Bag:
         for topic, parts in read.items():
             full = self.find(topic)
             found = parts or [self._decode(topic, [], [])]
-            whole[topic] = joined(self.topics[full], f'{self.path}: {full}', found)
+            whole[topic] = payloads_joined(self.topics[full], f'{self.path}: {full}', found)
         return whole
 
-    def parts(self, topics: Collection[str], size: int = PART) -> Iterator[tuple[str, Samples]]:
+    def parts(self, topics: Collection[str], size: int = _PART) -> Iterator[tuple[str, Samples]]:
         """Yield topics as batches of at most `size` samples, for bags larger than the memory.
 
         The batches of one topic come in the order of the recording.

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 from tauto_core import samples as s
 
-Kind: TypeAlias = Literal[
+TopicKind: TypeAlias = Literal[
     'time', 'string', 'string[]', 'float64', 'float64[]', 'int8', 'uint8', 'uint16'
 ]
 
@@ -35,7 +35,7 @@ class Field:
 
     message: str
     sample: str
-    kind: Kind
+    kind: TopicKind
     length: int = 1
     unit: str = ''
     shared: bool = False

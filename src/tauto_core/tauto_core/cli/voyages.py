@@ -273,7 +273,7 @@ def title_of(source: str) -> str:
 # `tauto compare`: several clocks through the same sea, side by side.
 
 
-class Cases(StrEnum):
+class _Cases(StrEnum):
     """Whether the cases of the clocks are suspended."""
 
     BOTH = 'both'
@@ -302,8 +302,8 @@ def compare(
         ),
     ] = None,
     suspension: Annotated[
-        Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
-    ] = Cases.BOTH,
+        _Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
+    ] = _Cases.BOTH,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
     plot: Plots = None,
     anyway: Anyway = False,
@@ -331,7 +331,7 @@ def compare(
     with ended_by_sigterm(), progress_bar(f'{len(entries)} clocks') as progress:
         result = comparison.compare(entries, jobs=jobs, progress=progress)
     for path in plot or ():
-        comparison.draw(result, path)
+        comparison.draw_comparison(result, path)
         say(f'wrote {path}')
     if as_json:
         typer.echo(json.dumps(asdict(result), allow_nan=False))
@@ -377,7 +377,7 @@ def fleet(
     Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
     her own waves, and what --vary draws.
     """
-    from tauto_core.ensembles.answers import draw
+    from tauto_core.ensembles.answers import draw_fleet
     from tauto_core.ensembles.fleets import Plan, read_draws, sail_fleet
     from tauto_core.ensembles.workers import Crew
     from tauto_core.files import check_plot
@@ -394,7 +394,7 @@ def fleet(
     with ended_by_sigterm(), counting_bar('ships', ships) as progress:
         result = sail_fleet(plan, crew, out, progress, anyway=anyway)
     for path in plot or ():
-        draw(result, path)
+        draw_fleet(result, path)
         say(f'wrote {path}')
     if out is not None:
         say(f'wrote {out / "ships.parquet"}')

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from tauto_core.ensembles.fleets import Fleet, Plan
 
-CONFIDENCE = 0.95
+_CONFIDENCE = 0.95
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST_RANKED = 10
 """Least number of voyages for a correlation."""
@@ -43,7 +43,7 @@ class Within:
         limit_nmi: limit of the Act of 1714.
         ships: number of ships within it.
         share: their share of all.
-        low, high: Wilson's interval for the share of such voyages, at CONFIDENCE.
+        low, high: Wilson's interval for the share of such voyages, at 95 %.
     """
 
     limit_nmi: float
@@ -151,7 +151,7 @@ def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
     found = []
     for limit_nmi, _ in AWARDS:
         count = int(np.count_nonzero(sizes <= limit_nmi))
-        interval = binomtest(count, len(rows)).proportion_ci(CONFIDENCE, method='wilson')
+        interval = binomtest(count, len(rows)).proportion_ci(_CONFIDENCE, method='wilson')
         share = count / len(rows)
         found.append(Within(limit_nmi, count, share, float(interval.low), float(interval.high)))
     return found
@@ -191,7 +191,7 @@ _LEAST_NMI = 0.01
 """Left end of the axis; below 20 m ships cannot be distinguished."""
 
 
-def draw(fleet: Fleet, path: Path) -> None:
+def draw_fleet(fleet: Fleet, path: Path) -> None:
     """Draw a fleet that has sailed; replaces the file, .svg, .png or .pdf (`files.check_plot`)."""
     write_figure(lambda: figure_of(fleet), path)
 

@@ -103,7 +103,7 @@ SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift',
 OF_THE_CLOCK = ('white_fm', 'random_walk_fm')
 """Keys of `drift` that describe the clock."""
 
-Cases: TypeAlias = Literal['both', 'with', 'without']
+_Cases: TypeAlias = Literal['both', 'with', 'without']
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ def make_entries(
     ship_of: str | None = None,
     duration: float | None = None,
     rolls_deg: Sequence[float] = (),
-    cases: Cases = 'both',
+    cases: _Cases = 'both',
     anyway: bool = False,
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
@@ -202,7 +202,7 @@ def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
         raise
 
 
-def _in_cases(origin: str, scene: Scene, cases: Cases) -> Iterator[Scene]:
+def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
     if cases == 'with' and scene.suspension is None:
         raise UsageError(
             Argument('suspension', 'with'),
@@ -495,7 +495,7 @@ _STYLES: dict[bool, dict[str, Any]] = {
 }
 
 
-def draw(result: Comparison, path: Path) -> None:
+def draw_comparison(result: Comparison, path: Path) -> None:
     """Draw a comparison to an SVG, PNG or PDF file (`files.check_plot`); replaces the file.
 
     Errors against time where all clocks sail in one sea, with the error that the Act of 1714

@@ -59,7 +59,7 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # The distributions from which a key of the scene is drawn for each ship of a fleet.
 
-Value: TypeAlias = float | int | str | bool
+_Value: TypeAlias = float | int | str | bool
 
 
 class Normal(Section):
@@ -77,7 +77,7 @@ class Normal(Section):
             _check_rising(self.low, self.high)
         return self
 
-    def draw(self, random: np.random.Generator, given: Value | None) -> Value:
+    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
         """Return a value; if the mean is absent it is the scene's own, which must be a number."""
         from scipy.stats import truncnorm
 
@@ -105,7 +105,7 @@ class Uniform(Section):
             raise _wrong('needs both low and high, or half_width alone')
         return self
 
-    def draw(self, random: np.random.Generator, given: Value | None) -> Value:
+    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
         """Return a value; arguments as for `Normal.draw`."""
         if self.half_width is not None:
             return _centre(given) + self.half_width * (2.0 * random.random() - 1.0)
@@ -117,7 +117,7 @@ class OneOf(Section):
     """One of a list of values, each with the same probability."""
 
     kind: Literal['list']
-    values: tuple[Value, ...] = Field(min_length=1, description='values to choose from')
+    values: tuple[_Value, ...] = Field(min_length=1, description='values to choose from')
 
     @model_validator(mode='after')
     def _refuse_mixed(self) -> OneOf:
@@ -126,7 +126,7 @@ class OneOf(Section):
             raise _wrong('values must be all numbers, all text or all truth values')
         return self
 
-    def draw(self, random: np.random.Generator, given: Value | None) -> Value:
+    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
         """Return a value; arguments as for `Normal.draw`."""
         del given
         return self.values[int(random.integers(len(self.values)))]
@@ -178,7 +178,7 @@ def _problem(key: str, detail: Any) -> Problem:
     return Problem(f'{key}.{place}' if place else key, detail['input'], said, _EXAMPLE)
 
 
-def _centre(given: Value | None) -> float:
+def _centre(given: _Value | None) -> float:
     if isinstance(given, bool) or not isinstance(given, int | float):
         raise ValueError(f"is drawn about the scene's value, which is {given!r}, not a number")
     return float(given)
@@ -210,7 +210,7 @@ class Ship:
     """
 
     number: int
-    drawn: dict[str, Value]
+    drawn: dict[str, _Value]
     scene: Scene
 
 
@@ -267,7 +267,7 @@ class Plan:
     def ship(self, number: int) -> Ship:
         """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError."""
         given = copy.deepcopy(self.content)
-        drawn: dict[str, Value] = {}
+        drawn: dict[str, _Value] = {}
         for key, draw in self.draws.items():
             random = np.random.default_rng(_stream(self.scene.seed, number, *key.encode()))
             try:

@@ -61,7 +61,7 @@ _TOPIC = 'tauto-share'
 MOST_DEATHS = 4
 """Deaths of its process after which a run is given up."""
 
-START_S = 1.5
+POOL_START_S = 1.5
 """Approximate time in which a process starts and loads what a run needs [s]."""
 
 IDLE_S = 10.0
@@ -108,7 +108,7 @@ class Crew:
             return self
         works = list(works_s)
         saved_s = sum(works) * (1.0 - 1.0 / min(self.jobs, len(works)))
-        return self if saved_s > START_S else Crew(1)
+        return self if saved_s > POOL_START_S else Crew(1)
 
 
 @dataclass(frozen=True)

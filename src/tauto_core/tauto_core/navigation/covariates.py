@@ -80,7 +80,7 @@ HELD_S = 10.0
 """Time, by their stamps, for which readings of a live graph wait for the motion [s]."""
 
 
-class Motion(Protocol):
+class MotionRegressors(Protocol):
     """A source of the integrals of the regressors."""
 
     inputs: tuple[str, ...]

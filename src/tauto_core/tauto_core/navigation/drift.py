@@ -13,7 +13,7 @@ import numpy as np
 from tauto_core.clockwork.dial import DialSetting
 from tauto_core.navigation.covariates import (
     HELD_S,
-    Motion,
+    MotionRegressors,
     Regressors,
     clock_model,
     integral_names,
@@ -384,7 +384,7 @@ _COUNTED = (
     'dial_settings',
 )  # fmt: skip
 
-AHEAD_NS = 86_400 * NS_PER_S
+_AHEAD_NS = 86_400 * NS_PER_S
 """An observation stamped later than this after the newest reading belongs to another clock."""
 
 
@@ -417,7 +417,7 @@ class DriftStage:
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
 
     def __init__(
-        self, scene: Scene, expect_schedule: bool = True, motion: Motion | None = None
+        self, scene: Scene, expect_schedule: bool = True, motion: MotionRegressors | None = None
     ) -> None:
         self._model = clock_model(scene)
         self._schedule = schedule(scene) if expect_schedule else None
@@ -585,7 +585,7 @@ class DriftStage:
 
     def _is_foreign_new(self, stamp: int) -> bool:
         """Return whether an observation may be this clock's and is new; count the others."""
-        if BEFORE_ALL < self._last_reading_ns < stamp - AHEAD_NS:
+        if BEFORE_ALL < self._last_reading_ns < stamp - _AHEAD_NS:
             self._health['observations_from_future'] += 1
             return False
         if stamp > self._last_observation_ns:

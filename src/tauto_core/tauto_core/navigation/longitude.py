@@ -139,7 +139,7 @@ HALF_TURN_ARCMIN = 180.0 * 60.0
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / DAY_S
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
 
-AHEAD_NS = 3600 * NS_PER_S
+_AHEAD_NS = 3600 * NS_PER_S
 """A fix stamped later than this after the newest reading belongs to another clock."""
 
 HELD = 4096
@@ -279,10 +279,10 @@ class LongitudeStage:
             self._health['fixes_invalid'] += int(np.count_nonzero(~valid))
             new = _only(new, valid)
             if not self._expect_fix and self._last_ns[READING] > BEFORE_ALL:
-                if self._last_ns[SHIP_FIX] > self._last_ns[READING] + AHEAD_NS:
+                if self._last_ns[SHIP_FIX] > self._last_ns[READING] + _AHEAD_NS:
                     self._held.pop(SHIP_FIX, None)  # no reading could check these
                     self._last_ns[SHIP_FIX] = BEFORE_ALL
-                near = new.stamp_ns <= self._last_ns[READING] + AHEAD_NS
+                near = new.stamp_ns <= self._last_ns[READING] + _AHEAD_NS
                 self._health['fixes_from_future'] += int(np.count_nonzero(~near))
                 new = _only(new, near)
         if topic in self._stale and count(new):

@@ -213,7 +213,7 @@ def _log_likelihood(
     return float(-0.5 * (wrong * wrong / variance + math.log(variance)))
 
 
-CONFIDENCE = 0.95
+_CONFIDENCE = 0.95
 """Probability that a confidence interval contains the true deviation of the clock."""
 
 FEWEST = 32
@@ -238,7 +238,7 @@ class Deviation:
 
     Args:
         value: the deviation of the relative frequency [1], or the time deviation [s].
-        low, high: confidence interval of `CONFIDENCE`.
+        low, high: confidence interval of `_CONFIDENCE`.
     """
 
     value: FloatArray
@@ -294,7 +294,7 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
     return {
         'samples': found.samples,
         'interval_s': interval_s,
-        'confidence': CONFIDENCE,
+        'confidence': _CONFIDENCE,
         'rows': rows,
     }
 
@@ -395,7 +395,7 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
         # for a redder noise than the difference allows, those of the reddest allowed
         alpha = max(list(KINDS)[column], 2 - 2 * each.order)
         freedom[row, column] = degrees_of_freedom(alpha, each, count)
-    level = 0.5 * np.array([1.0 - CONFIDENCE, 1.0 + CONFIDENCE])[:, None]
+    level = 0.5 * np.array([1.0 - _CONFIDENCE, 1.0 + _CONFIDENCE])[:, None]
     # logarithms of σ²/V at which one kind alone reaches the level
     ends = np.log(freedom / special.chdtri(freedom, level[:, :, None]))
 

@@ -368,15 +368,15 @@ def _turn(error_s: float) -> str:
 
 _JUDGED = ('raw_error_nmi', 'error_nmi')
 
-Row: TypeAlias = tuple[int, FloatArray]
+_Row: TypeAlias = tuple[int, FloatArray]
 
 
 class _RowsBefore:
     """The last row of a topic, and the last one before each of several instants."""
 
     def __init__(self) -> None:
-        self.last: Row | None = None
-        self.before: dict[int, Row | None] = {}
+        self.last: _Row | None = None
+        self.before: dict[int, _Row | None] = {}
 
     def mark(self, instant_ns: int) -> None:
         """Keep the last row before an instant; it is unknown if later rows have come already."""
@@ -491,7 +491,7 @@ class LongitudeTally:
             'worst_raw_prize_pounds': prize_pounds(raw_nmi) if tried else None,
         }
 
-    def _verdict(self, row: Row, latitude: Row | None, checked_ns: int | None) -> dict[str, Any]:
+    def _verdict(self, row: _Row, latitude: _Row | None, checked_ns: int | None) -> dict[str, Any]:
         stamp, values = row
         errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
         since = self._first_ns if checked_ns is None else checked_ns

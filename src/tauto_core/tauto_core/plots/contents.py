@@ -89,7 +89,7 @@ class Seaway:
 
 
 @dataclass(frozen=True)
-class Window:
+class _Window:
     """A part of a voyage, from the first reading.
 
     The note says why this part is shown; it is empty for the whole voyage or one that was asked
@@ -119,7 +119,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
     return _felt(made, time_s, 'made anew from the scene')
 
 
-def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> Window:
+def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
     """Return the part of a voyage that is shown: the one asked for, or else the roughest.
 
     Without a beginning it begins `PART_S` before the end, without an end it ends `PART_S` after
@@ -146,17 +146,17 @@ def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> Window:
             f'from {from_s:.9g} to {to_s:.9g} s: has more than {MOST_SAMPLES} samples of the '
             f'motion. Show at most {most_s:.6g} s ({most_s / DAY_S:.4g} days)'
         )
-    return Window(from_s, to_s)
+    return _Window(from_s, to_s)
 
 
-def _roughest(voyage: Voyage, end_s: float) -> Window:
+def _roughest(voyage: Voyage, end_s: float) -> _Window:
     """Return the ten minutes with the greatest motion where it is logged, else of highest sea.
 
     The motion is measured as the mean square of the roll and of the vertical acceleration over g:
     the tilt and the share by which the apparent gravity changes.
     """
     if end_s <= PART_S:
-        return Window(0.0, end_s)
+        return _Window(0.0, end_s)
     if SHIP_IMU in voyage.samples:
         moved = seaway(voyage, 0.0, end_s + 1.0)
         size = np.square(moved.roll_rad) + np.square(moved.vertical_m_s2 / voyage.scene.g)
@@ -165,16 +165,16 @@ def _roughest(voyage: Voyage, end_s: float) -> Window:
         whole = moved.time_s + PART_S <= moved.time_s[-1]
         mean = (sums[last] - sums[:-1]) / (last - np.arange(len(size)))
         from_s = float(moved.time_s[np.argmax(np.where(whole, mean, -1.0))])
-        return Window(from_s, from_s + PART_S, 'the roughest ten minutes')
+        return _Window(from_s, from_s + PART_S, 'the roughest ten minutes')
     met = weather(voyage.scene)
     if not met:
-        return Window(0.0, PART_S, 'the first ten minutes')
+        return _Window(0.0, PART_S, 'the first ten minutes')
     highest = max(
         met[:1] + tuple(each for each in met if each.at_ns <= end_s * NS_PER_S),
         key=lambda state: state.height,
     )
     from_s = min(max(highest.at_ns / NS_PER_S - 0.5 * PART_S, 0.0), end_s - PART_S)
-    return Window(from_s, from_s + PART_S, 'the ten minutes about the highest sea')
+    return _Window(from_s, from_s + PART_S, 'the ten minutes about the highest sea')
 
 
 def weather(scene: Scene) -> tuple[WeatherState, ...]:
@@ -208,7 +208,7 @@ def _felt(imu: ImuSamples, time_s: FloatArray, note: str) -> Seaway:
 
 MOST_POINTS = 2000
 """Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
-PIECES = 25
+_PIECES = 25
 """Number of pieces of a voyage over which the rate is measured."""
 MOST_CHANGES = 8
 """Largest number of changes of the weather that are marked; more could not be told apart."""
@@ -403,14 +403,14 @@ def _rate(voyage: Voyage) -> Chart:
     last = len(time) - 1
     marks, _ = _marks(voyage, 0.0, float(time[-1]))
     # a mean over less than half a piece, such as the minute after an arrival, would show the noise
-    least = max(last // (2 * PIECES), 1)
+    least = max(last // (2 * _PIECES), 1)
     cuts = [0]
     for cut in sorted(np.searchsorted(time, [each.x for each in marks]).tolist()):
         if cuts[-1] + least <= cut <= last - least:
             cuts.append(cut)
     edges = [0]
     for begin, end in pairwise([*cuts, last]):
-        pieces = min(max(round(PIECES * (end - begin) / last), 1), end - begin)
+        pieces = min(max(round(_PIECES * (end - begin) / last), 1), end - begin)
         edges += np.linspace(begin, end, pieces + 1).round().astype(int)[1:].tolist()
     measured = np.diff(error[edges]) / np.diff(time[edges]) * DAY_S
     estimated, sigma = voyage.mean_rate_s_per_day, voyage.mean_rate_sigma_s_per_day
@@ -488,7 +488,7 @@ def _phase(voyage: Voyage) -> Chart:
     )
 
 
-def _roll(voyage: Voyage, shown: Window, moved: Seaway) -> Chart:
+def _roll(voyage: Voyage, shown: _Window, moved: Seaway) -> Chart:
     unit, name = time_unit(shown.to_s - shown.from_s)
     time = (moved.time_s - shown.from_s) / unit
     marks, _ = _marks(voyage, shown.from_s, shown.to_s)
@@ -510,7 +510,7 @@ def _roll(voyage: Voyage, shown: Window, moved: Seaway) -> Chart:
     return Chart(title, label, 'roll [°]', [roll], marks=marks, below=heave)
 
 
-def _of_part(voyage: Voyage, shown: Window, moved: Seaway, *more: str) -> str:
+def _of_part(voyage: Voyage, shown: _Window, moved: Seaway, *more: str) -> str:
     """Return which part of the voyage a picture shows, as its note."""
     size, unit = time_unit(float(voyage.time_s[-1]))
     whole = shown.from_s == 0.0 and shown.to_s >= voyage.time_s[-1]
@@ -520,7 +520,7 @@ def _of_part(voyage: Voyage, shown: Window, moved: Seaway, *more: str) -> str:
     return f'{said[0].upper()}{said[1:]}.' if said else ''
 
 
-def _spectrum(voyage: Voyage, shown: Window, moved: Seaway) -> Chart:
+def _spectrum(voyage: Voyage, shown: _Window, moved: Seaway) -> Chart:
     from scipy.signal import welch
 
     time = moved.time_s
@@ -700,7 +700,7 @@ _PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'cam': _cam,
     'machine': _machine,
 }
-OF_A_PART: dict[str, Callable[[Voyage, Window, Seaway], Chart]] = {
+OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {
     'roll': _roll,
     'spectrum': _spectrum,
 }

@@ -24,7 +24,7 @@ from tauto_core.scene import AxleSuspension, Scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import contiguous, read_force, read_roll
-from tauto_core.ship.six_motions import Plane, force_in_plane
+from tauto_core.ship.six_motions import ThreadPlane, force_in_plane
 
 # -----------------------------------------------------------------------------
 # Polynomials that represent the ship's motion between its samples.
@@ -319,7 +319,7 @@ class MotionBuffer:
         still: bool,
         step_ns: int,
         max_gap_s: float | None,
-        plane: Plane = 'ship',
+        plane: ThreadPlane = 'ship',
         stride: int = 1,
         smooth: bool = False,
         by_samples: bool = False,
@@ -329,7 +329,7 @@ class MotionBuffer:
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
         self._still = still
-        self._plane: Plane = plane
+        self._plane: ThreadPlane = plane
         self._step_ns = step_ns
         self._max_gap_ns = _LATEST_NS if max_gap_s is None else round(max_gap_s * 1e9)
         self._stride = stride

@@ -28,12 +28,11 @@ from numpy.typing import NDArray
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
-from tauto_core.scene.times import DAY_S
+from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 from tauto_core.ship.sea import spline
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
-STANDARD_GRAVITY = 9.80665
 MOST_FROUDE = 0.25
 """Froude number U/sqrt(g L) up to which the speed terms of strip theory are used."""
 LEAST_ENCOUNTER = 0.2

@@ -18,10 +18,10 @@ import numpy as np
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import install
+from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.hull import (
     SHAPES,
     SHAPES_FOLDER,
-    STANDARD_GRAVITY,
     ComplexArray,
     HullCoefficients,
     HullError,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 M = TypeVar('M', Harmonics, Fades)
 
-Plane: TypeAlias = Literal['free', 'vertical', 'ship']
+ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
 """The plane in which the weight of a clock can follow the apparent vertical (theory G7).
 
 `free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
@@ -116,7 +116,7 @@ def imu_from_motions(
     return sensed(stamp_ns, orientation[:n], turning[:n], force[:n])
 
 
-def force_in_plane(imu: ImuSamples, plane: Plane) -> FloatArray:
+def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
     """Return the specific force that a clock's thread can follow, its last two columns.
 
     They are athwart and upright in the axes of the case; the first, along the axle, does not
@@ -125,7 +125,7 @@ def force_in_plane(imu: ImuSamples, plane: Plane) -> FloatArray:
 
     Args:
         imu: samples that `imu.screen` has passed.
-        plane: see `Plane`.
+        plane: see `ThreadPlane`.
     """
     force = imu.linear_acceleration
     # a sample of a ship that only rolls has the same bits in all planes
