@@ -18,16 +18,16 @@ import pytest
 
 from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
-from tauto_core.ensembles.answers import answers, draw_fleet, figure_of
+from tauto_core.ensembles.answers import draw_fleet, figure_of, statistics_of
 from tauto_core.ensembles.fleets import (
     FIGURES,
     FleetError,
     Plan,
     Store,
     as_draws,
+    row_schema,
     sail_fleet,
     sail_ship,
-    schema,
 )
 from tauto_core.ensembles.workers import Crew, Ended, WorkerError
 from tauto_core.scene import load_scene
@@ -168,7 +168,7 @@ def test_lost_ships_that_an_older_version_entered_as_failed_sail_again(alone, tm
     rows = pq.read_table(folder / 'ships.parquet').to_pylist()
     for row, why in zip(rows[2:5], (LET_GO, DIED, CLOSED), strict=True):
         row |= {**dict.fromkeys(FIGURES), 'failure': why, 'run_s': None}
-    pq.write_table(pa.Table.from_pylist(rows, schema=schema(plan())), folder / 'ships.parquet')
+    pq.write_table(pa.Table.from_pylist(rows, schema=row_schema(plan())), folder / 'ships.parquet')
     with pytest.warns(TautoWarning, match='3 ships in it .*sail again'):
         again = sail_fleet(plan(), Crew(1), folder)
     assert lasting(again.rows) == lasting(alone.rows)
@@ -405,7 +405,7 @@ def row(number, error, **values):
 def test_shares_have_wilsons_interval():
     """Wilson's formula is (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
     rows = [row(k, -float(k)) for k in range(100)] + [row(100, 0.0, failure='lost')]
-    found = answers(plan(vary={}), rows).within['corrected'][0]
+    found = statistics_of(plan(vary={}), rows).within['corrected'][0]
     n, k, z = 101, 31, 1.959963984540054
     p = k / n
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)
@@ -417,14 +417,14 @@ def test_shares_have_wilsons_interval():
 
 def test_a_voyage_that_the_act_does_not_judge_is_not_judged():
     rows = [row(k, float(k)) for k in range(3)]
-    found = answers(plan(vary={}), rows)
+    found = statistics_of(plan(vary={}), rows)
     assert found.within is not None
     assert found.unchecked_days == (42.0, 42.0)
-    found = answers(plan(vary={}), [*rows, row(3, 1.0, unchecked_days=41.99)])
+    found = statistics_of(plan(vary={}), [*rows, row(3, 1.0, unchecked_days=41.99)])
     assert found.within is None
     assert found.unchecked_days == (41.99, 42.0)
     assert found.quantiles_nmi['corrected'] is not None
-    found = answers(plan(vary={}), [row(0, 0.0, unchecked_days=None, failure='lost')])
+    found = statistics_of(plan(vary={}), [row(0, 0.0, unchecked_days=None, failure='lost')])
     assert (found.within, found.unchecked_days) == (None, None)
 
 
@@ -435,7 +435,7 @@ def test_the_picture_of_a_fleet_shows_prizes_only_where_it_is_judged(alone):
 
     assert said(alone) == ('second_cam_at_sea: 6 ships, 2 minutes unchecked', [])
     rows = [row | {'unchecked_days': 81.0} for row in alone.rows]
-    long = replace(alone, rows=rows, answers=answers(alone.plan, rows))
+    long = replace(alone, rows=rows, answers=statistics_of(alone.plan, rows))
     title, prizes = said(long)
     assert title == 'second_cam_at_sea: 6 ships'
     assert prizes == ['30 nmi: £20,000', '40 nmi: £15,000', '60 nmi: £10,000']
@@ -445,7 +445,7 @@ def test_quantiles_and_influences_are_of_those_that_arrived():
     key = 'trochlea.release_angle'
     rows = [row(k, (-1) ** k * float(k), **{key: math.exp(-k)}) for k in range(101)]
     rows.append(row(101, 0.0, failure='lost', **{key: 5.0}))
-    found = answers(plan(vary={key: VARY[key]}), rows)
+    found = statistics_of(plan(vary={key: VARY[key]}), rows)
     assert found.quantiles_nmi['corrected'] == pytest.approx([5.0, 25.0, 50.0, 75.0, 95.0])
     assert found.quantiles_nmi['raw'] == pytest.approx([10.0, 50.0, 100.0, 150.0, 190.0])
     assert [each.key for each in found.influences] == [key]
@@ -460,7 +460,7 @@ def test_a_tolerance_that_turns_the_error_either_way_is_seen():
     """
     key = 'trochlea.release_angle'
     rows = [row(k, 1.5 * (k - 50.0), **{key: 1.0 + 0.01 * k}) for k in range(101)]
-    (found,) = answers(plan(vary={key: VARY[key]}), rows).influences
+    (found,) = statistics_of(plan(vary={key: VARY[key]}), rows).influences
     assert found.raw == found.corrected == pytest.approx(1.0, abs=1e-12)
     assert abs(found.corrected_size) < 0.05
 

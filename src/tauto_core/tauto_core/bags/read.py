@@ -149,7 +149,7 @@ class Channel(NamedTuple):
     metadata: Mapping[str, str]
 
 
-class Recorded(NamedTuple):
+class RecordedMessage(NamedTuple):
     """A stored message with all fields of its record."""
 
     channel: int
@@ -205,14 +205,14 @@ class McapFile:
         """
         yield from messages_in(self._octets(span, stream), channels)
 
-    def recorded(self, span: Span, stream: BinaryIO) -> Iterator[Recorded]:
+    def recorded(self, span: Span, stream: BinaryIO) -> Iterator[RecordedMessage]:
         """Yield the messages of a span as they were recorded, in the order of the file."""
         octets = self._octets(span, stream)
         for opcode, first, last in records_in(octets):
             if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
                 head = MESSAGE_HEAD.unpack_from(octets, first)
                 payload = octets[first + MESSAGE_HEAD.size : last]
-                yield Recorded._make((*head, payload))
+                yield RecordedMessage._make((*head, payload))
 
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
         """Return stamp [ns] and offset of each message among the records of a span, by channel."""

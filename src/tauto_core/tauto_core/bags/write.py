@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from tauto_core.bags.codec import encode
-from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, Recorded
+from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, RecordedMessage
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
 from tauto_core.samples import Batches, count
@@ -623,7 +623,7 @@ class BagWriter:
         self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload)
         self.counts[topic] = number
 
-    def copy(self, key: str, message: Recorded) -> None:
+    def copy(self, key: str, message: RecordedMessage) -> None:
         """Write a message of another bag unchanged, on a topic that was declared."""
         _, sequence, stamp_ns, publish_ns, payload = message
         self._file.add_message(self._channels[key], sequence, stamp_ns, payload, publish_ns)

@@ -114,7 +114,7 @@ class Answers:
         return f'{" to ".join(spans)} unchecked'
 
 
-def answers(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
+def statistics_of(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
     """Return the statistics of a fleet from its rows, at least one."""
     arrived = [row for row in rows if row['failure'] is None]
     failures: dict[str, int] = {}

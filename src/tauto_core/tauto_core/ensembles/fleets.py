@@ -26,7 +26,7 @@ from pydantic_core import PydanticCustomError
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.ensembles.answers import Answers, answers
+from tauto_core.ensembles.answers import Answers, statistics_of
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each, versions
 from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.scene import Scene, scene_yaml
@@ -582,14 +582,14 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table = pa.Table.from_pylist(list(rows), schema=schema(self._plan))
+        table = pa.Table.from_pylist(list(rows), schema=row_schema(self._plan))
         buffer = pa.BufferOutputStream()
         pq.write_table(table, buffer)
         with _saying(self._folder):
             write_whole(file, buffer.getvalue())
 
 
-def schema(plan: Plan) -> pa.Schema:
+def row_schema(plan: Plan) -> pa.Schema:
     """Return the columns of a fleet's rows, with their types."""
     import pyarrow as pa
 
@@ -677,7 +677,7 @@ def sail_fleet(
         if store is not None:
             store.close()
     rows.sort(key=lambda row: int(row['ship']))
-    return Fleet(plan, rows, answers(plan, rows))
+    return Fleet(plan, rows, statistics_of(plan, rows))
 
 
 def _sailed(

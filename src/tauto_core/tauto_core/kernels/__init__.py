@@ -1,6 +1,6 @@
 """Kernels: functions in a subset of Python that are compiled through LLVM (docs/kernels.md)."""
 
-from tauto_core.kernels.entries import Entry, entry, optimised
+from tauto_core.kernels.entries import CompiledFunction, entry, optimised
 from tauto_core.kernels.marks import (
     KernelCacheWarning,
     KernelError,
@@ -11,7 +11,7 @@ from tauto_core.kernels.marks import (
 )
 
 __all__ = [
-    'Entry',
+    'CompiledFunction',
     'KernelCacheWarning',
     'KernelError',
     'compiled',

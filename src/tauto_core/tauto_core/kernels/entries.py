@@ -237,21 +237,18 @@ def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
     return words, known['unpacked']
 
 
+_LIBC = ctypes.CDLL(None)
+_LIBC.free.restype = None
+
+
 def _array(kind: str, words: tuple[int, ...]) -> Any:
     """Return an array that a kernel has made, and give its memory back."""
     dtype = {'float': 'f8', 'int': 'i8', 'uint64': 'u8', 'bool': 'b1'}[kind]
     data, shape = words[0], words[1:]
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     copy = np.frombuffer(bytearray(ctypes.string_at(data, size)), dtype).reshape(shape)
-    _free()(ctypes.c_void_p.from_address(data - 8))
+    _LIBC.free(ctypes.c_void_p.from_address(data - 8))
     return copy
-
-
-@cache
-def _free() -> Any:
-    free = ctypes.CDLL(None).free
-    free.argtypes, free.restype = [ctypes.c_void_p], None
-    return free
 
 
 # -----------------------------------------------------------------------------
@@ -361,20 +358,12 @@ def optimised() -> Iterator[None]:
 
 
 @cache
-def _stamp() -> str:
-    """Return processor and versions, on which compiled code depends beside its sources."""
-    from tauto_core.kernels.program import compiler_versions
-
-    return '\n'.join(compiler_versions())
-
-
-@cache
 def _compiler() -> dict[str, str]:
     """Return the files of this compiler with their hashes."""
     return {str(path): digest(str(path)) for path in sorted(Path(__file__).parent.glob('*.py'))}
 
 
-class Entry:
+class CompiledFunction:
     """A kernel that can be called from Python; the interpreter's lock is free while it runs.
 
     Attributes:
@@ -447,10 +436,26 @@ class Entry:
 
         What is kept of the first effort is taken, else of the next; else the last is made.
         """
-        from tauto_core.kernels.program import Program, loaded, object_code, processor
+        from tauto_core.kernels.program import (
+            Program,
+            compiler_versions,
+            loaded,
+            object_code,
+            processor,
+        )
 
         for effort in efforts:
-            file, name = self._file_and_name(structures, effort)
+            identity = '\n'.join(
+                [
+                    self.python.__code__.co_filename,
+                    f'{self.python.__module__}.{self.python.__qualname__}',
+                    *(in_words(structure) for structure in structures),
+                    effort.name,
+                    *compiler_versions(),
+                ]
+            )
+            tag = hashlib.sha256(identity.encode()).hexdigest()[:32]
+            file, name = f'{self.python.__name__}.{tag}', f'{ENTRY}_{tag}'
             kept = read(file)
             if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
                 return kept[0]['result'], loaded(kept[1], name), effort
@@ -465,20 +470,6 @@ class Entry:
         write(file, header, code)
         return program.result, loaded(code, name), effort
 
-    def _file_and_name(self, structures: list[Any], effort: Any) -> tuple[str, str]:
-        """Return the file in which code is kept, and the name of the entry in it."""
-        identity = '\n'.join(
-            [
-                self.python.__code__.co_filename,
-                f'{self.python.__module__}.{self.python.__qualname__}',
-                *(in_words(structure) for structure in structures),
-                effort.name,
-                _stamp(),
-            ]
-        )
-        tag = hashlib.sha256(identity.encode()).hexdigest()[:32]
-        return f'{self.python.__name__}.{tag}', f'{ENTRY}_{tag}'
-
 
 def _fits(x: Any) -> bool:
     if isinstance(x, tuple):
@@ -488,5 +479,5 @@ def _fits(x: Any) -> bool:
 
 
 def entry(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function for calls from Python, see `Entry`."""
-    return Entry(function)
+    """Compile a function for calls from Python, see `CompiledFunction`."""
+    return CompiledFunction(function)

@@ -258,6 +258,7 @@ def processor() -> tuple[str, str, str]:
     return triple, llvm.get_host_cpu_name(), features
 
 
+@cache
 def compiler_versions() -> tuple[str, ...]:
     """Return all that compiled code depends on beside its sources."""
     made_by = llvmlite.__version__, str(llvm.llvm_version_info)

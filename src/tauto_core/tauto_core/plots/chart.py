@@ -1,6 +1,6 @@
 """Charts: lines, bands and points on axes with units, and how Matplotlib draws them.
 
-The page of a voyage draws the same charts with Bokeh (`page`).
+The page of a voyage draws the same charts with Bokeh (`plots.page`).
 """
 
 from __future__ import annotations

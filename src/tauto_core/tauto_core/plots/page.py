@@ -201,12 +201,12 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     See `check_report`; a file that cannot be written is an OutputError.
     """
     check_report(file)
-    text = page(voyage, command)
+    text = report_html(voyage, command)
     # the command may name a file whose name is no text
     write_output(file, text.encode('utf-8', 'xmlcharrefreplace'))
 
 
-def page(voyage: Voyage, command: str) -> str:
+def report_html(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage, with the command line that made it."""
     from bokeh.embed import components
     from bokeh.resources import Resources

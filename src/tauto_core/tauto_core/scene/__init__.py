@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         scene_yaml,
         shipped_scenes,
     )
-    from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, Voyage, Waypoint
+    from tauto_core.scene.sections import Clock, DriftSettings, Itinerary, Log, Solver, Waypoint
     from tauto_core.scene.tables import data_path
     from tauto_core.ship.motions.components import Component
     from tauto_core.ship.motions.recorded import Recorded
@@ -35,6 +35,7 @@ __all__ = [
     'Drag',
     'DriftSettings',
     'FluidTautochroneRegulator',
+    'Itinerary',
     'Log',
     'Rao',
     'Recorded',
@@ -47,7 +48,6 @@ __all__ = [
     'SpectrumTable',
     'TautoError',
     'Trochlea',
-    'Voyage',
     'Waypoint',
     'data_path',
     'load_scene',
@@ -66,6 +66,7 @@ _of_a_section = loaded_from(
         'Drag': 'tauto_core.machines.drags',
         'DriftSettings': 'sections',
         'FluidTautochroneRegulator': 'tauto_core.machines.sections',
+        'Itinerary': 'sections',
         'Log': 'sections',
         'Rao': 'tauto_core.ship.sections',
         'Recorded': 'tauto_core.ship.motions.recorded',
@@ -76,7 +77,6 @@ _of_a_section = loaded_from(
         'Solver': 'sections',
         'SpectrumTable': 'tauto_core.ship.sections',
         'Trochlea': 'tauto_core.machines.sections',
-        'Voyage': 'sections',
         'Waypoint': 'sections',
         'data_path': 'tables',
         'load_scene': 'loader',

@@ -29,13 +29,13 @@ from tauto_core.scene.sections import (
     Clock,
     DriftSettings,
     Gravity,
+    Itinerary,
     KindIn,
     Log,
     OneLine,
     Positive,
     Section,
     Solver,
-    Voyage,
     kind_of,
     kinds_in,
 )
@@ -85,7 +85,7 @@ class Scene(Section):
     clock: Clock = Field(
         default=Clock(), description='mapping: nominal_period, white_fm, random_walk_fm'
     )
-    voyage: Voyage | None = Field(
+    voyage: Itinerary | None = Field(
         default=None,
         description='mapping: departure, arrival, sails_at, arrives_at or speed, …',
     )

@@ -389,7 +389,7 @@ class Waypoint(Section):
     )
 
 
-class Voyage(Section):
+class Itinerary(Section):
     """From port to port at constant speed; times from the start of the scene."""
 
     departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
@@ -480,7 +480,7 @@ class Voyage(Section):
                 )
 
 
-def key_of_place(voyage: Voyage, index: int) -> str:
+def key_of_place(voyage: Itinerary, index: int) -> str:
     """Return the path to the key of one of `voyage.places`."""
     if index == 0:
         return 'voyage.departure'

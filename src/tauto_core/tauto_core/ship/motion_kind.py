@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self
 from pydantic import Field
 
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.sections import Kind, Number, Positive, Voyage
+from tauto_core.scene.sections import Itinerary, Kind, Number, Positive
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Fades, Harmonics
 
@@ -51,7 +51,7 @@ class Surroundings(Protocol):
         ...
 
     @property
-    def voyage(self) -> Voyage | None:
+    def voyage(self) -> Itinerary | None:
         """The voyage from port to port; None: the ship stays in one place."""
         ...
 

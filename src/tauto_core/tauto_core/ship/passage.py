@@ -15,7 +15,12 @@ from numpy.polynomial.legendre import leggauss
 from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.sections import HIGHEST_LATITUDE_DEG, WIDEST_AWARD_NMI, Voyage, key_of_place
+from tauto_core.scene.sections import (
+    HIGHEST_LATITUDE_DEG,
+    WIDEST_AWARD_NMI,
+    Itinerary,
+    key_of_place,
+)
 from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import Surroundings
 
@@ -261,7 +266,7 @@ class Passage:
             with which she does not arrive within the scene.
     """
 
-    def __init__(self, scene: Surroundings, voyage: Voyage) -> None:
+    def __init__(self, scene: Surroundings, voyage: Itinerary) -> None:
         self._voyage = voyage
         self._legs = _legs(scene, voyage)
         self._ends_m = np.cumsum([leg.length_m for leg in self._legs])
@@ -326,7 +331,7 @@ class Passage:
         return latitude, longitude
 
 
-def _legs(scene: Surroundings, voyage: Voyage) -> list[Leg]:
+def _legs(scene: Surroundings, voyage: Itinerary) -> list[Leg]:
     """Return the legs from place to place."""
     legs: list[Leg] = []
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
@@ -355,7 +360,7 @@ def _legs(scene: Surroundings, voyage: Voyage) -> list[Leg]:
     return legs
 
 
-def _arrives_at(scene: Surroundings, voyage: Voyage, length_m: float) -> float:
+def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> float:
     """Return the time of arrival from the start [s]."""
     if voyage.speed is None:
         return math.nan if voyage.arrives_at is None else voyage.arrives_at
