@@ -33,6 +33,8 @@ def example(kind: type[s.Samples], n: int, seed: int = 1726) -> s.Samples:
         return s.JointSamples(when, 'case', ('wheel', 'fusee'), *three)
     if kind is s.TimeSamples:
         return s.TimeSamples(when, '', when + rng.integers(-(10**12), 10**12, n), sources)
+    if kind is s.TemperatureSamples:
+        return s.TemperatureSamples(when, 'clock_case', *rng.normal(size=(2, n)))
     status, service = rng.integers(-2, 3, n), rng.integers(0, 65536, n)
     latitude, longitude, altitude = rng.normal(size=(3, n))
     return s.FixSamples(
@@ -85,6 +87,10 @@ def fill(make: Callable[[str], Any], samples: s.Samples, i: int) -> Any:
     elif isinstance(samples, s.TimeSamples):
         message = make('sensor_msgs/msg/TimeReference')
         message.time_ref, message.source = time(samples.time_ref_ns[i]), samples.source[i]
+    elif isinstance(samples, s.TemperatureSamples):
+        message = make('sensor_msgs/msg/Temperature')
+        message.temperature = float(samples.temperature[i])
+        message.variance = float(samples.variance[i])
     else:
         message = make('sensor_msgs/msg/NavSatFix')
         message.status = make('sensor_msgs/msg/NavSatStatus')

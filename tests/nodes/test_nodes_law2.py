@@ -13,7 +13,13 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_core.samples import READING, SHIP_IMU, ImuSamples
+from tauto_core.samples import (
+    READING,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    ImuSamples,
+    TemperatureSamples,
+)
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
@@ -121,6 +127,22 @@ def test_a_clock_in_a_hull_reads_in_a_graph_what_it_reads_offline(tmp_path: Path
     # without a hull, ships of a scene roll and heave only
     assert np.std(imu.linear_acceleration[:, 0]) > 0.1
     assert np.std(imu.angular_velocity[:, 1:], axis=0).min() > 1e-3
+
+
+def test_the_temperature_of_a_graph_is_the_one_offline(tmp_path: Path) -> None:
+    """Logged every 5 s, the last one lies beyond all samples of the motion."""
+    scene = tmp_path / 'warming.yaml'
+    air = 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\n'
+    scene.write_text(f'{IN_A_SLOOP}{air}log: {{interval: 5.0}}\n', encoding='utf-8')
+    sail(load_scene(scene), tmp_path / 'sail')
+    plan = GraphPlan(str(scene), tmp_path / 'graph', speed=0.0, compose=True)
+    assert run_graph(plan, load_scene(scene), lambda _: None).lost == 0
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    felt = read_bag(tmp_path / 'graph').samples(SHIP_TEMPERATURE)
+    assert isinstance(felt, TemperatureSamples)
+    assert felt.frame_id == 'clock_case'
+    np.testing.assert_array_equal(felt.stamp_ns, (86_400 + 5 * np.arange(122)) * 10**9)
+    assert np.all(np.diff(felt.temperature) < 0.0)
 
 
 def middleware_threads() -> set[str]:

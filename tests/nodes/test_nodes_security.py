@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile
 from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import TOPICS
-from tauto_core.samples import SHIP_IMU
+from tauto_core.samples import SHIP_IMU, SHIP_TEMPERATURE
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
 from tauto_nodes.flow import PACK_TOPIC
@@ -34,8 +34,14 @@ OPTIONAL: Ports = defaultdict(
     {
         # with publish_clock
         ('ship_motion', 'publish'): {'/clock'},
+        # with air, where the clock feels heat
+        ('trochlea', 'subscribe'): {f'/{SHIP_TEMPERATURE}', f'/{PACK_TOPIC}{SHIP_TEMPERATURE}'},
         # with drift.covariates
-        ('drift_estimator', 'subscribe'): {f'/{SHIP_IMU}', f'/{PACK_TOPIC}{SHIP_IMU}'},
+        ('drift_estimator', 'subscribe'): {
+            f'/{prefix}{topic}'
+            for topic in (SHIP_IMU, SHIP_TEMPERATURE)
+            for prefix in ('', PACK_TOPIC)
+        },
         # where tf2_msgs is installed
         ('markers', 'publish'): {'/tf'},
         # what the bag has

@@ -17,7 +17,8 @@ from tauto_nodes.ports import port
 def test_a_bag_declares_the_type_hashes_that_publishers_offer(
     bench: Bench, tmp_path: Path
 ) -> None:
-    sail(load_scene('measured', duration=61.0), tmp_path / 'bag')
+    air = {'kind': 'route', 'celsius': 12.0}
+    sail(load_scene('measured', duration=61.0, air=air), tmp_path / 'bag')
     declared = {
         channel.topic: channel.metadata['topic_type_hash']
         for channel in open_mcap(tmp_path / 'bag/bag_0.mcap').channels.values()

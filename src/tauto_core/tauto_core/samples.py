@@ -22,6 +22,7 @@ IntArray: TypeAlias = NDArray[np.int64]
 SCENE = 'scene'
 SHIP_IMU = 'ship/imu'
 SHIP_FIX = 'ship/fix'
+SHIP_TEMPERATURE = 'ship/temperature'
 JOINT_STATES = 'trochlea/joint_states'
 PHASE = 'trochlea/phase'
 READING = 'clock/reading'
@@ -120,10 +121,36 @@ class FixSamples:
     position_covariance_type: NDArray[np.uint8]
 
 
-Samples: TypeAlias = TextSamples | ImuSamples | PlanarImu | JointSamples | TimeSamples | FixSamples
+@dataclass(frozen=True)
+class TemperatureSamples:
+    """sensor_msgs/Temperature: degrees Celsius, and their variance [K2], 0 where it is unknown."""
+
+    stamp_ns: IntArray
+    frame_id: str
+    temperature: FloatArray
+    variance: FloatArray
+
+
+Samples: TypeAlias = (
+    TextSamples
+    | ImuSamples
+    | PlanarImu
+    | JointSamples
+    | TimeSamples
+    | FixSamples
+    | TemperatureSamples
+)
 Batches: TypeAlias = dict[str, Samples]
 State: TypeAlias = dict[str, Any]
-AnySamples = TypeVar('AnySamples', TextSamples, ImuSamples, JointSamples, TimeSamples, FixSamples)
+AnySamples = TypeVar(
+    'AnySamples',
+    TextSamples,
+    ImuSamples,
+    JointSamples,
+    TimeSamples,
+    FixSamples,
+    TemperatureSamples,
+)
 
 
 class Stage(Protocol):

@@ -37,12 +37,14 @@ from tauto_core.samples import (
     SCENE,
     SHIP_FIX,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     Batches,
     FloatArray,
     JointSamples,
     Samples,
     Stage,
     State,
+    TemperatureSamples,
     TimeSamples,
     join,
     merged,
@@ -52,6 +54,7 @@ from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoError, naming
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
+from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:
@@ -75,11 +78,12 @@ SAILED_TO_COMPILE_S = 20.0
 class ShipSource:
     """All that comes from the ship, in order of its stamps: scene, motion, position, observations.
 
-    The scene's text comes first if `says_scene`. The motion is only for the clock unless it is
-    needed `as_messages` too.
+    Where the scene has `air`, so does the temperature in the box of the clock, on the log grid up
+    to the first instant at or after the last sample of the motion. The scene's text comes first if
+    `says_scene`. The motion is only for the clock unless it is needed `as_messages` too.
     """
 
-    outputs = (SCENE, SHIP_IMU, SHIP_FIX, OBSERVATION)
+    outputs = (SCENE, SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION)
 
     def __init__(
         self,
@@ -95,6 +99,7 @@ class ShipSource:
         self._motion = ShipMotion(scene) if motion is None else motion
         self._observations = Observations(scene)
         self._route = Route(scene)
+        self._box = None if scene.air is None else BoxTemperature(scene)
         self._produced, self._as_messages = 0, as_messages
 
     @property
@@ -127,6 +132,18 @@ class ShipSource:
         logs = np.arange(-(-begin // interval), -(-end // interval))
         if len(logs):
             batches[SHIP_FIX] = self._route.fixes(starts_at + logs * interval)
+        if self._box is not None:
+            # the clock interpolates with the motion beyond the end too
+            more = self._step_ns if last < self.total else interval
+            until = (last - 1) * self._step_ns + more
+            grid = np.arange(-(-begin // interval), -(-until // interval))
+            if len(grid):
+                batches[SHIP_TEMPERATURE] = TemperatureSamples(
+                    starts_at + grid * interval,
+                    'clock_case',
+                    self._box.at(grid),
+                    np.zeros(len(grid)),
+                )
         if begin < end:
             seen = self._observations.between(starts_at + begin, starts_at + end)
             if len(seen.stamp_ns):
@@ -323,6 +340,14 @@ class Voyage:
     def clock_longitude_deg(self) -> FloatArray:
         """Longitude of the ship by the corrected clock [degrees east]."""
         return self._read(LONGITUDE_FIX, lambda found: found.longitude)
+
+    @cached_property
+    def temperature_celsius(self) -> FloatArray:
+        """Temperature in the box of the clock at `time_s` [°C]; empty without `air`."""
+        celsius = self._read(SHIP_TEMPERATURE, lambda found: found.temperature)
+        if not len(celsius):
+            return celsius
+        return np.interp(self.time_s, self._seconds(SHIP_TEMPERATURE), celsius)
 
     @cached_property
     def observation_time_s(self) -> FloatArray:
@@ -579,8 +604,8 @@ def replay(
     from tauto_core.bags import is_cut_short
 
     scene = bag_scene(bag) if scene is None else scene
-    stated = [SHIP_IMU, SHIP_FIX, OBSERVATION, JOINT_STATES, PHASE] if keep else []
-    wanted = [READING, OBSERVATION, SHIP_FIX, *stated]
+    stated = [SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, JOINT_STATES, PHASE]
+    wanted = [READING, OBSERVATION, SHIP_FIX, SHIP_TEMPERATURE, *(stated if keep else [])]
     if scene.drift.covariates:
         wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
     recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])

@@ -410,7 +410,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         ),
         Parameter(
             'topics',
-            ('scene', 'ship/imu', 'ship/fix', 'clock/observation'),
+            ('scene', 'ship/imu', 'ship/fix', 'ship/temperature', 'clock/observation'),
             'topics to play, as in the bag less its namespace; `all`: every topic of the bag',
         ),
         _CLOCK,

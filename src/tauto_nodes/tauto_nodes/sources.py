@@ -10,6 +10,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter as RosParameter
@@ -131,17 +132,21 @@ class SourceNode(GraphNode):
 # -----------------------------------------------------------------------------
 # The ship: its motion, its place and the navigator's observations, paced by wall time.
 
-OUTPUTS = (s.SCENE, s.SHIP_FIX, s.OBSERVATION, s.SHIP_IMU)
+OUTPUTS = (s.SCENE, s.SHIP_FIX, s.SHIP_TEMPERATURE, s.OBSERVATION, s.SHIP_IMU)
 
 
 def ship_messages(ship: ShipSource) -> Iterator[StampedMessage]:
-    """Yield the ship's messages by stamp; at one stamp in the order of OUTPUTS."""
+    """Yield the ship's messages by stamp; at one stamp in the order of OUTPUTS.
+
+    The last temperature lies beyond the motion, and goes with its last sample.
+    """
     while True:
         batches = ship.produce(256)
         rows: list[StampedMessage] = []
         for topic in OUTPUTS:
             if topic in batches:
-                stamps = batches[topic].stamp_ns.tolist()
+                last_ns = batches[s.SHIP_IMU].stamp_ns[-1]
+                stamps = np.minimum(batches[topic].stamp_ns, last_ns).tolist()
                 rows += zip(stamps, repeat(topic), encode(topic, batches[topic]), strict=False)
         if not rows:
             return
@@ -150,7 +155,7 @@ def ship_messages(ship: ShipSource) -> Iterator[StampedMessage]:
 
 
 class ShipMotionNode(SourceNode):
-    """Publishes scene, ship/imu, ship/fix and clock/observation of a scene."""
+    """Publishes scene, ship/imu, ship/fix, ship/temperature and clock/observation of a scene."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('ship_motion', 'speed', **node_options)

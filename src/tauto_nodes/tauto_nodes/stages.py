@@ -41,7 +41,14 @@ FORMAT = 'tauto state'
 
 _SAMPLES = {
     kind.__name__: kind
-    for kind in (s.TextSamples, s.ImuSamples, s.JointSamples, s.TimeSamples, s.FixSamples)
+    for kind in (
+        s.TextSamples,
+        s.ImuSamples,
+        s.JointSamples,
+        s.TimeSamples,
+        s.FixSamples,
+        s.TemperatureSamples,
+    )
 }
 _DTYPES = ('<f8', '<i8', '|b1', '|i1', '|u1', '<u2', '<i4')
 

@@ -116,9 +116,19 @@ NAV_SAT_FIX = MessageType(
         Field('position_covariance_type', 'position_covariance_type', 'uint8'),
     ),
 )
+TEMPERATURE = MessageType(
+    'sensor_msgs/msg/Temperature',
+    s.TemperatureSamples,
+    (
+        *_HEADER,
+        Field('temperature', 'temperature', 'float64', unit='°C'),
+        Field('variance', 'variance', 'float64', unit='K2'),
+    ),
+)
 
 MESSAGE_TYPES: dict[str, MessageType] = {
-    kind.name: kind for kind in (STRING, IMU, JOINT_STATE, TIME_REFERENCE, NAV_SAT_FIX)
+    kind.name: kind
+    for kind in (STRING, IMU, JOINT_STATE, TIME_REFERENCE, NAV_SAT_FIX, TEMPERATURE)
 }
 
 
@@ -185,6 +195,13 @@ TOPICS: dict[str, Topic] = {
             'at the rate of the ship',
         ),
         Topic(s.SHIP_FIX, NAV_SAT_FIX, 'ship_motion', 'true position of the ship'),
+        Topic(
+            s.SHIP_TEMPERATURE,
+            TEMPERATURE,
+            'ship_motion',
+            'temperature in the box of the clock, of the clock and of the thermometer beside it, '
+            'frame `clock_case`; between two stamps it is linear; only where the scene has `air`',
+        ),
         Topic(
             s.JOINT_STATES,
             JOINT_STATE,

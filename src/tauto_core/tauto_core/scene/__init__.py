@@ -89,7 +89,7 @@ _of_a_section = loaded_from(
 
 def __getattr__(name: str) -> Any:
     """Return a section or a kind by its name, loaded now."""
-    if name.endswith(('Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Thread', 'Weather')):
+    if name.endswith(('Air', 'Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Thread', 'Weather')):
         from tauto_core.scene.reference import all_kinds
 
         for model in all_kinds():

@@ -41,6 +41,8 @@ from tauto_core.scene.sections import (
 )
 from tauto_core.scene.tables import is_shipped, missing_file
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.ship.air import FOLDER as AIRS
+from tauto_core.ship.air import AirKind
 from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
@@ -81,6 +83,9 @@ class Scene(Section):
     suspension: AxleSuspension | None = Field(
         default=None,
         description='mapping: kind, support_radius, axle_radius, depth, gyration_radius, …',
+    )
+    air: Annotated[AirKind, KindIn(AIRS)] | None = Field(
+        default=None, description='mapping with `kind`: temperature of the air and of the clock'
     )
     clock: Clock = Field(
         default=Clock(), description='mapping: nominal_period, white_fm, random_walk_fm'
@@ -213,6 +218,8 @@ class Scene(Section):
                 'needs a voyage: in port the time is known better',
                 'Write `voyage: …`, or leave lunars out.',
             )
+        if self.air is not None:
+            yield from self.air.problems(self.voyage)
         if self.solver is not None:
             yield from self.solver.problems()
 

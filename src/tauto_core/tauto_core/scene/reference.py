@@ -228,6 +228,7 @@ _LEFT_OUT: dict[str, Any] = {
         'release_arc': 0.4,
     },
     'solver': {'tolerance': 1e-10},
+    'air': {'kind': 'route', 'celsius': 15.0},
     'escapement.train': {'fall': 0.1, 'impulses': 86400, 'energy': 1.5e-4},
     'escapement.rest': {'friction': 1e-6},
     'ship.rao': {'path': 'shipped:supply_rao/supply_rao.csv', 'heading': 1.75},
