@@ -10,17 +10,24 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import run, scene_of
-from thread_references import HangingReference, LeverReference, swing
+from thread_references import (
+    HELD,
+    SEA,
+    HangingReference,
+    LeverReference,
+    on_land,
+    sampled,
+    swing,
+)
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import LeverMachine, compile_machine
-from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.motion.closed_forms import UnevenWell
 from tauto_core.motion.real_threads import RealThreads
 from tauto_core.samples import JOINT_STATES, PHASE, READING, take
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import MotionBuffer
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 WHEEL = {
@@ -34,49 +41,10 @@ LONGER = {
     'power': {'kind': 'weight', 'mass': 0.322},
     'thread': {'kind': 'hanging', 'length': 1.5},
 }
-SEA = {
-    'kind': 'components',
-    'components': [
-        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
-        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
-    ],
-    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
-    'height': 2.5,
-}
-HELD = {
-    'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
-}
 RECOILING = {
     'drag': {'viscous': 2e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
 }
-
-
-def on_land(count, step_s, every=1):
-    """Spans of one length, every so many of them logged."""
-    return Forcing(
-        length_s=np.full(count, step_s),
-        begin=np.zeros(count),
-        end=np.ones(count),
-        end_ns=np.round(np.arange(1, count + 1) * step_s * 1e9).astype(np.int64),
-        logged=np.arange(1, count + 1) % every == 0,
-    )
-
-
-def sampled(scene, stride=2):
-    """The piecewise polynomials of a scene's ship."""
-    ship = ShipMotion(scene)
-    buffer = MotionBuffer(
-        apparent_vertical=True,
-        apparent_gravity=True,
-        still=False,
-        step_ns=scene.step_ns,
-        max_gap_s=1.0,
-        stride=stride,
-    )
-    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
-    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
 
 
 CASES = {

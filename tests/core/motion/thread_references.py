@@ -1,5 +1,7 @@
 """Sully's lever and the swinging thread by SciPy's DOP853, written from the Lagrangians.
 
+Scenes and forcing that several tests share stand here too.
+
 Nothing is shared with the engine but the polynomials of the ship's motion. The lever is found by
 Newton's method from |B − A| = AB and moves in θ and its momentum; the weight on the thread is a
 mass at a place.
@@ -12,6 +14,50 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+
+from tauto_core.motion import Forcing
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.buffer import MotionBuffer
+
+SEA = {
+    'kind': 'components',
+    'components': [
+        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
+        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
+    ],
+    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
+    'height': 2.5,
+}
+HELD = {
+    'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
+}
+
+
+def on_land(count: int, step_s: float, every: int = 1) -> Forcing:
+    """Spans of one length, every so many of them logged."""
+    return Forcing(
+        length_s=np.full(count, step_s),
+        begin=np.zeros(count),
+        end=np.ones(count),
+        end_ns=np.round(np.arange(1, count + 1) * step_s * 1e9).astype(np.int64),
+        logged=np.arange(1, count + 1) % every == 0,
+    )
+
+
+def sampled(scene: Any, stride: int = 2) -> Any:
+    """The piecewise polynomials of a scene's ship."""
+    ship = ShipMotion(scene)
+    buffer = MotionBuffer(
+        apparent_vertical=True,
+        apparent_gravity=True,
+        still=False,
+        step_ns=scene.step_ns,
+        max_gap_s=1.0,
+        stride=stride,
+    )
+    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
+    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
 
 
 class Outside:
@@ -103,6 +149,69 @@ class LeverReference:
         rate = self.angle(y, outside, t)[1]
         _, first, _ = self.geometry(float(y[0]))
         mass = self.machine.inertia + self.machine.turned_inertia * first**2
+        energy = 2.0 * self.machine.escapement.energy / mass
+        return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
+
+
+class SignedReference(LeverReference):
+    """State: θ and its momentum; the lever's angle counts in the sense of θ, on either side."""
+
+    def __init__(self, machine: Any, side: float, *, arc: bool, moment: float, turned: float):
+        super().__init__(machine)
+        self.side, self.arc, self.moment, self.turned = side, arc, moment, turned
+
+    def geometry(self, theta: float) -> tuple[float, float, float]:
+        if not self.arc:
+            rise, first, second = super().geometry(self.side * theta)
+            return self.side * rise, first, self.side * second
+        shape = self.machine.geometry
+        r, rho, depth = shape.base_radius, shape.arm, shape.base_radius + shape.length
+        angle, delta = self.side * theta, 0.0
+        for _ in range(40):
+            # the line at r u from the axle touches the circle about the fulcrum
+            wrong = r * (angle - delta) - rho * (1.0 - math.cos(delta)) + depth * math.sin(delta)
+            change = wrong / (depth * math.cos(delta) - rho * math.sin(delta) - r)
+            delta -= change
+            if abs(change) < 1e-17:
+                break
+        u, free = angle - delta, depth * math.cos(delta) - rho * math.sin(delta) - r
+        rise = delta + (0.5 * r * u * u + free - shape.length) / rho
+        # β = δ + (½ r u² + l − l₀)/ρ by the length of the thread, with dδ/dθ = −r/l
+        lean = -r / free
+        wind = 1.0 - lean
+        slide = -(depth * math.sin(delta) + rho * math.cos(delta))
+        first = lean + (r * u * wind + slide * lean) / rho
+        bend = r / free**2 * slide * lean
+        turn = -(depth * math.cos(delta) - rho * math.sin(delta))
+        second = bend + (r * wind * wind - r * u * bend + turn * lean**2 + slide * bend) / rho
+        return self.side * rise, first, self.side * second
+
+    def start(self, outside: Any) -> np.ndarray:
+        turn, machine = outside(0.0)[2], self.machine
+        first = self.geometry(machine.release_angle)[1]
+        return np.array([machine.release_angle, (machine.inertia + self.turned * first) * turn])
+
+    def rate(self, y: np.ndarray, turn: float) -> float:
+        first, inertia = self.geometry(float(y[0]))[1], self.machine.inertia
+        return (float(y[1]) - (inertia + self.turned * first) * turn) / (
+            inertia + self.turned * first * first
+        )
+
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
+        _, tilt, turn, gravity = outside(t)
+        beta, first, second = self.geometry(float(y[0]))
+        rate = self.rate(y, turn)
+        pushed = self.turned * second * rate * (first * rate + turn)
+        pushed -= self.side * self.moment * gravity * math.cos(beta - tilt) * first
+        direction, _ = signs
+        drag = self.machine.drag
+        if drag is not None:
+            pushed -= drag.viscous * rate + direction * drag.quadratic * rate * rate
+        return [rate, pushed]
+
+    def struck(self, y: np.ndarray, outside: Any, t: float, direction: float) -> np.ndarray:
+        rate = self.angle(y, outside, t)[1]
+        mass = self.machine.inertia + self.turned * self.geometry(float(y[0]))[1] ** 2
         energy = 2.0 * self.machine.escapement.energy / mass
         return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
 

@@ -13,6 +13,7 @@ from tauto_core.curves.cam import Cam, too_sharp
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.fluid import DescentCurve
+from tauto_core.curves.lever_geometry import Mirrored
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Argument, UsageError
@@ -138,7 +139,10 @@ class LeverCheek(NamedTuple):
 
 
 def lever_cheek(
-    shape: CorrectedLeverGeometry, end: float, points: int, thread_thickness: float = 0.0
+    shape: CorrectedLeverGeometry | Mirrored,
+    end: float,
+    points: int,
+    thread_thickness: float = 0.0,
 ) -> LeverCheek:
     """Return one cheek of a lever's cam up to τ = end, as `cheeks` does for an ideal thread.
 

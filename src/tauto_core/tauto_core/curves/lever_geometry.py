@@ -9,6 +9,10 @@ n = (cos δ, sin δ) and d = (sin δ, −cos δ)
 The distance of B from C is a function of u², and on the lever of its angle β. So everything
 follows without iteration from τ = ±√tan(β/2). τ has the sign of θ, and is smooth up to a dead
 point and through rest, where β is proportional to θ². The forms are free of cancellation.
+
+So far as Euler reports it. As Sully built it, the thread lies on an arc of the lever about A and
+is tangent to it (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to port
+(`Mirrored`).
 """
 
 from __future__ import annotations
@@ -17,11 +21,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tauto_core.curves.numerics import bisect, bracketed_newton, choices
+from tauto_core.curves.numerics import bisect, bracketed_newton, choices, sine_defect
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -47,6 +51,7 @@ class LeverSetting(NamedTuple):
         turned_inertia: J of weight and lever about the fulcrum [kg m2].
         arm: AB, from the fulcrum to the thread [m].
         length: length of the free thread at rest [m].
+        on_arc: whether AB is the radius of an arc to which the thread is tangent.
     """
 
     inertia: float
@@ -54,6 +59,7 @@ class LeverSetting(NamedTuple):
     turned_inertia: float
     arm: float
     length: float
+    on_arc: bool = False
 
 
 class Loads(NamedTuple):
@@ -94,11 +100,13 @@ class LeverLinkage(ABC):
         base_radius: r, dt/du at rest [m].
         arm: AB, from the fulcrum to the thread [m].
         length: l₀ of the free thread at rest [m].
+        side: 1 with the fulcrum to starboard of the thread, −1 to port.
     """
 
     base_radius: float
     arm: float
     length: float
+    side: float = 1.0
 
     @abstractmethod
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
@@ -127,6 +135,10 @@ class LeverLinkage(ABC):
     @abstractmethod
     def of_inertia(self, inertia: float) -> LeverLinkage:
         """Return the linkage for another wheel [kg m2]."""
+
+    def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
+        """Return the distance of the thread from the fulcrum over AB: cos(β − δ), 1 on an arc."""
+        return np.asarray(np.cos(beta - delta))
 
     @abstractmethod
     def _usable(self, tau: FloatArray) -> np.ndarray:
@@ -166,12 +178,12 @@ class LeverLinkage(ABC):
         )
 
 
-def clear(beta: FloatArray, delta: FloatArray, free: FloatArray) -> np.ndarray:
+def clear(beta: FloatArray, pull_cosine: FloatArray, free: FloatArray) -> np.ndarray:
     """Return where lever and thread are within the limits, away from dead point, upright and end.
 
     `free` is the length of the thread from the cam to B over that at rest; NaN where it cannot be.
     """
-    least = np.minimum(np.cos(beta), np.cos(beta - delta))
+    least = np.minimum(np.cos(beta), pull_cosine)
     return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))
 
 
@@ -212,7 +224,7 @@ class LeverGeometry(LeverLinkage):
         """Return dθ/dτ and dβ/dτ; the first is 0 at a dead point, neither is singular."""
         pose, square = self.pose(tau), tau * tau
         beta = 4.0 / (1.0 + square * square)
-        arm = self.arm * np.cos(pose.beta - pose.delta)
+        arm = self.arm * self.pull_cosine(pose.beta, pose.delta)
         return beta * arm / (self.base_radius * self.u_per_tau(tau)), beta * tau
 
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -263,4 +275,158 @@ class LeverGeometry(LeverLinkage):
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         pose = self.pose(tau)
-        return clear(pose.beta, pose.delta, pose.free / self.length)
+        return clear(pose.beta, self.pull_cosine(pose.beta, pose.delta), pose.free / self.length)
+
+
+class ArcLeverGeometry(LeverGeometry):
+    """Sully's lever: the thread is tangent to an arc of radius ρ = AB about the fulcrum.
+
+    Its line is at the distance r u from C and ρ from A, and virtual work gives dβ/dθ:
+
+        r u = ρ (1 − cos δ) − (r + l₀) sin δ,    dβ/dθ = r u/ρ,
+        l = (r + l₀) cos δ − ρ sin δ − r,    β = r u²/(2ρ) + δ − sin δ − (r + l₀)(1 − cos δ)/ρ.
+
+    l is the thread from the cam to the arc; the arc is taken to be long enough. There is no dead
+    point. Source: Académie, Machines et inventions approuvées, IV, 1735, No. 244, p. 77.
+    """
+
+    def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
+        """Return 1."""
+        del delta
+        return np.ones_like(beta)
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return u/τ."""
+        per_tau = self._lean_per_tau(tau)
+        return -per_tau * self._pulled(per_tau * tau) / self.base_radius
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return the position of all parts; NaN where the thread is too short."""
+        tau = np.asarray(tau, np.float64)
+        delta = tau * self._lean_per_tau(tau)
+        u = -delta * self._pulled(delta) / self.base_radius
+        return Pose(u, 2.0 * np.arctan(tau * tau), delta, self._free(delta))
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ = r u/ρ and d²β/dθ² = (r + l) r/(l ρ) [1/rad]."""
+        pose, ratio = self.pose(tau), self.base_radius / self.arm
+        return ratio * pose.u, ratio * (self.base_radius + pose.free) / pose.free
+
+    def _pulled(self, delta: FloatArray) -> FloatArray:
+        """Return −r u/δ [m]."""
+        half = np.sinc(0.5 / np.pi * delta)
+        return np.asarray(
+            self.depth * np.sinc(delta / np.pi) - 0.5 * self.arm * delta * half * half
+        )
+
+    def _free(self, delta: FloatArray) -> FloatArray:
+        return self.depth * np.cos(delta) - self.arm * np.sin(delta) - self.base_radius
+
+    def _lean_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return δ/τ; NaN where the thread ends before the lever is as high.
+
+        β/τ², an increasing function of −δ/τ up to where l = 0, is 2 arctan(τ²)/τ².
+        """
+        square = tau * tau
+        known = np.where(square > 0.0, square, 1.0)
+        wanted = np.where(square > 0.0, 2.0 * np.arctan(square) / known, 2.0)
+
+        def excess(lean: FloatArray) -> tuple[FloatArray, FloatArray]:
+            delta = -lean * tau
+            pulled, half = self._pulled(delta), np.sinc(0.5 / np.pi * delta)
+            apart = np.where(delta == 0.0, 1.0, delta)
+            risen = 0.5 * pulled * pulled / (self.base_radius * self.arm)
+            risen += sine_defect(delta) / (apart * apart)
+            risen -= 0.5 * self.depth / self.arm * half * half
+            rate = lean * pulled * self._free(delta) / (self.arm * self.base_radius)
+            return lean * lean * risen - wanted, rate
+
+        across = np.arctan2(self.arm, self.depth)
+        reach = np.arccos(self.base_radius / np.hypot(self.arm, self.depth))
+        with np.errstate(divide='ignore', invalid='ignore'):
+            end = (reach + np.where(tau > 0.0, across, -across)) / np.abs(tau)
+            reached = (tau == 0.0) | (excess(np.where(tau == 0.0, 0.0, end))[0] > 0.0)
+            start = np.sqrt(4.0 * self.base_radius * self.arm / (self.depth * self.length))
+            found = bracketed_newton(
+                excess, np.full(np.shape(tau), start), (0.0, end), relative=1e-15
+            )
+        return np.where(reached, -found, np.nan)
+
+
+@dataclass(frozen=True)
+class Mirrored(LeverLinkage):
+    """A linkage as in a mirror, with the fulcrum to port.
+
+    Attributes:
+        linkage: the same with the fulcrum to starboard.
+    """
+
+    linkage: LeverLinkage
+
+    side = -1.0
+
+    @property
+    def base_radius(self) -> float:  # type: ignore[override]
+        """Base radius of the linkage [m]."""
+        return self.linkage.base_radius
+
+    @property
+    def arm(self) -> float:  # type: ignore[override]
+        """AB [m]."""
+        return self.linkage.arm
+
+    @property
+    def length(self) -> float:  # type: ignore[override]
+        """l₀ [m]."""
+        return self.linkage.length
+
+    def u_per_tau(self, tau: FloatArray) -> FloatArray:
+        """Return t/(r τ), that of −τ in the linkage."""
+        return self.linkage.u_per_tau(-tau)
+
+    def pose(self, tau: FloatArray) -> Pose:
+        """Return the position of all parts."""
+        u, beta, delta, free = self.linkage.pose(-tau)
+        return Pose(-u, beta, -delta, free)
+
+    def theta(self, tau: FloatArray) -> FloatArray:
+        """Return θ [rad]."""
+        return -self.linkage.theta(-tau)
+
+    def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dθ/dτ and dβ/dτ."""
+        theta, beta = self.linkage.rates(-tau)
+        return theta, -beta
+
+    def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dβ/dθ and d²β/dθ² [1/rad]."""
+        first, second = self.linkage.slopes(-tau)
+        return -first, second
+
+    def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
+        """Return the distance of the thread from the fulcrum over AB."""
+        return self.linkage.pull_cosine(beta, -delta)
+
+    def lever_arm(self, tau: FloatArray) -> FloatArray:
+        """Return t of a cam that is made for a lever [m]."""
+        return np.asarray(-cast(Any, self.linkage).lever_arm(-tau))
+
+    def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
+        """Return R of its cheek [m]."""
+        return np.asarray(cast(Any, self.linkage).radius_of_curvature(-tau))
+
+    def contact(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the point at which the thread leaves it, (x, y) in the wheel's frame [m]."""
+        x, y = cast(Any, self.linkage).contact(-tau)
+        return -x, y
+
+    def wider(self, amplitude: float, loads: Loads) -> str:
+        """Return the remedy of the linkage, whose range is the same."""
+        return self.linkage.wider(amplitude, loads)
+
+    def of_inertia(self, inertia: float) -> Mirrored:
+        """Return the linkage for another wheel [kg m2]."""
+        return Mirrored(self.linkage.of_inertia(inertia))
+
+    def _usable(self, tau: FloatArray) -> np.ndarray:
+        return self.linkage._usable(-tau)

@@ -179,12 +179,14 @@ def _series(
                 break
         shape = machine.geometry
         ratio, ratio_slope = shape.slopes(tau)
-        root_j = math.sqrt(machine.turned_inertia / machine.inertia)
+        # with the fulcrum to port the lever turns by −β, in the sense in which θ counts
+        root_j = shape.side * math.sqrt(machine.turned_inertia / machine.inertia)
         # with b = dβ/dθ: n = 1/√(1 + jb²), w = √j bn and χ′ = √j n³ db/dθ
         n = 1.0 / np.hypot(1.0, root_j * ratio)
         w, beta = root_j * ratio * n, shape.pose(tau).beta
         chi_slope = root_j * ratio_slope * n**3
-        return np.stack([n, w, chi_slope, np.cos(beta), np.sin(beta), shape.theta(tau)])
+        sine = shape.side * np.sin(beta)
+        return np.stack([n, w, chi_slope, np.cos(beta), sine, shape.theta(tau)])
 
     terms = _complete(functions, begin, end, MOST_SHAPE_TERMS)
     return None if terms is None else Series(0.5 * (begin + end), 0.5 * (end - begin), terms)
@@ -209,15 +211,16 @@ def _complete(
 # -----------------------------------------------------------------------------
 # Sully's lever machine in one rotating plane, with the arc for its coordinate.
 #
-# With s, n, w, χ', β and j of `arc_series`, κ = m AD/√(IJ), A = n + √j w, and the tilt of the
-# case α = β_v − τ, where β_v is the direction of the apparent vertical and τ its tilt in the
-# case, (E2.3) becomes
+# With s, n, w, χ', β and j of `arc_series`, κ = (m AD − m′AE)/√(IJ), A = n + √j w, and the
+# tilt of the case α = β_v − τ, where β_v is the direction of the apparent vertical and τ its
+# tilt in the case, (E2.3) becomes
 #
 #     L/I = ½ṡ² + Aα̇ṡ + ½(1 + j)α̇² − √j κ g_eff sin(β − τ),    p = ṡ + Aα̇,
 #     (P.3)   ṡ = p − Aα̇,    ṗ = ṡα̇ dA/ds − κ w g_eff cos(β − τ) − n · drag,
 #
 # with dA/ds = χ'(√j n − w): no second derivative of the ship's motion is needed. X is s, ωY is p.
-# g_eff and β_v are those at the fulcrum.
+# g_eff and β_v are those at the fulcrum. With the fulcrum to port the lever turns by −β: sin β, w
+# and χ' of the series change their sign, and κ with them.
 
 LEVER_NODES = 'alpha_rate', 'alpha_bend', 'g_up', 'g_across'
 """Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
@@ -248,14 +251,16 @@ class _LeverNumbers(NamedTuple):
     Attributes:
         shape: the functions of the arc.
         root_j: √j.
-        kappa: κ [1/m].
+        kappa: κ [1/m], negative with the fulcrum to port.
         on_wheel: what acts on the wheel.
+        mirrored: True with the fulcrum to port, or None.
     """
 
     shape: ArcSeries
     root_j: float
     kappa: float
     on_wheel: OnWheel
+    mirrored: bool | None = None
 
 
 class SullyLever(_LeverNumbers, ThreadSystem):
@@ -385,7 +390,8 @@ def _pushed(
     drag = drag_on_wheel(lever.on_wheel, mode, n * speed)
     acceleration = -(lever.kappa * w * gravity + n * drag + a * alpha_bend)
     lifted = w * acceleration + n * arc.chi_slope * speed * speed + lever.root_j * alpha_bend
-    return acceleration, lifted + lever.kappa * gravity, drag
+    tension = lifted + lever.kappa * gravity
+    return acceleration, tension if lever.mirrored is None else -tension, drag
 
 
 @inlined

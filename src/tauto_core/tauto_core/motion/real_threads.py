@@ -85,8 +85,10 @@ def _lever(machine: LeverMachine, settled: float) -> Moved:
     except CamRangeError:
         omega = machine.frequency
     root_j = math.sqrt(machine.turned_inertia / machine.inertia)
-    kappa = machine.mass * machine.weight_arm / (machine.inertia * root_j)
-    system = SullyLever(arc_series(machine, settled), root_j, kappa, _on_wheel(machine, omega))
+    side = machine.geometry.side
+    kappa = side * machine.moment / (machine.inertia * root_j)
+    on_wheel, mirrored = _on_wheel(machine, omega), True if side < 0.0 else None
+    system = SullyLever(arc_series(machine, settled), root_j, kappa, on_wheel, mirrored)
     return Moved(system, (omega,))
 
 
@@ -178,7 +180,7 @@ class RealThreads(Stepped):
                 planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
-            ratio = system.root_j * float(machine.ratio(angle))
+            ratio = machine.geometry.side * system.root_j * float(machine.ratio(angle))
             a = (1.0 + system.root_j * ratio) / math.hypot(1.0, ratio)
             planes['x'] = float(machine.arc(angle)) / math.sqrt(machine.inertia)
             planes['y'] = a * case_rate / omega[0]

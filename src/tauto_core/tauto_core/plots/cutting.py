@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO, StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from tauto_core.curves.drawing import (
     lever_cheek,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
+from tauto_core.curves.lever_geometry import Mirrored
 from tauto_core.files import write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.machine import cam_extent
@@ -124,7 +125,7 @@ def cut(
             write_sides(files['csv'], left, right)
         at_left, at_right = ((MM_PER_M * side.x, MM_PER_M * side.y) for side in (left, right))
         rate = MM_PER_M * shape.base_radius
-        said = _lever_words(shape, left, right, thread_mm)
+        said = _lever_words(scene, shape, left, right, thread_mm)
         _write_drawings(draw_uneven(at_left, at_right, rate, scene.name, said), files)
         return CamCut(written, reach, acts_from_rad)
     cam = scene.trochlea.made_cam(scene.g)
@@ -187,13 +188,15 @@ def _fluid_curve(scene: Scene, reach_rad: float | None, thread_mm: float) -> Des
     return machine.curve
 
 
-def _lever_shape(scene: Scene, reach_rad: float) -> tuple[CorrectedLeverGeometry, list[float]]:
+def _lever_shape(
+    scene: Scene, reach_rad: float
+) -> tuple[CorrectedLeverGeometry | Mirrored, list[float]]:
     """Return the shape of a lever's cam, and its parameter τ at both ends."""
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
-    assert isinstance(machine.geometry, CorrectedLeverGeometry)
     _check_reach(reach_rad, machine.range_rad)
-    return machine.geometry, machine.geometry.tau_of(np.array([-1.0, 1.0]) * reach_rad).tolist()
+    shape = cast(CorrectedLeverGeometry | Mirrored, machine.geometry)
+    return shape, shape.tau_of(np.array([-1.0, 1.0]) * reach_rad).tolist()
 
 
 def _check_reach(reach_rad: float, range_rad: float) -> None:
@@ -228,13 +231,25 @@ def _write_drawings(drawing: CamDrawing, files: Mapping[str, Path]) -> None:
 
 
 def _lever_words(
-    shape: CorrectedLeverGeometry, left: LeverCheek, right: LeverCheek, thread_mm: float
+    scene: Scene,
+    shape: CorrectedLeverGeometry | Mirrored,
+    left: LeverCheek,
+    right: LeverCheek,
+    thread_mm: float,
 ) -> list[str]:
     """Return the dimensions needed to cut and mount the cheeks, one line each."""
+    assert scene.trochlea is not None
+    arc = getattr(scene.trochlea.thread, 'arc', None) is not None
+    held = (
+        'place where the thread at rest touches the arc, of'
+        if arc
+        else 'end B of the thread at rest, AB'
+    )
+    on_right = ', on the right' if shape.side < 0.0 else ''
     return [
         'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
         f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
-        f'fulcrum level with the end B of the thread at rest, AB {MM_PER_M * shape.arm:.6g} mm; '
+        f'fulcrum level with the {held} {MM_PER_M * shape.arm:.6g} mm{on_right}; '
         f'free thread {MM_PER_M * shape.length:.6g} mm',
         f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick; they act from '
         f'{right.angle[0]:.6g} and {left.angle[0]:.6g} rad on'

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 
@@ -33,6 +33,10 @@ from tauto_core.scene import (
     Scene,
 )
 from tauto_core.scene.errors import UsageError
+
+if TYPE_CHECKING:
+    from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+    from tauto_core.curves.lever_geometry import Mirrored
 
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.
@@ -193,10 +197,11 @@ def draw_machine(scene: Scene) -> Drawing:
         parts += _break(-0.5 * (depth + outer), 0.06 * outer, carrier)
     low, half = -depth, outer
     if isinstance(thread, LeverThread):
-        arm, far = MM * thread.arm, MM * thread.weight_arm
-        half = max(outer, arm, far - arm + across)
-        parts += _lever(arm, far, low, 0.04 * outer)
-        parts.append(_area('weight', _box(far - arm, low, across, high), 'orange', 'lever'))
+        half = max(
+            outer, *_lever_ends(thread), MM * (thread.weight_arm - thread.pulled_at) + across
+        )
+        parts += _lever(thread, low, 0.04 * outer, _box(0.0, low, across, high))
+        assumed += ['length of the arc'] * (thread.arc is not None)
         assumed.append('thickness of the lever')
         low -= 0.5 * high
     else:
@@ -220,12 +225,32 @@ def draw_machine(scene: Scene) -> Drawing:
     return Drawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
 
 
-def _lever(arm: float, far: float, y: float, radius: float) -> list[Part]:
-    """Return the lever from its fulcrum to the end of its longer arm, level."""
-    return [
-        _path('lever', [(-arm, y), (max(far - arm, 0.0), y)], 'green', 'lever'),
-        _area('fulcrum', _circle(-arm, y, radius), 'green'),
+def _lever_ends(thread: LeverThread) -> tuple[float, float]:
+    """Return how far fulcrum and tail are from the thread [mm]."""
+    tail = 0.0 if thread.tail is None else thread.tail.distance
+    return MM * thread.pulled_at, MM * (thread.pulled_at + tail)
+
+
+def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Part]:
+    """Return the level lever from its tail to the end of its longer arm, and what is on it.
+
+    The weight is given as an outline below the axle.
+    """
+    side = 1.0 if thread.fulcrum == 'starboard' else -1.0
+    (arm, tail), far = _lever_ends(thread), MM * thread.weight_arm
+    parts = [
+        _path('lever', [(-side * tail, y), (side * max(far - arm, 0.0), y)], 'green', 'lever'),
+        _area('fulcrum', _circle(-side * arm, y, radius), 'green'),
+        _area('weight', weight + np.array([[side * (far - arm)], [0.0]]), 'orange', 'lever'),
     ]
+    if thread.tail is not None:
+        small = _box(-side * tail, y, *weight_mm(thread.tail.mass))
+        parts.append(_area('tail weight', small, 'orange', 'lever'))
+    if thread.arc is not None:
+        turned = np.linspace(-0.5, 0.1, 31)
+        arc = side * arm * (np.cos(turned) - 1.0), y + arm * np.sin(turned)
+        parts.append(_path('arc', np.column_stack(arc), 'green', 'lever'))
+    return parts
 
 
 def _hole(y: float, outer: float, end: float) -> list[Part]:
@@ -331,13 +356,11 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
 
 
 def _lever_cheeks(scene: Scene, reach: float) -> tuple[FloatArray, FloatArray]:
-    from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
     from tauto_core.curves.drawing import lever_cheek
 
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
-    assert isinstance(machine.geometry, CorrectedLeverGeometry)
-    shape = machine.geometry
+    shape = cast('CorrectedLeverGeometry | Mirrored', machine.geometry)
     ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
     right, left = (lever_cheek(shape, end, 200, 0.0) for end in ends)
     return MM * np.array([left.x, -left.y]), MM * np.array([right.x, -right.y])

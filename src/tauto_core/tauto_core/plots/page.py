@@ -145,10 +145,10 @@ def _lever(machine: LeverMachine, drawn: Drawing) -> dict[str, Any]:
     low, high = (0.999 * side for side in machine.sides)
     angle = np.linspace(low, high, 201)
     return {
-        'x': -MM * machine.geometry.arm,
+        'x': -MM * machine.geometry.side * machine.geometry.arm,
         'y': float(thread.y[-1]),
         'angle_rad': _rounded(angle, 4),
-        'beta_rad': _rounded(machine.beta(angle), 5),
+        'beta_rad': _rounded(machine.geometry.side * machine.beta(angle), 5),
     }
 
 

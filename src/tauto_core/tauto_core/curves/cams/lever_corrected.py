@@ -15,6 +15,9 @@ distance t = ρ AB cos(β − δ) from C, which gives its inclination δ:
 With u = θ − δ these lines have the support function t(u) in the wheel's frame; the cam is their
 envelope, p = dt/du. Each side is isochronous by itself. The two differ from the third order on,
 since δ has the same sign on both.
+
+On an arc of radius ρ₀ = AB the thread is at the distance t = ρ ρ₀ from C and ρ₀ from A. With
+z = tan ½δ: z = −ρ ρ₀/(D + √(D² + ρ₀²ρ(2 − ρ))).
 """
 
 from __future__ import annotations
@@ -69,6 +72,11 @@ class CorrectedLeverGeometry(LeverLinkage):
     length: float
 
     @property
+    def tip_hollow(self) -> float:
+        """−R of the hollow cheek at the tip, 0 where neither is hollow [m]."""
+        return 0.0
+
+    @property
     def base_radius(self) -> float:  # type: ignore[override]
         """r = dt/du at rest [m], the base radius of the involute with the same small swings.
 
@@ -82,7 +90,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         line = self._line(tau)
         square = tau * tau
         beta_per_tau = 4.0 / (1.0 + square * square)
-        arm = self.arm * np.cos(line.beta - line.delta)
+        arm = self.arm * self.pull_cosine(line.beta, line.delta)
         return np.asarray(beta_per_tau / self._theta_rate(tau) * arm / self.base_radius)
 
     def pose(self, tau: FloatArray) -> Pose:
@@ -171,9 +179,8 @@ class CorrectedLeverGeometry(LeverLinkage):
         per = self.frequency * math.sqrt(self.inertia)
         return 2.0 / per * np.sqrt(left / (1.0 + quartic))
 
-    @np.errstate(invalid='ignore', divide='ignore')
-    def _line(self, tau: Any) -> _Line:
-        """Return the thread's line; NaN beyond the cam."""
+    def _raised(self, tau: Any) -> tuple[Any, Any, Any]:
+        """Return β, ρ = dβ/dθ and dρ/dθ, which do not depend on how the thread is tied."""
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
@@ -182,6 +189,15 @@ class CorrectedLeverGeometry(LeverLinkage):
         torque, stiff = self.weight_torque, self.frequency**2
         left = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
         bend = self.inertia * stiff * torque * cosine * (1.0 + sine * sine) / (left * left)
+        return beta, ratio, bend
+
+    @np.errstate(invalid='ignore', divide='ignore')
+    def _line(self, tau: Any) -> _Line:
+        """Return the thread's line; NaN beyond the cam."""
+        square = tau * tau
+        quartic = square * square
+        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        beta, ratio, bend = self._raised(tau)
         # B from C, less ρ AB along the lever; 1 − cos β without cancellation
         across = -self.arm * (2.0 * quartic / (1.0 + quartic) + ratio * cosine)
         delta = np.arctan(across / (self.depth - self.arm * (1.0 - ratio) * sine))
@@ -198,8 +214,38 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         line = self._line(tau)
-        fits = clear(line.beta, line.delta, (line.reach - line.p) / self.length)
-        return np.asarray(fits & (self.radius_of_curvature(tau) > 0.0))
+        pulled = self.pull_cosine(line.beta, line.delta)
+        fits = clear(line.beta, pulled, (line.reach - line.p) / self.length)
+        return np.asarray(fits & (self.radius_of_curvature(tau) > -self.tip_hollow))
+
+
+class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
+    """The same, with the thread on an arc of the lever.
+
+    δ has a term of the second order, so that one cheek is hollow next to the tip, where R is
+    −ρ₀r³/D³: for Sully's dimensions within a milliradian, by 1e-11 m. The thread bridges it.
+    """
+
+    @property
+    def tip_hollow(self) -> float:
+        """ρ₀r³/D³ and a little more [m]."""
+        return 1.01 * self.arm * (self.base_radius / self.depth) ** 3
+
+    def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
+        """Return 1."""
+        del delta
+        return np.ones_like(beta)
+
+    @np.errstate(invalid='ignore', divide='ignore')
+    def _line(self, tau: Any) -> _Line:
+        """Return the thread's line; NaN beyond the cam."""
+        beta, ratio, bend = self._raised(tau)
+        root = np.sqrt(self.depth**2 + self.arm**2 * ratio * (2.0 - ratio))
+        delta = -2.0 * np.arctan(self.arm * ratio / (self.depth + root))
+        reach = self.depth * np.cos(delta) - self.arm * np.sin(delta)
+        turns = -self.arm * bend / reach
+        p = self.arm * bend / (1.0 - turns)
+        return _Line(ratio, bend, beta, delta, turns, self.arm * ratio, p, reach)
 
 
 class LeverCorrectedCam(CamKind):
@@ -214,7 +260,8 @@ class LeverCorrectedCam(CamKind):
 
     def on_lever(self, lever: LeverSetting) -> CorrectedLeverGeometry:
         """Return the cam for the wheel, and the lever with its weight."""
-        return CorrectedLeverGeometry(
+        made = CorrectedArcLeverGeometry if lever.on_arc else CorrectedLeverGeometry
+        return made(
             inertia=lever.inertia,
             frequency=math.tau / self.period,
             weight_torque=lever.weight_torque,

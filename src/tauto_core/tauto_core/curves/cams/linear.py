@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting, arm_rounding
-from tauto_core.curves.lever_geometry import LeverGeometry, LeverSetting
+from tauto_core.curves.lever_geometry import ArcLeverGeometry, LeverGeometry, LeverSetting
 from tauto_core.curves.numerics import arctangent_defect, farther, involute_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.sections import Positive
@@ -149,7 +149,8 @@ class InvoluteCam(CamKind):
 
     def on_lever(self, lever: LeverSetting) -> LeverGeometry:
         """Return the lever machine with an involute."""
-        return LeverGeometry(self.base_radius, lever.arm, lever.length)
+        made = ArcLeverGeometry if lever.on_arc else LeverGeometry
+        return made(self.base_radius, lever.arm, lever.length)
 
 
 class HoleCam(CamKind):

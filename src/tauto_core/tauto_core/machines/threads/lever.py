@@ -1,9 +1,12 @@
-"""Sully's own machine: the thread pulls a lever that carries the weight (Euler 1727, V).
+"""Sully's machine: the thread pulls a lever that carries the weight.
+
+The thread is tied to a point of the lever, as Euler reports it (1727, V), or lies on an arc of the
+lever, as Sully built it (Académie 1724).
 
 One degree of freedom. With the lever's angle β(θ) of `lever_geometry`, the weight m at the
-distance AD from the fulcrum and J = m AD² + J_lever about it,
+distance AD from the fulcrum, a tail weight m′ at AE beyond it and J = m AD² + m′AE² + J_lever,
 
-    M(θ) = I + J (dβ/dθ)²,    V(θ) = m g AD sin β.
+    M(θ) = I + J (dβ/dθ)²,    V(θ) = (m AD − m′AE) g sin β.
 
 It is not isochronous with the involute. The well is not even, so the two turning points differ.
 """
@@ -11,6 +14,7 @@ It is not isochronous with the involute. The well is not even, so the two turnin
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
@@ -20,13 +24,13 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from tauto_core.curves.cam import possible_lever
-from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Mirrored
 from tauto_core.curves.numerics import integrate
-from tauto_core.machines.parts import DragKind, EscapementKind
+from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import CamRangeError
-from tauto_core.scene.sections import NonNegative, Positive
+from tauto_core.scene.errors import ABSENT, CamRangeError, Problem
+from tauto_core.scene.sections import NonNegative, Positive, Section
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ class LeverMachine:
         drag: torques against the motion in the case, or None.
         escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
+        tail: mass [kg] and distance from the fulcrum [m] of the weight on the lever's tail.
     """
 
     inertia: float
@@ -55,6 +60,7 @@ class LeverMachine:
     drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
+    tail: tuple[float, float] = (0.0, 0.0)
 
     follows_apparent_vertical = True
     feels_gravity = True
@@ -63,12 +69,19 @@ class LeverMachine:
     @property
     def turned_inertia(self) -> float:
         """J, moment of inertia of weight and lever about the fulcrum [kg m2]."""
-        return self.mass * self.weight_arm**2 + self.lever_inertia
+        mass, distance = self.tail
+        return self.mass * self.weight_arm**2 + self.lever_inertia + mass * distance**2
+
+    @property
+    def moment(self) -> float:
+        """m AD − m′AE, of the weight less that of the tail weight [kg m]."""
+        return self.mass * self.weight_arm - self.tail[0] * self.tail[1]
 
     @property
     def weight_torque(self) -> float:
-        """Torque of the weight about the fulcrum with the lever level, on land: m g AD [N m]."""
-        return self.mass * self.gravity * self.weight_arm
+        """Torque about the fulcrum with the lever level, on land: (m AD − m′AE) g [N m]."""
+        mass, distance = self.tail
+        return self.mass * self.gravity * self.weight_arm - mass * self.gravity * distance
 
     @property
     def frequency(self) -> float:
@@ -163,7 +176,8 @@ class LeverMachine:
         pushed = self.weight_torque * np.cos(beta)
         square = tau * tau
         root = np.sqrt(2.0 * self.weight_torque / (1.0 + square * square))
-        per_tau = shape.base_radius * shape.u_per_tau(tau) / (shape.arm * np.cos(beta - delta))
+        pulled = shape.arm * shape.pull_cosine(beta, delta)
+        per_tau = shape.base_radius * shape.u_per_tau(tau) / pulled
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
 
     def angle_of_potential(self, potential: float) -> float:
@@ -180,7 +194,7 @@ class LeverMachine:
         """Return the period of free swings on land, without drag [s].
 
         The sign of the amplitude matters, since the well is not even; 0 gives the limit 2π/ω. The
-        thread stays taut, since m g AD cos β + J β″θ̇² > 0: within the geometry β″ > 0.
+        thread stays taut, since W cos β + J β″θ̇² > 0: within the geometry β″ > 0.
         CamRangeError: an amplitude, or its far turning point, beyond the geometry.
         """
         if amplitude == 0.0:
@@ -218,43 +232,100 @@ def _tau_of_sine(sine: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))
 
 
+class Tail(Section):
+    """The small weight on the lever's tail, beyond the fulcrum."""
+
+    mass: Positive = Field(description='mass [kg]')
+    distance: Positive = Field(description='distance from the fulcrum [m]')
+
+
 class LeverThread(ThreadKind):
-    """Thread tied to a lever that carries the weight and is level at rest: Sully's (1727, V)."""
+    """Thread that pulls a lever, which carries the weight and is level at rest.
+
+    With `arc` it lies on an arc of the lever, as Sully built it (1724); with `arm` it is tied to a
+    point, as Euler reports it (1727, V).
+    """
 
     moves_the_weight = True
     rank = 3
     starter = {'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3}
 
     kind: Literal['lever'] = 'lever'
-    arm: Positive = Field(
-        description='distance from the fulcrum to the point where the thread is tied [m]'
+    arm: Positive | None = Field(
+        default=None,
+        description='distance from the fulcrum to the point where the thread is tied [m], as '
+        'Euler reports it; this or arc',
+    )
+    arc: Positive | None = Field(
+        default=None,
+        description='radius of the arc about the fulcrum to which the thread is tangent [m], as '
+        'Sully built it; this or arm',
     )
     weight_arm: Positive = Field(description='distance from the fulcrum to the weight [m]')
     length: Positive = Field(description='free length of the thread at rest [m]')
     inertia: NonNegative = Field(
         default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
     )
+    fulcrum: Literal['starboard', 'port'] = Field(
+        default='starboard', description='side of the thread on which the fulcrum is'
+    )
+    tail: Tail | None = Field(default=None, description='mapping: mass, distance')
+
+    @property
+    def pulled_at(self) -> float:
+        """AB, from the fulcrum to the thread at rest [m]."""
+        return (self.arm if self.arc is None else self.arc) or 0.0
+
+    def problems(
+        self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
+    ) -> Iterator[Problem]:
+        """Yield what is wrong between its keys, or not compatible with a lever."""
+        yield from super().problems(power, drag, escapement)
+        if (self.arm is None) == (self.arc is None):
+            both = self.arm is not None
+            yield Problem(
+                'trochlea.thread.arc' if both else 'trochlea.thread.arm',
+                self.arc if both else ABSENT,
+                'does not go with trochlea.thread.arm' if both else 'is missing, and so is arc',
+                'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
+                'lies on an arc about the fulcrum (Sully).',
+            )
+        if self.tail is not None:
+            moment = power.pull.carried_mass * self.weight_arm
+            if not self.tail.mass * self.tail.distance < moment:
+                yield Problem(
+                    'trochlea.thread.tail.mass',
+                    self.tail.mass,
+                    f'at {self.tail.distance!r} m outweighs the weight, whose moment is '
+                    f'{moment:.6g} kg m, so that nothing keeps the thread taut',
+                    f'Use less than {moment / self.tail.distance:.4g} kg.',
+                )
 
     def machine(self, parts: Parts) -> LeverMachine:
         """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
-        mass = parts.power.pull.carried_mass
+        mass, tail = parts.power.pull.carried_mass, self.tail
+        beyond = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
+        balance = beyond[0] * parts.gravity * beyond[1]
         lever = LeverSetting(
             inertia=parts.inertia,
-            weight_torque=mass * parts.gravity * self.weight_arm,
-            turned_inertia=mass * self.weight_arm**2 + self.inertia,
-            arm=self.arm,
+            weight_torque=mass * parts.gravity * self.weight_arm - balance,
+            turned_inertia=mass * self.weight_arm**2 + self.inertia + beyond[0] * beyond[1] ** 2,
+            arm=self.pulled_at,
             length=self.length,
+            on_arc=self.arc is not None,
         )
+        shape = possible_lever(parts.cam.on_lever(lever), parts.cam.kind)
         return LeverMachine(
             inertia=parts.inertia,
             mass=mass,
             weight_arm=self.weight_arm,
             lever_inertia=self.inertia,
-            geometry=possible_lever(parts.cam.on_lever(lever), parts.cam.kind),
+            geometry=Mirrored(shape) if self.fulcrum == 'port' else shape,
             gravity=parts.gravity,
             drag=parts.drag,
             escapement=parts.escapement,
             release_angle=parts.release_angle,
+            tail=beyond,
         )
 
 
