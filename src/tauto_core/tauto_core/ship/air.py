@@ -15,7 +15,7 @@ from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.sections import Kind, Voyage
+from tauto_core.scene.sections import Itinerary, Kind
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.passage import Passage
@@ -67,7 +67,7 @@ class AirKind(Kind):
         """
         raise NotImplementedError
 
-    def problems(self, voyage: Voyage | None) -> Iterator[Problem]:
+    def problems(self, voyage: Itinerary | None) -> Iterator[Problem]:
         """Yield what is wrong with it on a voyage."""
         raise NotImplementedError
 

@@ -11,7 +11,7 @@ from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Number, Section, Voyage
+from tauto_core.scene.sections import Itinerary, Number, Section
 from tauto_core.ship.air import AirKind, AirySurroundings, beyond
 from tauto_core.ship.passage import Passage
 
@@ -55,7 +55,7 @@ class RouteAir(AirKind):
             np.array([each.celsius for each in self.at]),
         )
 
-    def problems(self, voyage: Voyage | None) -> Iterator[Problem]:
+    def problems(self, voyage: Itinerary | None) -> Iterator[Problem]:
         """Yield what is wrong with its places and temperatures."""
         if self.celsius is not None:
             yield from beyond('air.celsius', self.celsius)
