@@ -154,7 +154,6 @@ def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:
         ({'rao': None}, r'ship\.roll: is missing, and there is no rao'),
         ({'roll': ROLL}, r'ship\.rao: does not go with ship\.roll'),
         ({'heading': 1.0}, r'ship\.heading = 1\.0: does not go with ship\.rao'),
-        ({'rao': {'path': OPERATOR}}, r'ship\.rao\.heading: is missing'),
         ({'rao': {'path': OPERATOR, 'heading': 90.0}}, r'rao\.heading = 90\.0: must be less'),
         ({'rao': {'path': OPERATOR, 'heading': -0.1}}, r'rao\.heading = -0\.1: must be at least'),
         ({'rao': {'path': SPECTRUM, 'heading': 1.0}}, r'column heading_deg: is missing'),
@@ -178,7 +177,14 @@ ROWS = 'heading_deg,omega_radps,roll_re,roll_im{}\n{}\n'
         ('', '90,1,0,1', r'omega_radps = 1\.0: is not enough'),
         ('', '0,1,0,1\n0,2,0,1\n90,1,0,1\n90,3,0,1', r'line 4, omega_radps = 1\.0: begins a head'),
         ('', '90,1,0,1\n90,2,inf,1', r'line 3, roll_re = .inf.*finite'),
-        (',speed_mps', '90,1,0,1,0\n90,2,0,1,5', r'line 3, speed_mps = 5\.0: must be 0'),
+        (',speed_mps', '90,1,0,1,0\n90,2,0,1,5', r'line 3, omega_radps = 2\.0: begins a head'),
+        (',speed_mps', '90,1,0,1,0\n90,2,0,1,-5', r'line 3, speed_mps = -5\.0: must not be neg'),
+        (
+            ',speed_mps',
+            '90,1,0,1,0\n90,2,0,1,0\n80,1,0,1,0\n80,2,0,1,0\n90,1,0,1,5\n90,2,0,1,5',
+            r'line 6, speed_mps = 5\.0: begins a speed, 5 m/s, without the heading 80 deg',
+        ),
+        (',sway_re', '90,1,0,1,0\n90,2,0,1,5', r'line 1, column sway_im: is missing.*roll_im'),
     ],
 )
 def test_bad_operators_are_refused(tmp_path: Path, columns: str, rows: str, message: str) -> None:

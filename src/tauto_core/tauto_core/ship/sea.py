@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import SceneError
-from tauto_core.ship.sections import Rao, Roll, Sea, SpectrumTable
+from tauto_core.ship.sections import Roll, Sea, SpectrumTable
 from tauto_core.ship.waves import Encounter, Harmonics
 
 # -----------------------------------------------------------------------------
@@ -199,23 +196,7 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 
 
 # -----------------------------------------------------------------------------
-# The response of a ship to the waves that it meets: roll and heave (theory/sea.md, E5).
-
-NEGLIGIBLE_ENERGY = 0.01
-"""Share of the waves' energy that may lie outside a response operator; those waves are left out.
-"""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """Roll [rad] and, where the operator has it, heave [m] of a ship; and what was left out.
-
-    `left_out` is the share of the waves' energy outside the operator's frequencies.
-    """
-
-    roll: Harmonics
-    heave: Harmonics | None
-    left_out: float
+# The roll of a ship in the waves that it meets (theory/sea.md, E5).
 
 
 def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
@@ -240,64 +221,3 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
     # waves to starboard heel the ship the other way
     lead = -0.5 * np.pi if across >= 0.0 else 0.5 * np.pi
     return course.answer(waves, slope * np.abs(answer), lead + np.angle(answer))
-
-
-def operator_answer(
-    scene_name: str, waves: Harmonics, rao: Rao, course: Encounter, *, heave: bool
-) -> Answer:
-    """Return roll and, if asked for, heave by the response operator of a ship at rest.
-
-    Akima's interpolant joins the values of the operator. The roll responds to the wave slope at
-    the encounter frequency, R(ω_e) (ω/ω_e)² for the operator R [rad/m], as in
-    `roll_answer`; where the ship overtakes the waves it is minus the conjugate of that. The heave
-    is that of the wave averaged over the hull, which depends on the wavelength, so its operator is
-    read at ω.
-
-    Waves outside its frequencies are left out of the response, never extrapolated; a `SceneError`
-    refuses more than `NEGLIGIBLE_ENERGY` of their energy.
-    """
-    omega = waves.angular_frequency
-    met = course.frequency(omega)
-    low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
-    inside = (np.abs(met) >= low) & (np.abs(met) <= high)
-    if heave:
-        inside &= (omega >= low) & (omega <= high)
-    energy = waves.amplitude**2
-    left_out = float(np.sum(energy[~inside]) / np.sum(energy))
-    if left_out > NEGLIGIBLE_ENERGY:
-        size = np.abs(met)
-        under_way = (
-            ''
-            if course.speed == 0.0
-            else f', met at {np.min(size):.4g} to {np.max(size):.4g} rad/s by a ship at '
-            f'{course.speed:g} m/s'
-        )
-        raise SceneError(
-            scene_name,
-            'ship.rao.angular_frequency',
-            [low, high],
-            f'covers {low:.4g} to {high:.4g} rad/s, but the waves have {np.min(omega):.4g} to '
-            f'{np.max(omega):.4g} rad/s{under_way}: {100.0 * left_out:.3g} % of their energy lies '
-            f'outside, where at most {100.0 * NEGLIGIBLE_ENERGY:g} % may be left out',
-            'Give an operator that reaches further, or another sea, heading or speed; it is not '
-            'extrapolated.',
-        )
-    kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
-    omega, met = omega[inside], met[inside]
-    roll = _at(rao, rao.roll_real, rao.roll_imaginary, np.abs(met)) * (omega / met) ** 2
-    # the factor -i of the slope belongs to the wave, the rest to the ship's response
-    answered = [np.where(met < 0.0, -np.conj(roll), roll)]
-    if heave and rao.heave_real is not None and rao.heave_imaginary is not None:
-        answered.append(_at(rao, rao.heave_real, rao.heave_imaginary, omega))
-    found = [
-        course.answer(kept, kept.amplitude * np.abs(each), np.angle(each)) for each in answered
-    ]
-    return Answer(found[0], found[1] if len(found) > 1 else None, left_out)
-
-
-def _at(
-    rao: Rao, real: tuple[float, ...], imaginary: tuple[float, ...], omega: FloatArray
-) -> NDArray[np.complex128]:
-    frequency = np.array(rao.angular_frequency)
-    parts = [akima(frequency, np.array(part), omega) for part in (real, imaginary)]
-    return np.asarray(parts[0] + 1j * parts[1])

@@ -35,24 +35,35 @@ from tauto_core.scene.tables import (
     unit_factor,
     utc,
 )
-from tauto_core.ship.sections import ComponentCount, Heading, HullWeights
+from tauto_core.ship.sections import (
+    ATHWART,
+    MOTIONS,
+    RAO_HEADING_MEANS,
+    RAO_LENGTH_MEANS,
+    ComponentCount,
+    Heading,
+    HullWeights,
+)
 from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 
 # -----------------------------------------------------------------------------
-# Response amplitude operators of a ship: from a file with all headings to one heading.
+# Response amplitude operators of a ship.
 #
-# Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps`,
-# `roll_re` and `roll_im` [rad per m of wave amplitude] and, where the ship's heave is known,
-# `heave_re` and `heave_im` [m/m], as factors of exp(i ω t) at the ship's origin, in the axes
-# of theory/ship.md, E1; other columns are ignored. All headings have the same frequencies.
+# Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps` of
+# the waves, `speed_mps` where the ship makes way, and for each motion that is known its real and
+# imaginary part, `surge_re`, `surge_im` and so on [m or rad per m of wave amplitude], as factors
+# of exp(i ω t) at the ship's origin, in the axes of theory/ship.md, E1; other columns are ignored.
+# All headings and speeds have the same frequencies, and all speeds the same headings.
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
-ROLL_COLUMNS = ('roll_re', 'roll_im')
-HEAVE_COLUMNS = ('heave_re', 'heave_im')
-_OPTIONAL = tuple(Column(each, optional=True) for each in (*HEAVE_COLUMNS, SPEED))
+_PARTS = {'re': 'real', 'im': 'imaginary'}
+_OPTIONAL = tuple(
+    Column(each, optional=True)
+    for each in (SPEED, *(f'{name}_{part}' for name in MOTIONS for part in _PARTS))
+)
 _OPERATOR_FORM = (
-    f'Give a CSV file with the columns {HEADING}, {OMEGA}, {", ".join(ROLL_COLUMNS)} and, for the '
-    f'heave, {", ".join(HEAVE_COLUMNS)}.'
+    f'Give a CSV file with the columns {HEADING}, {OMEGA} and, for each motion, its two parts: '
+    'roll_re, roll_im, heave_re, heave_im, …'
 )
 
 
@@ -77,58 +88,73 @@ def read_hull(asked: HullFile) -> dict[str, Any]:
 
 
 class RaoFile(Section):
-    """An operator from a file; the scene that runs contains its values at the heading."""
+    """An operator from a file; the scene that runs contains its values."""
 
     path: OneLine = Field(description='CSV file of the operator')
-    heading: Heading = Field(
-        description='direction in which the waves run, from the bow to port [rad]: 0 following '
-        'seas, 1.5708 beam seas, 3.1416 head seas'
+    heading: Heading | None = Field(default=None, description=RAO_HEADING_MEANS)
+    length: Annotated[float, Strict(), Field(ge=2.0, le=400.0)] | None = Field(
+        default=None, description=RAO_LENGTH_MEANS
     )
 
 
 def read_operator(asked: RaoFile) -> dict[str, Any]:
-    """Return the keys of `ship.rao`: the operator at one heading, linear between two of the file.
+    """Return the keys of `ship.rao`: all of the file, or one heading, linear between two.
 
-    A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with the
-    roll of the other sign. Operators of a ship under way, frequencies that differ between headings
-    and headings outside the file's are refused, with the line.
+    A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with sway,
+    roll and yaw of the other sign. A file whose headings or frequencies differ, and a heading
+    outside the file's are refused, with the line.
     """
-    columns = (*(Column(each) for each in (HEADING, OMEGA, *ROLL_COLUMNS)), *_OPTIONAL)
+    columns = (Column(HEADING), Column(OMEGA), *_OPTIONAL)
     table = read_table(asked.path, columns, remedy=_OPERATOR_FORM)
-    moving = np.flatnonzero(table.values.get(SPEED, np.empty(0)))
-    if moving.size:
-        problem = 'must be 0: the operator of a ship at rest is carried over to ship.speed'
-        remedy = f'Keep the rows at rest, or drop the column {SPEED} if they are.'
-        raise table.refusal(int(moving[0]), SPEED, problem, remedy)
-    blocks = _by_heading(table)
-    mirrored = asked.heading > math.pi
-    heading = math.degrees(math.tau - asked.heading if mirrored else asked.heading)
-    below, above, share = _neighbours(asked, sorted(blocks), heading)
-    sign = -1.0 if mirrored else 1.0
-    names = {'roll_real': ROLL_COLUMNS[0], 'roll_imaginary': ROLL_COLUMNS[1]}
-    if all(column in table for column in HEAVE_COLUMNS):
-        names |= {'heave_real': HEAVE_COLUMNS[0], 'heave_imaginary': HEAVE_COLUMNS[1]}
+    parts = {name: [f'{name}_{part}' for part in _PARTS] for name in MOTIONS}
+    known = {name: both for name, both in parts.items() if any(each in table for each in both)}
+    for column in [each for both in known.values() for each in both] or ['roll_re']:
+        if column not in table:
+            raise SceneError(
+                asked.path, f'line 1, column {column}', ABSENT, 'is missing', _OPERATOR_FORM
+            )
+    blocks = _by_course(table)
+    speeds, headings = (sorted({course[i] for course in blocks}) for i in (0, 1))
+    under_way = speeds != [0.0]
     keys: dict[str, Any] = {
         'source': source_name(asked.path),
-        'heading': asked.heading,
-        'angular_frequency': table[OMEGA][blocks[below]].tolist(),
+        **asked.model_dump(exclude={'path'}, exclude_none=True),
+        **({'speeds': speeds} if under_way else {}),
+        'angular_frequency': table[OMEGA][next(iter(blocks.values()))].tolist(),
     }
-    for key, column in names.items():
-        factor = sign if column in ROLL_COLUMNS else 1.0
-        low, high = (table[column][blocks[each]] for each in (below, above))
-        keys[key] = (factor * ((1.0 - share) * low + share * high)).tolist()
+    mirrored = False
+    if asked.heading is None:
+        headings = [each for each in headings if 0.0 <= each <= 180.0]
+        keys['headings'] = [math.radians(each) for each in headings]
+        rows = [((heading, heading, 0.0), speed) for speed in speeds for heading in headings]
+    else:
+        mirrored = asked.heading > math.pi
+        heading = math.degrees(math.tau - asked.heading if mirrored else asked.heading)
+        rows = [(_neighbours(asked, headings, heading), speed) for speed in speeds]
+    for name, columns_of in known.items():
+        sign = -1.0 if mirrored and name in ATHWART else 1.0
+        for column, part in zip(columns_of, _PARTS.values(), strict=True):
+            values = []
+            for (below, above, share), speed in rows:
+                low, high = (table[column][blocks[speed, each]] for each in (below, above))
+                values += (sign * ((1.0 - share) * low + share * high)).tolist()
+            keys[f'{name}_{part}'] = values
     return keys
 
 
-def _by_heading(table: Columns) -> dict[float, list[int]]:
-    """Return the rows of each heading [deg]; all must have the same increasing frequencies."""
-    blocks: dict[float, list[int]] = {}
-    for row, heading in enumerate(table[HEADING].tolist()):
-        blocks.setdefault(heading, []).append(row)
+def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
+    """Return the rows by speed and heading [m/s, deg]; all have the same rising frequencies."""
+    blocks: dict[tuple[float, float], list[int]] = {}
+    speeds = table[SPEED].tolist() if SPEED in table else [0.0] * len(table)
+    for row, course in enumerate(zip(speeds, table[HEADING].tolist(), strict=True)):
+        if course[0] < 0.0:
+            raise table.refusal(row, SPEED, 'must not be negative', 'Give the speed in m/s.')
+        blocks.setdefault(course, []).append(row)
     omega, remedy = table[OMEGA], 'Give every heading the same frequencies, in rising order.'
     rising = 'greater than the one before'
     first = next(iter(blocks.values()))
-    for heading, rows in blocks.items():
+    headings = {heading for _, heading in blocks}
+    for (speed, heading), rows in blocks.items():
         table.rows(np.array(rows)).check(
             Column(OMEGA, unit='rad/s', above=0.0, rising=rising, remedy=remedy)
         )
@@ -137,6 +163,11 @@ def _by_heading(table: Columns) -> dict[float, list[int]]:
                 f'begins a heading, {heading:g} deg, whose frequencies are not the first one’s'
             )
             raise table.refusal(rows[0], OMEGA, problem, remedy)
+        lacking = sorted(each for each in headings if (speed, each) not in blocks)
+        if lacking:
+            problem = f'begins a speed, {speed:g} m/s, without the heading {lacking[0]:g} deg'
+            remedy = 'Give every speed the same headings.'
+            raise table.refusal(rows[0], SPEED, problem, remedy)
     if len(first) < 2:
         problem = 'is not enough: an operator needs at least 2 frequencies'
         value = float(omega[first[0]])
@@ -661,10 +692,10 @@ FILE_FORMS: dict[str, type[Section]] = {
 def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the keys of a ship, not checked yet, with numbers in place of the files of its sea.
 
-    `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator at its
-    heading, `ship.hull` with a path the contents of the file, `ship.roll` with a decay its period
-    and damping ratio, `ship.weather` of a record its rows. The rest is not changed. Errors name
-    the scene, `origin`, and the path of the key, or file and line.
+    `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator, `ship.hull`
+    with a path the contents of the file, `ship.roll` with a decay its period and damping ratio,
+    `ship.weather` of a record its rows. The rest is not changed. Errors name the scene,
+    `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
@@ -678,8 +709,10 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
         def read_weather(asked: RecordFile) -> dict[str, Any]:
-            # a response operator has a heading of its own
-            by_direction = asked.follow_route and ship.get('rao') is None
+            # a response operator may have a heading of its own
+            rao = ship.get('rao')
+            fixed = isinstance(rao, dict) and rao.get('heading') is not None
+            by_direction = asked.follow_route and not fixed
             return read_record(asked, by_direction=by_direction)
 
         read['weather'] = _read(RecordFile, read_weather, ship, 'weather.path', origin)

@@ -12,6 +12,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_seriali
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.sections import Flag, NonNegative, Number, OneLine, Positive, Section
 from tauto_core.ship.motion_kind import sampled
+from tauto_core.wording import counted
 
 # -----------------------------------------------------------------------------
 # Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
@@ -20,6 +21,16 @@ ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
 # 90, meant in degrees, is out of range and so is not taken for radians.
 Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
+
+RAO_HEADING_MEANS = (
+    'direction in which the waves run, from the bow to port [rad]: 0 following seas, 1.5708 beam '
+    'seas, 3.1416 head seas; the operator is then that at this heading alone, in all weather. '
+    'When left out: all headings, by ship.heading or the weather'
+)
+RAO_LENGTH_MEANS = (
+    'length of the ship between perpendiculars [m], 2 to 400: an operator at rest is then carried '
+    'over to Froude numbers up to 0.25 alone, and the clock is within the ship'
+)
 
 CUTOFF = 4.0
 """Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
@@ -151,39 +162,97 @@ class ClockSection(Section):
     port: Number = Field(default=0.0, description='to port of the centreline [m]')
 
 
+MOTIONS = ('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')
+"""Motions of a ship forward, to port and up, and the turning about these axes."""
+
+
+ATHWART = ('sway', 'roll', 'yaw')
+"""Motions that have the other sign in waves from the other side."""
+ANGLES = MOTIONS[3:]
+
+
+def _part(of: str) -> Any:
+    return Field(default=None, description=f'list of {of}')
+
+
+Row: TypeAlias = tuple[Number, ...]
+
+
 class Rao(Section):
-    """Response amplitude operator at one heading, for a ship at rest: factors of exp(iωt)."""
+    """Response amplitude operator of a ship: factors of exp(iωt) per metre of wave amplitude.
+
+    Each list of a motion has all frequencies at the first speed and heading, then those at the
+    next heading, then those at the next speed. A motion without lists is none.
+    """
 
     source: OneLine = Field(description='origin of the operator')
-    heading: Heading = Field(
-        description='direction in which the waves run, from the bow to port [rad]: 0 following '
-        'seas, 1.5708 beam seas, 3.1416 head seas'
+    heading: Heading | None = Field(default=None, description=RAO_HEADING_MEANS)
+    length: Annotated[float, Strict(), Field(ge=2.0, le=400.0)] | None = Field(
+        default=None, description=RAO_LENGTH_MEANS
     )
-    angular_frequency: tuple[Positive, ...] = Field(description='list of increasing ω [rad/s]')
-    roll_real: tuple[Number, ...] = Field(description='list of real parts of the roll [rad/m]')
-    roll_imaginary: tuple[Number, ...] = Field(
-        description='list of imaginary parts of the roll [rad/m]'
+    speeds: tuple[NonNegative, ...] | None = Field(
+        default=None,
+        description='list of increasing speeds [m/s] that the operator is known at; when left out '
+        'that of a ship at rest is carried over to ship.speed',
     )
-    heave_real: tuple[Number, ...] | None = Field(
-        default=None, description='list of real parts of the heave [m/m]'
+    headings: tuple[Annotated[float, Strict(), Field(ge=0.0, le=math.pi)], ...] | None = Field(
+        default=None, description='list of increasing headings, 0 to π [rad]; or heading'
     )
-    heave_imaginary: tuple[Number, ...] | None = Field(
-        default=None, description='list of imaginary parts of the heave [m/m]'
+    angular_frequency: tuple[Positive, ...] = Field(
+        description='list of increasing ω of the waves [rad/s]'
     )
+    roll_real: Row | None = _part('real parts of the roll [rad/m]')
+    roll_imaginary: Row | None = _part('imaginary parts of the roll [rad/m]')
+    heave_real: Row | None = _part('real parts of the heave [m/m]')
+    heave_imaginary: Row | None = _part('imaginary parts of the heave [m/m]')
+    surge_real: Row | None = _part('real parts of the surge [m/m]')
+    surge_imaginary: Row | None = _part('imaginary parts of the surge [m/m]')
+    sway_real: Row | None = _part('real parts of the sway [m/m]')
+    sway_imaginary: Row | None = _part('imaginary parts of the sway [m/m]')
+    pitch_real: Row | None = _part('real parts of the pitch [rad/m]')
+    pitch_imaginary: Row | None = _part('imaginary parts of the pitch [rad/m]')
+    yaw_real: Row | None = _part('real parts of the yaw [rad/m]')
+    yaw_imaginary: Row | None = _part('imaginary parts of the yaw [rad/m]')
+
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The motions that it has."""
+        return tuple(name for name in MOTIONS if getattr(self, f'{name}_real') is not None)
+
+    @property
+    def turns_in_space(self) -> bool:
+        """Whether it has more than roll and heave, so that all its motions are sailed."""
+        return not {'roll'} <= set(self.motions) <= {'roll', 'heave'}
 
     def problems(self, *, heave: bool) -> Iterator[Problem]:
         """Yield what is wrong with its rows, and whether it lacks a heave that is asked for."""
+        if (self.heading is None) == (self.headings is None):
+            yield Problem(
+                'ship.rao.heading',
+                ABSENT if self.heading is None else self.heading,
+                'is missing, and there are no headings in its place'
+                if self.heading is None
+                else 'does not go with ship.rao.headings',
+                'Give one of them.',
+            )
+        wanted = len(self.angular_frequency)
         yield from _rising('ship.rao.angular_frequency', self.angular_frequency, 'rad/s')
-        parts = {
-            'roll_real': self.roll_real,
-            'roll_imaginary': self.roll_imaginary,
-            'heave_real': self.heave_real,
-            'heave_imaginary': self.heave_imaginary,
-        }
-        for name, values in parts.items():
-            if values is not None:
-                yield from _as_many(f'ship.rao.{name}', values, len(self.angular_frequency))
-        if heave and (self.heave_real is None or self.heave_imaginary is None):
+        for name, unit in (('speeds', 'm/s'), ('headings', 'rad')):
+            rows = getattr(self, name)
+            if rows is not None:
+                yield from _rising(f'ship.rao.{name}', rows, unit, least=1)
+                wanted *= len(rows)
+        if not self.motions:
+            yield Problem(
+                'ship.rao', ABSENT, 'has no motion', f'Give one of {", ".join(MOTIONS)}.'
+            )
+        for name in MOTIONS:
+            for part in ('real', 'imaginary'):
+                values = getattr(self, f'{name}_{part}')
+                # a motion needs both parts
+                if values is not None or getattr(self, f'{name}_real') is not None:
+                    yield from _as_many(f'ship.rao.{name}_{part}', values or (), wanted)
+        if heave and 'heave' not in self.motions:
             yield Problem(
                 'ship.heave',
                 True,
@@ -192,9 +261,9 @@ class Rao(Section):
             )
 
 
-def _rising(key: str, values: Sequence[float], unit: str) -> Iterator[Problem]:
-    if len(values) < 2:
-        yield Problem(key, list(values), 'has less than 2 values', 'Give more frequencies.')
+def _rising(key: str, values: Sequence[float], unit: str, least: int = 2) -> Iterator[Problem]:
+    if len(values) < least:
+        yield Problem(key, list(values), f'has less than {counted(least, "value")}', 'Give more.')
     for index, (before, after) in enumerate(pairwise(values), start=1):
         if not after > before:
             yield Problem(
@@ -212,7 +281,7 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
             key,
             ABSENT,
             f'has {len(values)} values for {wanted} frequencies',
-            'Give one for each frequency.',
+            'Give one for each frequency, heading and speed.',
         )
 
 

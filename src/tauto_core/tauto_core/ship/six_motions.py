@@ -16,7 +16,7 @@ from tauto_core.ship.imu import contiguous, sensed
 from tauto_core.ship.waves import Encounter, Fades, Harmonics
 
 if TYPE_CHECKING:
-    from tauto_core.ship.hull import ClockPlace, Hull
+    from tauto_core.ship.hull import ClockPlace, Hull, Response
 
 M = TypeVar('M', Harmonics, Fades)
 
@@ -65,6 +65,20 @@ def hull_answer(
     """
     hull.check_place(place)
     response = hull.response(waves.angular_frequency, course.heading, course.speed)
+    return at_clock(waves, response, place, course)
+
+
+def at_clock(
+    waves: Harmonics, response: Response, place: ClockPlace, course: Encounter
+) -> SixMotions[Harmonics]:
+    """Return the motions at a place in a ship, in the waves that she meets.
+
+    Args:
+        waves: elevation at her origin [m], with the frequencies of a ship at rest, (n,).
+        response: her motions in each of them.
+        place: of the clock.
+        course: speed and heading.
+    """
     factors = np.concatenate((response.displacement(place), response.motions[:, 3:]), axis=1)
     return SixMotions(
         *(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from base64 import b64decode
+from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import lru_cache
@@ -14,12 +15,13 @@ from pydantic import Field, Strict, field_validator
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import Flag, KindIn
-from tauto_core.scene.times import NS_PER_S
+from tauto_core.scene.sections import Flag, KindIn, key_of_place
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
 from tauto_core.ship.motions.still import StillShip
-from tauto_core.ship.sea import band_hz, elevation, height_and_period, operator_answer, roll_answer
+from tauto_core.ship.sea import band_hz, elevation, height_and_period, roll_answer
 from tauto_core.ship.sections import (
+    MOTIONS,
     ClockSection,
     Heading,
     HullSection,
@@ -28,7 +30,7 @@ from tauto_core.ship.sections import (
     Sea,
     SpectrumTable,
 )
-from tauto_core.ship.six_motions import SixMotions, hull_answer
+from tauto_core.ship.six_motions import SixMotions, at_clock, hull_answer
 from tauto_core.ship.waves import Encounter, Harmonics
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
 from tauto_core.ship.weather_kind import (
@@ -42,7 +44,7 @@ from tauto_core.ship.weather_kind import (
 )
 
 if TYPE_CHECKING:
-    from tauto_core.ship.hull import Hull
+    from tauto_core.ship.hull import ClockPlace, Hull, HullError
 
 MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which
@@ -58,14 +60,14 @@ class SeaMotion:
         elevation: elevation of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
         heave: [m], upwards; None: not asked for.
-        left_out: share of the waves' energy outside the response operator.
+        outside: shares of the waves' energy above and below the frequencies of the operator.
         six: all motions at the clock, of a ship with a hull.
     """
 
     elevation: Harmonics
     roll: Harmonics
     heave: Harmonics | None
-    left_out: float
+    outside: tuple[float, float] = (0.0, 0.0)
     six: SixMotions[Harmonics] | None = None
 
 
@@ -74,8 +76,8 @@ class SeaShip(ShipKind):
 
     The waves are those of one sea, `sea`, or of a sequence of seas, `weather`. Roll follows from a
     roll equation, `roll`, or from a response amplitude operator, `rao`. Heave equals the
-    elevation, or follows from `rao`. A `hull` gives all six motions; period and damping of her
-    roll are those of `roll`.
+    elevation, or follows from `rao`; an operator with more than roll and heave gives all motions
+    that it has. A `hull` gives all six; period and damping of her roll are those of `roll`.
     """
 
     rank = 3
@@ -106,18 +108,18 @@ class SeaShip(ShipKind):
         default=None,
         description='mapping: natural_period, damping_ratio (or decay), slope_coefficient',
     )
-    rao: Rao | None = Field(default=None, description='mapping: path, heading')
+    rao: Rao | None = Field(default=None, description='mapping: path, heading, length')
     hull: HullSection | None = Field(
         default=None,
         description='mapping: shape (or path), length; or the name of a shape: all six motions, '
         'from the coefficients of a hull',
     )
     clock: ClockSection | None = Field(
-        default=None, description='mapping: forward, port: where the clock is in the hull'
+        default=None, description='mapping: forward, port: where the clock is in the ship'
     )
     heading: Heading | None = Field(
         default=None,
-        description='with roll: direction in which the waves run, from the bow to port [rad]: 0 '
+        description='direction in which the waves run, from the bow to port [rad]: 0 '
         'following seas, 1.5708 beam seas (when left out), 3.1416 head seas',
     )
     speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] = Field(
@@ -133,9 +135,14 @@ class SeaShip(ShipKind):
     @property
     def relative_heading(self) -> float:
         """Direction in which the waves run, from the bow to port [rad]: of `rao` or `heading`."""
-        if self.rao is not None:
+        if self.rao is not None and self.rao.heading is not None:
             return self.rao.heading
         return 0.5 * math.pi if self.heading is None else self.heading
+
+    @property
+    def turns_in_space(self) -> bool:
+        """Whether she has more motions than roll and heave: by a hull, or an operator of them."""
+        return self.hull is not None or (self.rao is not None and self.rao.turns_in_space)
 
     @classmethod
     def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
@@ -159,7 +166,7 @@ class SeaShip(ShipKind):
             sea.heave,
             six=sea.six,
             metadata=self.metadata(scene),
-            warnings=sea_warnings(sea.left_out),
+            warnings=sea_warnings(*sea.outside),
         )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
@@ -175,7 +182,7 @@ class SeaShip(ShipKind):
     def in_state(self, state: WeatherState) -> Self:
         """Return the ship in the sea of one state."""
         here = {'sea': state.sea, 'weather': None, 'speed': state.speed}
-        if self.rao is None:
+        if self.rao is None or self.rao.heading is None:
             here['heading'] = state.heading
         return self.model_copy(update=here)
 
@@ -230,8 +237,8 @@ class SeaShip(ShipKind):
 
     @property
     def roll_scales(self) -> bool:
-        """False with a hull, whose roll, sway and yaw belong together."""
-        return self.hull is None
+        """False where roll, sway and yaw belong together."""
+        return not self.turns_in_space
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with another slope coefficient, or response operator."""
@@ -243,7 +250,7 @@ class SeaShip(ShipKind):
             return self.model_copy(update={'roll': roll})
         assert self.rao is not None  # a scene has roll or rao
         parts = {
-            key: tuple(factor * each for each in getattr(self.rao, key))
+            key: tuple(factor * each for each in getattr(self.rao, key) or ())
             for key in ('roll_real', 'roll_imaginary')
         }
         return self.model_copy(update={'rao': self.rao.model_copy(update=parts)})
@@ -284,7 +291,7 @@ class SeaShip(ShipKind):
                 'does not go with ship.roll: the roll follows from one of them',
                 'Leave one of them out.',
             )
-        if self.heading is not None and self.rao is not None:
+        if self.heading is not None and self.rao is not None and self.rao.heading is not None:
             yield Problem(
                 'ship.heading',
                 self.heading,
@@ -304,13 +311,25 @@ class SeaShip(ShipKind):
                     'is missing, and there is no hull that answers to the slope of the waves',
                     'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
                 )
-            if self.clock is not None:
+            if self.clock is not None and not self.turns_in_space:
                 yield Problem(
                     'ship.clock',
                     ABSENT,
                     'is a place in a hull, and there is none',
                     'Write `hull: …` in ship, or leave it out.',
                 )
+            if self.clock is not None and self.rao is not None:
+                # without a length that of the longest ship; none is wider than half of it
+                length = self.rao.length or 400.0
+                for key, most in (('forward', 0.5 * length), ('port', 0.25 * length)):
+                    at = getattr(self.clock, key)
+                    if not abs(at) <= most:
+                        yield Problem(
+                            f'ship.clock.{key}',
+                            at,
+                            f'must lie in [{-most:g}, {most:g}] m: the clock is outside the ship',
+                            "Measure from the operator's origin.",
+                        )
             return
         yield from self.hull.problems()
         if self.rao is not None:
@@ -325,6 +344,9 @@ class SeaShip(ShipKind):
         """Return the heave where it is not asked for, and what a ship without a hull lacks."""
         if self.hull is not None:
             return ()
+        if self.turns_in_space:
+            assert self.rao is not None
+            return tuple(name for name in MOTIONS if name not in self.rao.motions)
         return ('surge', 'sway', 'pitch', 'yaw') if self.heave else ('heave', 'pitch', 'yaw')
 
 
@@ -350,22 +372,52 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
     )
 
 
-def _in_hull(scene: Surroundings, ship: SeaShip, waves: Harmonics) -> SixMotions[Harmonics]:
-    """Return the motions at the clock of a ship with a hull, refused in the keys of the scene."""
-    from tauto_core.ship.hull import ClockPlace, HullError
+def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
+    """Return the refusal of a hull or an operator in the keys of a scene."""
+    found = error.problem
+    key = _KEYS_OF_HULLS.get(found.key, f'hull.{found.key}')
+    return SceneError(scene.name, f'ship.{key}', found.value, found.problem, found.remedy)
 
+
+def _hull_of(scene: Surroundings, ship: SeaShip) -> Hull:
+    """Return the hull of a ship that has one."""
     assert ship.hull is not None
     assert ship.roll is not None
+    return _made_hull(ship.hull, ship.roll, scene.g)
+
+
+def _place_of_clock(ship: SeaShip) -> ClockPlace:
+    from tauto_core.ship.hull import ClockPlace
+
     clock = ship.clock or ClockSection()
-    place = ClockPlace(clock.forward, clock.port, ship.height)
+    return ClockPlace(clock.forward, clock.port, ship.height)
+
+
+def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> None:
+    """Refuse the heading or speed in a state of the weather for which the ship has no answer."""
+    from tauto_core.ship.hull import HullError
+    from tauto_core.ship.operator import check_operator
+    from tauto_core.ship.passage import Passage
+
     try:
-        hull = _made_hull(ship.hull, ship.roll, scene.g)
-        return hull_answer(waves, hull, place, course_of(scene, ship))
+        if ship.rao is not None:
+            check_operator(ship.rao, ship.relative_heading, ship.speed)
+        elif ship.hull is not None:
+            _hull_of(scene, ship).check_speed(ship.speed)
     except HullError as error:
-        found = error.problem
-        key = _KEYS_OF_HULLS.get(found.key, f'hull.{found.key}')
+        found, voyage = error.problem, scene.voyage
+        where = f'after {state.at_ns / NS_PER_S / DAY_S:.3g} days'
+        if voyage is not None:
+            times = Passage(scene, voyage).places_ns
+            end = min(max(bisect_right(times, state.at_ns), 1), len(times) - 1)
+            ends = (key_of_place(voyage, place) for place in (end - 1, end))
+            where += f', on the leg from {" to ".join(ends)}'
         raise SceneError(
-            scene.name, f'ship.{key}', found.value, found.problem, found.remedy
+            scene.name,
+            state.key,
+            found.value,
+            f'{where}: {found.key} {found.problem}',
+            found.remedy,
         ) from None
 
 
@@ -373,6 +425,7 @@ _KEYS_OF_HULLS = {
     'roll_period': 'roll.natural_period',
     'roll_damping_ratio': 'roll.damping_ratio',
     'speed': 'speed',
+    'heading': 'heading',
     'clock.forward': 'clock.forward',
     'clock.port': 'clock.port',
     'clock.up': 'height',
@@ -387,7 +440,8 @@ def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
 def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
     """Return waves, roll and heave of a ship in one sea; each state of a weather has a stream.
 
-    A `SceneError` says that the waves are too short for `ship.rate`, or not in the operator.
+    A `SceneError` says that the waves are too short for `ship.rate`, or that hull or operator
+    have no answer at this speed or heading.
     """
     assert ship.sea is not None
     course = course_of(scene, ship)
@@ -397,15 +451,34 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
     highest = 2.0 * np.pi * band_hz(ship.sea)[1]
     _check_rate(scene, ship, np.append(waves.angular_frequency, highest), key)
     met = course.met(waves)
-    if ship.hull is not None:
-        six = _in_hull(scene, ship, waves)
-        return SeaMotion(met, six.roll, six.heave, 0.0, six)
-    if ship.rao is not None:
-        found = operator_answer(scene.name, waves, ship.rao, course, heave=ship.heave)
-        return SeaMotion(met, found.roll, found.heave, found.left_out)
-    assert ship.roll is not None  # a scene has roll or rao
-    roll = roll_answer(waves, ship.roll, course)
-    return SeaMotion(met, roll, met if ship.heave else None, 0.0)
+    if ship.roll is not None and ship.hull is None:
+        roll = roll_answer(waves, ship.roll, course)
+        return SeaMotion(met, roll, met if ship.heave else None)
+    from tauto_core.ship.hull import HullError, Response
+    from tauto_core.ship.operator import operator_answer
+
+    place = _place_of_clock(ship)
+    try:
+        if ship.hull is not None:
+            six = hull_answer(waves, _hull_of(scene, ship), place, course)
+            return SeaMotion(met, six.roll, six.heave, six=six)
+        assert ship.rao is not None  # a scene has roll or rao
+        found = operator_answer(waves, ship.rao, course, heave=ship.heave)
+    except HullError as error:
+        raise _in_keys(scene, error) from None
+    kept, outside = found.waves, (found.above, found.below)
+    omega = kept.angular_frequency
+    if ship.turns_in_space:
+        none = np.zeros(len(omega), np.complex128)
+        motions = np.stack([found.motions.get(name, none) for name in MOTIONS], axis=1)
+        response = Response(omega, course.frequency(omega), motions, scene.g)
+        six = at_clock(kept, response, place, course)
+        return SeaMotion(met, six.roll, six.heave, outside, six)
+    moved = {
+        name: course.answer(kept, kept.amplitude * np.abs(each), np.angle(each))
+        for name, each in found.motions.items()
+    }
+    return SeaMotion(met, moved['roll'], moved.get('heave'), outside)
 
 
 def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str) -> None:
@@ -429,7 +502,7 @@ def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str)
 def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     """Return roll and heave in one sea after another; refuses as `sea_motion`, for any state."""
     states = ship.states(scene)
-    left_out = 0.0
+    above = below = 0.0
     for number, state in enumerate(states):
         if state.sea is not None:
             here = ship.in_state(state)
@@ -439,8 +512,10 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
             turns = 0.5 * scene.g / along if along > 0.0 else low
             band = np.array([low, high, min(max(turns, low), high)])
             _check_rate(scene, here, band, f'{state.key}.peak_period')
+            _check_course(scene, here, state)
             if ship.rao is not None:
-                left_out = max(left_out, sea_motion(scene, here, number).left_out)
+                outside = sea_motion(scene, here, number).outside
+                above, below = max(above, outside[0]), max(below, outside[1])
 
     def motions_of(number: int) -> list[Harmonics]:
         found = sea_motion(scene, ship.in_state(states[number]), number)
@@ -449,9 +524,9 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
         return [found.roll] if found.heave is None else [found.roll, found.heave]
 
     assert ship.weather is not None
-    warnings = (*sea_warnings(left_out), *ship.weather.warnings())
+    warnings = (*sea_warnings(above, below), *ship.weather.warnings())
     metadata = ship.metadata(scene)
-    if ship.hull is not None:
+    if ship.turns_in_space:
         six = SixMotions(*fades_of(states, motions_of, len(fields(SixMotions))))
         return Channels(six.roll, six.heave, six=six, metadata=metadata, warnings=warnings)
     moved = fades_of(states, motions_of, 2 if ship.heave else 1)
@@ -472,7 +547,7 @@ def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
         'kind': weather.kind,
         'components': weather.components,
         'seed': scene.seed,
-        'heave': ship.heave or ship.hull is not None,
+        'heave': ship.heave or ship.turns_in_space,
         **_moved_by(ship),
         'highest_m': max(heights),
         'median_m': float(np.median(heights)),
@@ -496,7 +571,7 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
         'seed': scene.seed,
         'heading_rad': ship.relative_heading,
         'speed_m_s': ship.speed,
-        'heave': ship.heave or ship.hull is not None,
+        'heave': ship.heave or ship.turns_in_space,
         **_moved_by(ship),
     }
     if isinstance(sea, SpectrumTable):
@@ -518,13 +593,22 @@ def _moved_by(ship: SeaShip) -> dict[str, str]:
     return {'hull': f'{ship.hull.shape or "from a file"}{length}'}
 
 
-def sea_warnings(left_out: float) -> tuple[str, ...]:
-    """Return a warning where a share of the waves' energy is left out of the motion."""
-    if left_out == 0.0:
-        return ()
-    return (
-        f'{100.0 * left_out:.2g} % of the energy of the waves lies outside the '
-        "frequencies of ship.rao: it is left out of the ship's motion",
+def sea_warnings(above: float, below: float) -> tuple[str, ...]:
+    """Return warnings where waves have energy outside the frequencies of the operator.
+
+    Args:
+        above: share of their energy beyond its highest frequency; in weather of the worst sea.
+        below: the same under its lowest.
+    """
+    said = (
+        (above, 'beyond', 'not to move the ship'),
+        (below, 'under', 'to move her as their surface does'),
+    )
+    return tuple(
+        f'{100.0 * share:.2g} % of the energy of the waves lies {where} the frequencies of '
+        f'ship.rao: these waves are taken {how}'
+        for share, where, how in said
+        if share
     )
 
 
