@@ -26,7 +26,7 @@ from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.motion.closed_forms import UnevenWell
 from tauto_core.motion.real_threads import RealThreads
 from tauto_core.samples import JOINT_STATES, PHASE, READING, take
-from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.ship import ShipMotion
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
@@ -41,6 +41,8 @@ LONGER = {
     'power': {'kind': 'weight', 'mass': 0.322},
     'thread': {'kind': 'hanging', 'length': 1.5},
 }
+DAMPED = {**HANGING, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
+LONGER_DAMPED = {**LONGER, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 1.5}}
 RECOILING = {
     'drag': {'viscous': 2e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
@@ -53,6 +55,8 @@ CASES = {
     'lever, drag, recoil': (LEVER, RECOILING),
     'short thread': (HANGING, {}),
     'long thread': (LONGER, {}),
+    'short thread, damped': (DAMPED, {}),
+    'long thread, damped, drag, escapement': (LONGER_DAMPED, HELD),
     'long thread, drag, escapement': (LONGER, HELD),
     'long thread, drag, recoil': (LONGER, RECOILING),
 }
@@ -345,3 +349,48 @@ def test_steps_of_half_the_length_change_nothing():
             engine.release(forcing)
             ends.append(engine.advance(forcing).angle)
         np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-10)
+
+
+def test_damping_of_the_lean_only_takes_energy_and_at_the_rate_of_the_ratio():
+    """On land. The lean below a wheel of great inertia dies as e^(−ζω t), ω = √(g/l)."""
+    scene = scene_of(trochlea={**DAMPED, 'release_angle': 1.0})
+    machine = compile_machine(scene)
+    engine, spans = RealThreads(machine), on_land(1, 0.05)
+    engine.release(spans)
+    system, planes = engine._model.system, engine._state['planes']
+    energies = []
+    for _ in range(200):
+        engine.advance(spans)
+        psi, delta = (np.dot(row, planes['x']) for row in (system.wheel, system.thread))
+        rates = np.array(engine._model.omega) * planes['y']
+        psi_rate, delta_rate = (np.dot(row, rates) for row in (system.wheel, system.thread))
+        energies.append(machine.energy(psi, delta, psi_rate, delta_rate, machine.gravity))
+    assert np.all(np.diff(energies) < 1e-15)
+    assert energies[-1] < 0.5 * energies[0]
+    heavy = replace(machine, inertia=1e9)
+    heavy = replace(heavy, damping=machine.damping, release_angle=0.0)
+    engine = RealThreads(heavy)
+    engine.release(spans)
+    system, planes = engine._model.system, engine._state['planes']
+    for plane, back in zip(planes, (system.to_first, system.to_second), strict=True):
+        plane['x'] = back[1] * 1e-3
+    times, found = 0.05 * np.arange(1, 41), []
+    for _ in times:
+        engine.advance(spans)
+        found.append(float(np.dot(system.thread, planes['x'])))
+    omega, ratio = math.sqrt(machine.gravity / 0.3), 0.3
+    swings = omega * math.sqrt(1.0 - ratio**2)
+    exact = np.cos(swings * times) + ratio * omega / swings * np.sin(swings * times)
+    exact *= 1e-3 * np.exp(-ratio * omega * times)
+    # the sine of a milliradian falls short by 1e-7 of it
+    np.testing.assert_allclose(found, exact, rtol=0, atol=1e-9)
+
+
+def test_an_impossible_damping_is_refused():
+    with pytest.raises(SceneError, match=r'trochlea\.thread\.damping_ratio = 3\.0'):
+        scene_of(
+            trochlea={
+                **HANGING,
+                'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 3.0},
+            }
+        )

@@ -264,6 +264,8 @@ class HangingReference:
             for i in (0, 1)
         ]
         force[0] -= resistance(machine, psi_rate - turn, signs)
+        # Rayleigh's function ½ c (δ̇ − α̇)² has no part along ψ
+        force[1] -= machine.damping * (delta_rate - turn)
         bends = np.linalg.solve(mass, force)
         return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
 

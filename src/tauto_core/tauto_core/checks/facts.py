@@ -106,6 +106,16 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
         scene.g,
         scene.duration,
     )
+    if machine.damping:
+        # (A.3) for small swings, the case at rest: a wave turns the thread by δ/τ, complex
+        square, inertia, damping = waves.frequency**2, machine.inertia, machine.damping
+        pull, per_s = machine.mass * scene.g * machine.base_radius, 1j * waves.frequency
+        turned = (pull + per_s * damping * machine.base_radius / machine.length) / (
+            pull - inertia * square
+        )
+        stiff = scene.g - (machine.length + machine.base_radius * turned) * square
+        stiff = stiff + per_s * damping / (machine.mass * machine.length)
+        answer = 1.0 + np.abs(scene.g / stiff - 1.0)
     stretch = machine.small_period * _ideal_frequency(machine) / math.tau - 1.0
     period = math.tau / machine.thread_frequency
     return _following(waves, answer, (period,), wheel=abs(stretch) > LARGEST_STRETCH)

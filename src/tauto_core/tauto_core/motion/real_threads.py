@@ -112,6 +112,7 @@ def _hanging(machine: HangingMachine) -> Moved:
         _pair(back[0]),
         _pair(back[1]),
         _on_wheel(machine, machine.frequency),
+        machine.damping / machine.mass if machine.damping else None,
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
     return Moved(system, omega)

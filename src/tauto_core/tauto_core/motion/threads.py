@@ -199,6 +199,7 @@ class _ThreadNumbers(NamedTuple):
         to_first: X₁ per ψ and per δ: the first row of the inverse of (E_ψ, E_δ).
         to_second: X₂ per ψ and per δ.
         on_wheel: what acts on the wheel.
+        damping: c/m of the lean [m2/s], or None.
     """
 
     radius: float
@@ -210,6 +211,7 @@ class _ThreadNumbers(NamedTuple):
     to_first: tuple[float, float]
     to_second: tuple[float, float]
     on_wheel: OnWheel
+    damping: float | None = None
 
 
 class Hanging(_ThreadNumbers, ThreadSystem):
@@ -268,9 +270,9 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         rate = rates[0] - (line.rate - tilt.rate)
         drag = drag_on_wheel(self.on_wheel, mode, rate)
-        lean = delta - line.value
+        lean, turn = delta - line.value, line.rate - tilt.rate
         psi_bend, delta_bend, tension, free = _pushed(
-            self, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag
+            self, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag, turn
         )
         return Instant(
             angle=psi - (line.value - tilt.value),
@@ -339,19 +341,25 @@ def _pushed(
     sine: Numeric,
     g: Numeric,
     drag: Numeric,
+    alpha_rate: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
     Cosine and sine are those of δ − β, `g` is g_eff, and `drag` the torques of drag and recoil,
-    reversed, over I.
+    reversed, over I. α̇ is the rate of the case, which the damping of the lean asks for.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
     free = system.length - (0.5 * radius) * (u * u)
     pulled = g * cosine + free * (delta_rate * delta_rate) + radius * (psi_rate * psi_rate)
     mass = 1.0 + (system.ratio * radius) * (u * u)
-    psi_bend = -(system.ratio * (u * pulled) + drag) / mass
+    turning = u * pulled
     wound = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
+    if system.damping is not None:
+        # −Q/(m l): the lean alone loses energy, so that the wheel is pushed by −Q r/l
+        lost = system.damping * (delta_rate - alpha_rate) / free
+        turning, wound = turning - lost, wound - lost
+    psi_bend = -(system.ratio * turning + drag) / mass
     delta_bend = (wound - g * sine - radius * psi_bend) / free
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
@@ -371,6 +379,6 @@ def _at_stages(
     (psi, delta), rates = _stages(system, omega, work)
     nodes: ThreadNodes = work.nodes
     sine, versine = sine_versine(delta - load(nodes.vertical))
-    drag = drag_on_wheel(system.on_wheel, mode, rates[0] - load(nodes.alpha_rate))
-    gravity = load(nodes.gravity)
-    return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag)
+    alpha_rate, gravity = load(nodes.alpha_rate), load(nodes.gravity)
+    drag = drag_on_wheel(system.on_wheel, mode, rates[0] - alpha_rate)
+    return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag, alpha_rate)

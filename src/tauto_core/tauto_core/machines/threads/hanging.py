@@ -4,10 +4,11 @@ Two degrees of freedom, both absolute angles: ψ of the wheel, δ of the thread.
 angle by which the cam winds the thread, and l = l₀ − r u²/2, the free length,
 
     (I + m r²u²) ψ̈ = −m r u [g cos(δ − β) + l δ̇² + r ψ̇²] + torque on the wheel,
-    l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇),
+    l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇) + Q/(m l),
 
-where β is the direction of the apparent vertical and g the apparent gravity. Small swings are the
-modes of paper C (`modes`).
+where Q = −c (δ̇ − α̇) damps the lean of the thread in the case, whose tilt is α, and adds −Q r/l to
+the torque on the wheel: the lean alone loses energy, c (δ̇ − α̇)² a second. β is the direction of
+the apparent vertical and g the apparent gravity. Small swings are the modes of paper C (`modes`).
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, Strict
 
 from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
@@ -163,6 +164,7 @@ class HangingMachine:
         escapement: impulses on the wheel, or None.
         release_angle: angle of release of the wheel in its case, at rest there; the thread hangs
             plumb [rad].
+        damping: c, of the lean of the thread in the case [N m s].
     """
 
     inertia: float
@@ -173,6 +175,7 @@ class HangingMachine:
     drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
+    damping: float = 0.0
 
     follows_apparent_vertical = True
     feels_gravity = True
@@ -307,6 +310,10 @@ class HangingMachine:
         return period
 
 
+MOST_DAMPED = 2.0
+"""Largest damping ratio: the lean then creeps back four times as slowly as it would swing."""
+
+
 class HangingThread(ThreadKind):
     """Thread that hangs freely with its weight, and swings."""
 
@@ -316,20 +323,28 @@ class HangingThread(ThreadKind):
 
     kind: Literal['hanging'] = 'hanging'
     length: Positive = Field(description='free length of the thread at rest [m]')
+    damping_ratio: Annotated[float, Strict(), Field(ge=0.0, le=MOST_DAMPED)] = Field(
+        default=0.0,
+        description='damping of the lean of the thread in the case, over the critical one of its '
+        f'swing below a wheel at rest, 0 to {MOST_DAMPED:g}; nothing damps it when left out',
+    )
 
     def machine(self, parts: Parts) -> HangingMachine:
         """Return the machine with a thread that swings."""
         rate = self.cam(parts).linear_rate
         assert rate is not None  # linear in the cams that this thread takes
+        mass = parts.power.pull.carried_mass
+        critical = 2.0 * mass * self.length * math.sqrt(parts.gravity * self.length)
         return HangingMachine(
             inertia=parts.inertia,
-            mass=parts.power.pull.carried_mass,
+            mass=mass,
             base_radius=rate,
             length=self.length,
             gravity=parts.gravity,
             drag=parts.drag,
             escapement=parts.escapement,
             release_angle=parts.release_angle,
+            damping=self.damping_ratio * critical,
         )
 
 
