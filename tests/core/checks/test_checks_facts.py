@@ -14,14 +14,13 @@ from hypothesis import strategies as st
 
 import tauto_core as tauto
 from tauto_core.checks.facts import (
-    answers,
     case_following,
     lengths_between,
     reason,
     thread_following,
 )
 from tauto_core.machines import compile_machine
-from tauto_core.machines.axle_pendulum import modes
+from tauto_core.machines.axle_pendulum import answers, modes
 from tauto_core.motion import propagator_name
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.loader import parse_scene

@@ -38,7 +38,6 @@ from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene import ComponentsShip, Scene, SeaShip
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.buffer import case_modes
 from tauto_core.ship.motions.sea import sea_motion
 
 RTOL = 1e-13
@@ -443,10 +442,10 @@ class CaseAt:
         if hung.large_angles:
             raise ValueError('only the small angles of a case are known here')
         self._ship, self._gravity = ShipAt(scene), scene.g
-        self._e, self._c = hung.support_radius - hung.axle_radius, hung.depth
+        self._e, self._c = hung.link, hung.depth
         self._k2 = hung.gyration_radius**2
         tilt = -self._ship.force(0.0)[1].real / self._gravity
-        fast = math.sqrt(case_modes(hung).squared_frequencies(scene.g)[1])
+        fast = hung.frequencies(scene.g)[1]
         dense = solve_ivp(
             lambda t, y: self._slopes(t, y)[0],
             (0.0, end_s),

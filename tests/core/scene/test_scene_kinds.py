@@ -50,7 +50,7 @@ def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:
     for model in all_kinds():
         section = next(base for base in model.__mro__ if Kind in base.__bases__)
         sections.setdefault(section, []).append(model)
-    assert len(sections) == 8
+    assert len(sections) == 9
     for models in sections.values():
         assert len({kind_of(model) for model in models}) == len(models)
         assert len({model.rank for model in models}) == len(models)

@@ -29,7 +29,7 @@ from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.scene.times import LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import case_modes, felt_parts, felt_step_ns, samples_a_piece
+from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
 
@@ -698,8 +698,7 @@ def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
 def _shortest_wave_s(scene: Scene) -> float | None:
     frequencies = scene_waves(scene).frequency.tolist()
     if scene.suspension is not None:
-        squares = case_modes(scene.suspension).squared_frequencies(scene.g)
-        frequencies.append(math.sqrt(squares[1]))
+        frequencies.append(scene.suspension.frequencies(scene.g)[-1])
     return math.tau / max(frequencies) if frequencies else None
 
 

@@ -29,13 +29,12 @@ from tauto_core.machines import (
     rate_s_per_day,
     steady_swing,
 )
-from tauto_core.machines.axle_pendulum import Modes
+from tauto_core.machines.axle_pendulum import answers
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
-from tauto_core.ship.buffer import case_modes
 
 # -----------------------------------------------------------------------------
 # How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
@@ -126,12 +125,9 @@ def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
     hung = scene.suspension
     if hung is None:
         return None
-    own, waves = case_modes(hung), scene_waves(scene)
-    _, answer = answers(
-        own, hung.depth, hung.gyration_radius**2, waves.frequency, scene.g, scene.duration
-    )
-    slow, fast = own.squared_frequencies(scene.g)
-    periods = math.tau / math.sqrt(slow), math.tau / math.sqrt(fast)
+    waves = scene_waves(scene)
+    answer = hung.answer(waves.frequency, scene.g, scene.duration)
+    periods = tuple(math.tau / omega for omega in hung.frequencies(scene.g))
     wheel = any(abs(period / machine.small_period - 1.0) < NEAR_PERIOD for period in periods)
     return _following(waves, answer, periods, wheel=wheel)
 
@@ -155,28 +151,6 @@ def _ideal_frequency(machine: Machine | HangingMachine) -> float:
         return machine.frequency
     pull = machine.mass * machine.gravity
     return math.sqrt(pull * machine.base_radius / machine.inertia)
-
-
-def answers(
-    own: Modes,
-    depth: float,
-    k_squared: float,
-    frequency: FloatArray,
-    gravity: float,
-    duration_s: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
-
-    `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
-    """
-    square = frequency**2
-    divisor = np.full_like(square, own.b * own.b_prime * depth)
-    for mode in own.squared_frequencies(gravity):
-        apart = mode - square
-        least = 2.0 * math.sqrt(mode) / duration_s
-        divisor *= np.where(np.abs(apart) < least, least, apart)
-    theta = gravity * (gravity * depth - k_squared * square) / divisor
-    return theta, gravity * gravity * depth / divisor
 
 
 def _share(waves: Waves, value: FloatArray) -> float | None:
@@ -279,19 +253,20 @@ def _and(names: list[str]) -> str:
 def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
     """Return the suspension of the case and its modes, None if it is fixed to the ship.
 
-    The kind, b and b′ [m], the periods of both modes [s], whether the full equations run, the step
+    The kind, the lengths [m] of the simple pendulums that keep time with its modes (b and b′ of an
+    axle), their periods [s], whether the full equations run, the step
     of the motion that the clock feels [s], and the departure from the apparent vertical, both in
     rad and over the tilt of the apparent vertical (`Following`).
     """
     if scene.suspension is None or isinstance(machine, FluidPendulum):
         return None
-    from tauto_core.ship.buffer import case_modes, felt_step_ns
+    from tauto_core.ship.buffer import felt_step_ns
 
-    own, found = case_modes(scene.suspension), case_following(scene, machine)
+    found = case_following(scene, machine)
     assert found is not None
     return {
         'kind': scene.suspension.kind,
-        'lengths_m': [own.b, own.b_prime],
+        'lengths_m': [scene.g / omega**2 for omega in scene.suspension.frequencies(scene.g)],
         'periods_s': list(found.periods_s),
         'large_angles': scene.suspension.large_angles,
         'step_s': felt_step_ns(scene) * 1e-9,
@@ -488,7 +463,8 @@ def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         return []
     if not isinstance(machine, HangingMachine):
         expects = scene.drift.white_fm or scene.drift.random_walk_fm
-        if scene.suspension is None or not machine.feels_gravity or expects:
+        hung = scene.suspension
+        if hung is None or hung.is_damped or not machine.feels_gravity or expects:
             return []
         return [
             f'{scene.name}: drift.white_fm: nothing damps the swing of the case, and the rate of '

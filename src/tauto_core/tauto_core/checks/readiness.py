@@ -116,6 +116,8 @@ _SIZES = tuple(
         ('suspension.axle_radius', 1e-5, 0.5, 'm', _LENGTH),
         ('suspension.depth', 0.0, 5.0, 'm', _LENGTH),
         ('suspension.gyration_radius', 0.0, 5.0, 'm', _LENGTH),
+        ('suspension.damping_ratio', 1e-3, 1.0, '', (('per cent', 1e-2),)),
+        ('suspension.friction_angle', 1e-5, 0.5, 'rad', _ANGLE),
         ('clock.nominal_period', 0.05, 20.0, 's', _TIME),
         ('voyage.speed', 0.1, 25.0, 'm/s', (('km/h', 1.0 / 3.6), ('knots', 1852.0 / 3600.0))),
         ('drift.observation_sigma', 0.0, 3600.0, 's', _TIME),

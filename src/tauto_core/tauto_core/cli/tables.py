@@ -265,11 +265,11 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'weather', weather_words(facts['weather'])
     yield from _hull_rows(facts.get('sea') or facts.get('weather') or {})
     if hung := facts['suspension']:
-        slow, fast = hung['periods_s']
+        periods = ' and '.join(f'{period:.4g} s' for period in hung['periods_s'])
         angles = 'any angles' if hung['large_angles'] else 'small angles'
         yield (
             'suspension',
-            f'{hung["kind"]}, {angles}: the case swings in {slow:.4g} s and {fast:.4g} s, '
+            f'{hung["kind"]}, {angles}: the case swings in {periods}, '
             f'sampled every {hung["step_s"]:g} s' + _departs(hung),
         )
     if hanging := facts['thread']:

@@ -133,6 +133,38 @@ def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, 
         return b, e * k_squared / (c * b)
 
 
+def answers(
+    own: Modes,
+    depth: float,
+    k_squared: float,
+    frequency: FloatArray,
+    gravity: float,
+    duration_s: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
+
+    `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
+    """
+    square = frequency**2
+    divisor = np.full_like(square, own.b * own.b_prime * depth)
+    for mode in own.squared_frequencies(gravity):
+        divisor *= off_resonance(mode, square, duration_s)
+    theta = gravity * (gravity * depth - k_squared * square) / divisor
+    return theta, gravity * gravity * depth / divisor
+
+
+def off_resonance(mode: float, square: FloatArray, duration_s: float) -> FloatArray:
+    """Return ω² − Ω², at resonance the value with which a swing reaches the size that it then has.
+
+    Args:
+        mode: ω² of the mode [rad2/s2].
+        square: Ω² of the waves [rad2/s2].
+        duration_s: the time in which it grows [s].
+    """
+    apart, least = mode - square, 2.0 * math.sqrt(mode) / duration_s
+    return np.where(np.abs(apart) < least, least, apart)
+
+
 class UnsteadyAxleError(TautoError):
     """An impossible axle or support, or one on which the body does not swing."""
 

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.kernels import inlined
 from tauto_core.machines.axle_pendulum import exact_lengths, modes
@@ -78,6 +79,7 @@ class BearingMotion:
         parts: number of parts that it is divided into, ≥ 1, (n,).
         sway: coefficients of x^j of ÿ, to port [m/s2], (n, m).
         lift: the same of g + z̈, up [m/s2], (n, m).
+        roll: the same of the ship's roll ρ [rad], (n, m′); None where the bearing does not rub.
     """
 
     begin_ns: IntArray
@@ -85,6 +87,7 @@ class BearingMotion:
     parts: IntArray
     sway: FloatArray
     lift: FloatArray
+    roll: FloatArray | None = None
 
     @cached_property
     def piece(self) -> IntArray:
@@ -129,7 +132,7 @@ class CaseMotion:
     """The motion of the case at n instants, all (n,).
 
     Attributes:
-        theta: tilt θ of the contact's normal [rad].
+        theta: tilt θ of the contact's normal [rad]; in gimbals φ.
         phi: tilt φ of the case [rad].
         theta_rate: θ̇ [rad/s].
         phi_rate: φ̇ [rad/s].
@@ -141,14 +144,28 @@ class CaseMotion:
     phi_rate: FloatArray
 
 
+@dataclass(frozen=True)
+class GimbalsMotion(CaseMotion):
+    """The same of a case in gimbals, and φ̈ [rad/s2], (n,)."""
+
+    phi_bend: FloatArray
+
+
 class CaseSwing(Protocol):
     """Propagator of the case; how the motion is divided into calls does not change the result."""
 
-    def release(self, sway: float, lift: float) -> float:
+    def release(
+        self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
+    ) -> float:
         """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
 
-        `sway` is ÿ of the bearing then, `lift` g + z̈ > 0 [m/s2].
+        `sway` is ÿ of the bearing then, `lift` g + z̈ > 0 [m/s2]; ρ [rad] and ρ̇ [rad/s] matter
+        where the bearing rubs.
         """
+        ...
+
+    def bend_at_rest(self, roll_rate: float) -> float:
+        """Return φ̈ of a case that hangs at rest in a ship with ρ̇ [rad/s2]."""
         ...
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
@@ -319,46 +336,29 @@ LONG = 1.0
 """Phase of the fast mode in a step [rad] beyond which sixteen stages cost less than eight."""
 
 
-class AxleSwing:
-    """Propagator of the case under the full equations, a step or more for each part of a piece.
+class SteppedSwing:
+    """A propagator of a case that takes a step or more for each part of a piece.
 
-    e is the support's radius less the axle's, c the depth of the centre of gravity below the
-    axle's centre and k the radius of gyration, all > 0 [m]. `gravity` sets the rotating frame
-    [m/s2], while the acting force is g + z̈ of the pieces. The tolerance is relative to the state
-    and at least TOLERANCE. `step_s`, the length of the parts to come, decides the number of
-    stages; 0 where it is not known.
+    The tolerance is relative to the state, and at least TOLERANCE.
     """
 
     def __init__(
         self,
-        e: float,
-        c: float,
-        k: float,
-        gravity: float,
-        *,
-        tolerance: float | None = None,
-        step_s: float = 0.0,
+        system: System,
+        omega: Omega,
+        nodes: tuple[str, ...],
+        stages: int,
+        tolerance: float | None,
     ) -> None:
-        own = modes(e, c, k * k)
-        slow, fast = (square**0.5 for square in own.squared_frequencies(gravity))
-        self._omega = slow, fast
-        self._own, self._system = own, SuspendedCase(e, c, k, own.B, own.B_prime)
-        stages = WIDE_SIZE if fast * step_s > LONG else SIZE
+        self._omega, self._system = omega, system
         self._tolerance = tolerance_of(
             max(tolerance or TOLERANCE, TOLERANCE), CASE_ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
         )
-        self._state = np.zeros((), state_type(PLANES))
-        self._work = make_work(PLANES, CASE_NODES, stages)
+        self._state = np.zeros((), state_type(len(omega)))
+        self._work = make_work(len(omega), nodes, stages)
 
-    def release(self, sway: float, lift: float) -> float:
-        """Start at rest along the apparent vertical; return its direction [rad]."""
-        tilt = math.atan2(-sway, lift)
-        self._state = np.zeros((), state_type(PLANES))
-        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._system.c)
-        return tilt
-
-    def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts.
+    def _rows(self, bearing: BearingMotion) -> NDArray[np.void]:
+        """Return the rows of the driver at the ends of the parts.
 
         Raises a PropagationError if the axle lifts off, the case turns over, or no step converges.
         """
@@ -370,17 +370,24 @@ class AxleSwing:
         begin = np.roll(end, 1)
         begin[np.cumsum(parts) - parts] = 0.0
         length = np.asarray(bearing.length_ns * 1e-9 / parts, np.float64)[piece]
-        sway, lift = (
-            (channel / np.power(parts[:, None], np.arange(channel.shape[1], dtype=float)))[piece]
-            for channel in (bearing.sway, bearing.lift)
-        )
+
+        def of_parts(channel: FloatArray) -> FloatArray:
+            powers = np.arange(channel.shape[1], dtype=float)
+            found: FloatArray = (channel / np.power(parts[:, None], powers))[piece]
+            return found
+
         rows = np.empty(len(piece), stepping.ROW)
         code, part, x = stepping.advance(
             self._system,
             self._omega,
             self._tolerance,
             math.inf,
-            ForcingPieces(length, sway, None, lift),
+            ForcingPieces(
+                length,
+                of_parts(bearing.sway),
+                None if bearing.roll is None else -of_parts(bearing.roll),
+                of_parts(bearing.lift),
+            ),
             stepping.Spans(begin, end, np.ones(len(piece), np.bool_)),
             self._state,
             self._work,
@@ -397,16 +404,62 @@ class AxleSwing:
                 'Raise ship.rate, or give the case a larger gyration_radius',
                 at_s,
             )
-        names = 'angle', 'coordinate', 'rate', 'speed'
-        return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
+        return rows
+
+    def bend_at_rest(self, roll_rate: float) -> float:
+        """Return 0: at rest along the apparent vertical nothing turns the case."""
+        del roll_rate
+        return 0.0
 
     def state(self) -> State:
-        """Return the running state of the driver, X and Y of both planes among it."""
+        """Return the running state of the driver, X and Y of all planes among it."""
         return state_of(self._state)
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         restore_record(self._state, state)
+
+
+class AxleSwing(SteppedSwing):
+    """Propagator of the case under the full equations.
+
+    e is the support's radius less the axle's, c the depth of the centre of gravity below the
+    axle's centre and k the radius of gyration, all > 0 [m]. `gravity` sets the rotating frame
+    [m/s2], while the acting force is g + z̈ of the pieces. `step_s`, the length of the parts to
+    come, decides the number of stages; 0 where it is not known.
+    """
+
+    def __init__(
+        self,
+        e: float,
+        c: float,
+        k: float,
+        gravity: float,
+        *,
+        tolerance: float | None = None,
+        step_s: float = 0.0,
+    ) -> None:
+        self._own, self._depth = modes(e, c, k * k), c
+        slow, fast = (square**0.5 for square in self._own.squared_frequencies(gravity))
+        system = SuspendedCase(e, c, k, self._own.B, self._own.B_prime)
+        stages = WIDE_SIZE if fast * step_s > LONG else SIZE
+        super().__init__(system, (slow, fast), CASE_NODES, stages, tolerance)
+
+    def release(
+        self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
+    ) -> float:
+        """Start at rest along the apparent vertical; return its direction [rad]."""
+        del roll, roll_rate  # without friction they do not matter
+        tilt = math.atan2(-sway, lift)
+        self._state = np.zeros((), state_type(PLANES))
+        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._depth)
+        return tilt
+
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
+        """Return the motion at the ends of the parts; raises what `_rows` does."""
+        rows = self._rows(bearing)
+        names = 'angle', 'coordinate', 'rate', 'speed'
+        return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
 
 
 # -----------------------------------------------------------------------------
@@ -449,8 +502,11 @@ class AxleModes:
         self._c, self._gravity = c, gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
 
-    def release(self, sway: float, lift: float) -> float:
-        """Start at rest with θ = φ = −ÿ/g [rad], and return that; the lift does not matter."""
+    def release(
+        self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
+    ) -> float:
+        """Start at rest with θ = φ = −ÿ/g [rad], and return that; nothing else matters."""
+        del lift, roll, roll_rate
         tilt = -sway / self._gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
         at_rest = self._own.coordinates_at(tilt, self._c)
@@ -488,6 +544,11 @@ class AxleModes:
             self._c * (rate[0] + rate[1]),
             slow * rate[0] + fast * rate[1],
         )
+
+    def bend_at_rest(self, roll_rate: float) -> float:
+        """Return 0: at rest along the apparent vertical nothing turns the case."""
+        del roll_rate
+        return 0.0
 
     def state(self) -> State:
         """Return Y of both modes."""

@@ -283,7 +283,11 @@ def forgets_its_start(
                 f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, '
                 f'{_WANDERS}. Give the clock drag and an escapement'
             )
-        elif scene.suspension is not None and (depends or machine.feels_gravity):
+        elif (
+            (hung := scene.suspension)
+            and not hung.is_damped
+            and (depends or machine.feels_gravity)
+        ):
             why = f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, '
             why += _WANDERS
         elif depends and drag is not None:

@@ -33,6 +33,7 @@ from tauto_core.scene import (
     Scene,
 )
 from tauto_core.scene.errors import UsageError
+from tauto_core.ship.sections import SuspensionKind
 
 if TYPE_CHECKING:
     from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
@@ -215,9 +216,10 @@ def draw_machine(scene: Scene) -> Drawing:
     top = 1.15 * outer
     hung = scene.suspension
     if hung is not None:
-        top = min(top, max(MM * (hung.depth - hung.axle_radius), 0.0))
-        parts += _suspension(hung, top)
-        assumed.append('outside of the bearing')
+        axle = hung.axle_radius if isinstance(hung, AxleSuspension) else 0.0
+        top = min(top, max(MM * (hung.depth - axle), 0.0))
+        parts += _suspension(hung, top, outer)
+        assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
     margin = 0.15 * outer
     middle = 0.5 * (top + low - margin)
     box = _box(0.0, middle, 2.0 * (half + margin), top - low + margin)
@@ -323,8 +325,12 @@ def _break(y: float, slant: float, carrier: Carrier) -> list[Part]:
     ]
 
 
-def _suspension(hung: AxleSuspension, top: float) -> list[Part]:
+def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Part]:
     """Return the axle of the case, what joins them, and the hollow bearing in the ship."""
+    if not isinstance(hung, AxleSuspension):
+        pivots = _circle(0.0, MM * hung.depth, 0.05 * outer)
+        stem = _path('', [(0.0, top), (0.0, MM * hung.depth)], 'grey')
+        return [stem, _area('pivots of the case', pivots, 'blue')]
     radius, axle = MM * hung.support_radius, MM * hung.axle_radius
     bottom = MM * hung.depth - axle
     half = min(0.85 * radius, 6.0 * axle)

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from tauto_core.scene.tables import data_path
     from tauto_core.ship.motions.components import Component
     from tauto_core.ship.motions.recorded import Recorded
-    from tauto_core.ship.sections import AxleSuspension, Rao, Roll, Sea, SpectrumTable
+    from tauto_core.ship.sections import Rao, Roll, Sea, SpectrumTable
+    from tauto_core.ship.suspensions.axle import AxleSuspension
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -60,7 +61,7 @@ _of_a_section = loaded_from(
     __name__,
     {
         'DEFAULT_SCENE': 'loader',
-        'AxleSuspension': 'tauto_core.ship.sections',
+        'AxleSuspension': 'tauto_core.ship.suspensions.axle',
         'Clock': 'sections',
         'Component': 'tauto_core.ship.motions.components',
         'Drag': 'tauto_core.machines.drags',
@@ -89,7 +90,9 @@ _of_a_section = loaded_from(
 
 def __getattr__(name: str) -> Any:
     """Return a section or a kind by its name, loaded now."""
-    if name.endswith(('Air', 'Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Thread', 'Weather')):
+    if name.endswith(
+        ('Air', 'Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Suspension', 'Thread', 'Weather')
+    ):
         from tauto_core.scene.reference import all_kinds
 
         for model in all_kinds():

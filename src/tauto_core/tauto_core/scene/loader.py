@@ -47,7 +47,7 @@ from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
-from tauto_core.ship.sections import AxleSuspension
+from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind
 
 
 class Scene(Section):
@@ -80,9 +80,8 @@ class Scene(Section):
     ship: Annotated[ShipKind, KindIn(SHIPS)] = Field(
         default=StillShip(), description='mapping with `kind` and the motion of the ship'
     )
-    suspension: AxleSuspension | None = Field(
-        default=None,
-        description='mapping: kind, support_radius, axle_radius, depth, gyration_radius, …',
+    suspension: Annotated[SuspensionKind, KindIn(SUSPENSIONS, default='axle')] | None = Field(
+        default=None, description='mapping: kind, depth, gyration_radius, …'
     )
     air: Annotated[AirKind, KindIn(AIRS)] | None = Field(
         default=None, description='mapping with `kind`: temperature of the air and of the clock'
@@ -202,6 +201,15 @@ class Scene(Section):
         yield from self.drift.problems()
         if self.suspension is not None:
             yield from self.suspension.problems(still=self.lies_still)
+            plane = None if self.trochlea is None else self.trochlea.plane
+            if self.suspension.plane and plane not in (None, self.suspension.plane):
+                yield Problem(
+                    'trochlea.plane',
+                    plane,
+                    f'does not go with suspension.kind {self.suspension.kind}, which holds it '
+                    f'{self.suspension.plane}',
+                    'Leave it out.',
+                )
         if self.voyage is None and self.gravity == 'normal':
             yield Problem(
                 'gravity',

@@ -205,13 +205,6 @@ _USUAL = {'cam': 'involute', 'thread': 'vertical', 'power': 'weight', 'escapemen
 _FORMS: dict[type[BaseModel], type[BaseModel]] = {Rao: RaoFile}
 # Values shown in the comments for sections and keys that are left out.
 _LEFT_OUT: dict[str, Any] = {
-    'suspension': {
-        'kind': 'axle',
-        'support_radius': 0.02,
-        'axle_radius': 0.005,
-        'depth': 0.1,
-        'gyration_radius': 0.05,
-    },
     'voyage': {
         'departure': [50.79, -1.11],
         'arrival': [17.93, -76.84],

@@ -17,10 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, take
-from tauto_core.scene import AxleSuspension, Scene
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import contiguous, read_force, read_roll
@@ -186,12 +185,6 @@ MOST_STEP_PARTS = 64
 """Largest number of parts into which a step of the ship's motion is divided."""
 
 
-def case_modes(hung: AxleSuspension) -> Modes:
-    """Return both modes of a suspended case."""
-    e = hung.support_radius - hung.axle_radius
-    return modes(e, hung.depth, hung.gyration_radius**2)
-
-
 def felt_parts(scene: Scene) -> int:
     """Return the number of equal parts into which a step of ship/imu is divided for the clock.
 
@@ -206,8 +199,7 @@ def felt_parts(scene: Scene) -> int:
     if hung is None:
         return 1
     step_s = scene.step_ns / NS_PER_S
-    squares = case_modes(hung).squared_frequencies(scene.g)
-    slow, fast = (math.sqrt(square) for square in squares)
+    slow, *_, fast = 2 * hung.frequencies(scene.g)
     needed_hz = fast / LARGEST_TURN
     if hung.large_angles:
         needed_hz = max(needed_hz, slow / LARGEST_SLOW_TURN)
@@ -233,9 +225,7 @@ def felt_parts(scene: Scene) -> int:
             f'{fast:.6g} rad/s: a step of {scene.step_ns} ns has no divisor that fits',
             'Use a rate whose step is a round number of nanoseconds, for example 20.0 Hz.',
         )
-    e, c = hung.support_radius - hung.axle_radius, hung.depth
-    b = scene.g / limit**2
-    wider = math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
+    wider = hung.wider(limit, scene.g)
     remedy = (
         f'Use a gyration_radius of at least {wider:.6g} m, or ' if wider < math.inf else 'Use '
     )
@@ -244,7 +234,7 @@ def felt_parts(scene: Scene) -> int:
         'suspension.gyration_radius',
         hung.gyration_radius,
         f'makes the fast mode of the case turn {fast:.6g} rad/s (b′ = '
-        f'{case_modes(hung).b_prime:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
+        f'{scene.g / fast**2:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
         f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
     )
 

@@ -5,14 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
+from numpy.typing import NDArray
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Flag, NonNegative, Number, OneLine, Positive, Section
+from tauto_core.scene.sections import Kind, NonNegative, Number, OneLine, Positive, Section
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.wording import counted
+
+if TYPE_CHECKING:
+    from tauto_core.motion.suspended_case import CaseSwing
 
 # -----------------------------------------------------------------------------
 # Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
@@ -286,25 +291,46 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
 
 
 # -----------------------------------------------------------------------------
-# The clock's case hung on an axle: keys and refusals. Its mechanics are in `suspension`.
+# What all suspensions of the clock's case share. Their mechanics are in `motion.suspended_case`
+# and `motion.gimbals`.
+
+SUSPENSIONS = 'tauto_core.ship.suspensions'
 
 
-class AxleSuspension(Section):
-    """The clock's case hung on a cylindrical axle in a bearing of the ship (theory E3)."""
+class SuspensionKind(Kind):
+    """The clock's case hung in the ship; named by a module of `ship/suspensions`.
 
-    kind: Literal['axle'] = 'axle'
-    support_radius: Positive = Field(description='radius of the hollow bearing [m]')
-    axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
-    depth: Number = Field(
-        description="depth of the case's centre of gravity, where the clock "
-        "is, below the axle's centre [m]"
-    )
-    gyration_radius: Number = Field(
-        description='radius of gyration of the case about its centre of gravity [m]'
-    )
-    large_angles: Flag = Field(
-        default=False, description='true: equations for any angle; false: for small angles'
-    )
+    Attributes:
+        link: length e of the link between ship and case [m]; 0 where the case turns about a point
+            of the ship.
+        is_damped: whether anything damps the swing of the case.
+        plane: the plane in which its case holds a thread, None where that is the trochlea's.
+    """
+
+    link: ClassVar[float] = 0.0
+    is_damped: ClassVar[bool] = False
+    plane: ClassVar[Literal['vertical'] | None] = None
+    kind: str
+    if TYPE_CHECKING:  # each kind has them, in its own order
+        depth: float
+        gyration_radius: float
+        large_angles: bool
+
+    def frequencies(self, gravity: float) -> tuple[float, ...]:
+        """Return ω of each mode of the case on its own, the slower first [rad/s]."""
+        raise NotImplementedError
+
+    def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
+        """Return φ/τ for waves of frequency Ω [rad/s], as far as they get in the duration [s]."""
+        raise NotImplementedError
+
+    def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
+        """Return what moves the case; imports kernels."""
+        raise NotImplementedError
+
+    def wider(self, frequency: float, gravity: float) -> float:
+        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
+        raise NotImplementedError
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield what is wrong between its keys.
@@ -318,14 +344,6 @@ class AxleSuspension(Section):
                 self.kind,
                 'has nothing to do on a ship that lies still: the case hangs at rest',
                 'Leave it out, or let the ship move.',
-            )
-        if self.support_radius <= self.axle_radius:
-            yield Problem(
-                'suspension.support_radius',
-                self.support_radius,
-                f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
-                'bearing that is not hollow b′ is negative, and the case falls from it',
-                f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
             )
         if self.depth <= 0.0:
             below = -self.depth or self.gyration_radius

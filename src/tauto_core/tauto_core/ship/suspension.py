@@ -1,7 +1,8 @@
-"""The clock's case hung on a cylindrical axle in a bearing of the ship (theory/axle.md).
+"""The clock's case hung in the ship, on an axle or in gimbals (theory/suspension.md).
 
 It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
-The bearing's centre is where the ship's sensor is. Of the ship's motion only its acceleration
+The bearing's centre is where the ship's sensor is, and so are the pivots of gimbals, in which the
+case turns as a pendulum. On an axle only the acceleration of the ship
 reaches the case, since the axle lies in the bearing without friction. The contact pushes along its
 normal alone, so the specific force at the centre of gravity of the case, where the clock is,
 points along θ and has the size N/M: θ is the apparent vertical and N/M the apparent gravity. In
@@ -16,17 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
-from tauto_core.motion.suspended_case import (
-    AxleModes,
-    AxleSwing,
-    BearingMotion,
-    CaseMotion,
-    CaseSwing,
-)
+from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, GimbalsMotion
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns
-from tauto_core.ship.imu import attitude, imu_from_roll, message
+from tauto_core.ship.imu import attitude, contiguous, imu_from_roll, message
+from tauto_core.ship.sections import SuspensionKind
+from tauto_core.ship.six_motions import force_in_plane
 
 # -----------------------------------------------------------------------------
 # Whether the axle of a suspended case stays in its bearing, also between samples
@@ -217,33 +214,60 @@ SMALL_ANGLE = 0.5
 """Largest tilt [rad] for the equations of small angles; there sin differs by 4 %."""
 
 
-class _BearingBuffer(MotionBuffer):
-    """Turns samples into polynomials of the specific force at the bearing, piece by piece."""
+class BearingBuffer(MotionBuffer):
+    """Turns samples into polynomials of the specific force at the bearing, piece by piece.
 
-    def __init__(self, *, step_ns: int, felt_ns: int, max_gap_s: float) -> None:
+    Where the bearing rubs the roll is a third channel. The force is that in the plane athwart
+    which is fixed to the ship, or for gimbals in the upright one.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        hung: SuspensionKind,
+        *,
+        max_gap_s: float | None,
+        stride: int = 1,
+        smooth: bool = False,
+    ) -> None:
+        self._rolls = hung.link == 0.0
         super().__init__(
             apparent_vertical=True,
             apparent_gravity=True,
-            still=False,
-            step_ns=step_ns,
+            still=scene.lies_still,
+            step_ns=scene.step_ns,
             max_gap_s=max_gap_s,
+            plane=hung.plane or 'ship',
+            stride=stride,
+            smooth=smooth,
         )
-        self._felt_ns = felt_ns
+        self._felt_ns = felt_step_ns(scene)
 
     def channel_names(self) -> tuple[str, ...]:
-        """Return the names of both components of the specific force."""
-        return ('sway', 'lift')
+        """Return the names of both components of the specific force, and of the roll."""
+        if self._still:
+            return ()
+        return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
     def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
-        read = attitude(message(imu) if isinstance(imu, PlanarImu) else imu)
+        whole = message(imu) if isinstance(imu, PlanarImu) else imu
+        read, force = attitude(whole), force_in_plane(whole, self._plane)
         c, s = np.cos(read.roll), np.sin(read.roll)
-        new['sway'][:] = read.force_y * c - read.force_z * s
-        new['lift'][:] = read.force_y * s + read.force_z * c
+        y, z = contiguous(force[:, 1]), contiguous(force[:, 2])
+        new['sway'][:] = y * c - z * s
+        new['lift'][:] = y * s + z * c
+        if self._rolls:
+            from tauto_core.ship import kernels  # kernels
 
-    def first(self) -> tuple[float, float]:
-        """Return ÿ and g + z̈ at the first sample at hand [m/s2]."""
-        return float(self._data['sway'][0]), float(self._data['lift'][0])
+            new['roll'][:], new['roll_rate'][:] = read.roll, read.roll_rate
+            self._turns, self._last_roll = kernels.unwrap(
+                new['roll'], self._turns, self._last_roll
+            )
+
+    def first(self) -> tuple[float, ...]:
+        """Return ÿ and g + z̈ at the first sample at hand [m/s2], and ρ and ρ̇ where they act."""
+        return tuple(float(values[0]) for values in self._data.values())
 
     def motion(self, *, final: bool) -> BearingMotion | None:
         """Return the motion over the pieces that are complete, None where there is none."""
@@ -258,6 +282,7 @@ class _BearingBuffer(MotionBuffer):
             parts=-(-(end - begin) // self._felt_ns),
             sway=self.fitted('sway', pieces),
             lift=self.fitted('lift', pieces),
+            roll=self.fitted('roll', pieces, self._data['roll_rate']) if self._rolls else None,
         )
         self.forget(pieces)
         return found
@@ -281,15 +306,9 @@ class Suspension:
         assert scene.suspension is not None
         hung = scene.suspension
         self._large = hung.large_angles
-        e = hung.support_radius - hung.axle_radius
-        self._case = HungCase(e, hung.depth, hung.gyration_radius, scene.g)
-        tolerance = scene.solver.tolerance if scene.solver else None
-        self._swing: CaseSwing = (
-            AxleSwing(*self._case, tolerance=tolerance) if self._large else AxleModes(*self._case)
-        )
-        self._buffer = _BearingBuffer(
-            step_ns=scene.step_ns, felt_ns=felt_step_ns(scene), max_gap_s=max_gap_s
-        )
+        self._case = HungCase(hung.link, hung.depth, hung.gyration_radius, scene.g)
+        self._swing = hung.swing(scene.g, scene.solver.tolerance if scene.solver else None)
+        self._buffer = BearingBuffer(scene, hung, max_gap_s=max_gap_s)
         self._released = False
         self._last = np.zeros(4)
 
@@ -321,32 +340,19 @@ class Suspension:
     def _advance(self, origin_ns: int, *, final: bool) -> ImuSamples | None:
         first: tuple[float, ...] | None = None
         if not self._released and self._buffer.has_samples:  # in equilibrium
-            sway, lift = self._buffer.first()
+            sway, lift, *rolling = self._buffer.first()
             if not lift > 0.0:
                 raise lifted_off(0.0)
-            tilt = self._swing.release(sway, lift)
+            tilt = self._swing.release(sway, lift, *rolling)
             self._last = np.array([tilt, tilt, 0.0, 0.0])
-            first = tilt, 0.0, 0.0, lift * math.cos(tilt) - sway * math.sin(tilt)
+            rubbed = self._swing.bend_at_rest(rolling[1]) if rolling else 0.0
+            upright = lift * math.cos(tilt) - sway * math.sin(tilt)
+            first = tilt, 0.0, self._case.c * rubbed, upright
         bearing = self._buffer.motion(final=final)
         if bearing is None:
             return None
         case = self._swing.advance(bearing)
-        delta = case.phi - case.theta
-        wide = (self._case.c / self._case.k) * np.sin(delta)
-        pressed = pressing(self._case, case, *bearing.at_ends())
-        contact = pressed / (1.0 + wide * wide)
-        if self._large:
-            lost = contact <= 0.0  # at a sample; its propagator checks between samples
-            if np.any(lost):
-                raise lifted_off(float(bearing.end_ns[np.argmax(lost)] * 1e-9))
-        else:
-            self._check_small(case, bearing, pressed)
-        columns = [
-            case.phi,
-            case.phi_rate,
-            contact * np.sin(delta),
-            contact * np.cos(delta),
-        ]
+        columns = [case.phi, case.phi_rate, *self._felt(case, bearing)]
         stamps: IntArray = bearing.end_ns
         if first is not None:
             self._released = True
@@ -356,6 +362,25 @@ class Suspension:
                 for at_start, column in zip(first, columns, strict=True)
             ]
         return imu_from_roll(stamps + origin_ns, *columns)
+
+    def _felt(self, case: CaseMotion, bearing: BearingMotion) -> tuple[FloatArray, FloatArray]:
+        """Return the specific force at the clock, to port and up in the case."""
+        sway, lift = bearing.at_ends()
+        if isinstance(case, GimbalsMotion):
+            c, s, depth = np.cos(case.phi), np.sin(case.phi), self._case.c
+            across = sway * c + lift * s + depth * case.phi_bend
+            return across, lift * c - sway * s + depth * case.phi_rate**2
+        delta = case.phi - case.theta
+        wide = (self._case.c / self._case.k) * np.sin(delta)
+        pressed = pressing(self._case, case, sway, lift)
+        contact = pressed / (1.0 + wide * wide)
+        if self._large:
+            lost = contact <= 0.0  # at a sample; its propagator checks between samples
+            if np.any(lost):
+                raise lifted_off(float(bearing.end_ns[np.argmax(lost)] * 1e-9))
+        else:
+            self._check_small(case, bearing, pressed)
+        return contact * np.sin(delta), contact * np.cos(delta)
 
     def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
