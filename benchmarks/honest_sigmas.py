@@ -26,16 +26,10 @@ from scipy.stats import chi2
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import DriftStage, clock_model, prior
-from tauto_core.navigation.covariates import (
-    RecordedIntegrals,
-    Regressors,
-    expected_walk_per_s,
-    fit,
-    integral_names,
-    runs,
-)
+from tauto_core.navigation.covariates import expected_walk_per_s, fit, runs
 from tauto_core.navigation.hindsight import filtered_drift
 from tauto_core.navigation.kalman import ClockModel, Estimate, covariance, means, predict
+from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, integral_names
 from tauto_core.navigation.stability import stability
 from tauto_core.navigation.verdict import TOO_SHORT
 from tauto_core.samples import (

@@ -264,10 +264,10 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     """The roll does not act on a force: the trials give 0, with the allowance for small waves."""
     drift = {
         'covariates': ['heave', 'roll'],
-        'coefficients': {'heave': {'value': 1.0, 'sigma': 0.05}},
+        'coefficients': {'heave': {'value': 0.0, 'sigma': 0.05}},
     }
     found = facts(tmp_path, ship=ROLL | HEAVE, drift=drift)
-    assert found['covariates']['heave'] == {'value': 1.0, 'sigma': 0.05, 'at_periods': None}
+    assert found['covariates']['heave'] == {'value': 0.0, 'sigma': 0.05, 'at_periods': None}
     roll = found['covariates']['roll']
     assert roll['sigma'] == pytest.approx(0.005, rel=1e-3)
     assert list(roll['at_periods']) == ['6.0', '9.0', '13.0']
@@ -275,7 +275,7 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     said = StringIO()
     Console(file=said, width=200).print(facts_table(found))
     assert 'coefficient of heave' in said.getvalue()
-    assert '1.000 ± 0.050, as the scene says' in said.getvalue()
+    assert '0.000 ± 0.050, as the scene says' in said.getvalue()
     (row,) = (line for line in said.getvalue().splitlines() if 'coefficient of roll' in line)
     assert '0.0000 ± 0.0050, from trial runs: 0 in waves of 6 s' in row
     assert '0 in waves of 13 s' in row

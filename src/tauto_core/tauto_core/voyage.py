@@ -22,8 +22,8 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.navigation.covariates import RecordedIntegrals, integral_names
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
+from tauto_core.navigation.regressors import MOTIONS, RecordedIntegrals, integral_names
 from tauto_core.results import Summary, answer, sea_of
 from tauto_core.samples import (
     CORRECTED,
@@ -479,7 +479,9 @@ def sail(
         machine, motion = check_scene(scene)
     logs = out is not None or keep
     as_messages = (
-        bool(scene.drift.covariates) or watch is not None or (logs and scene.keeps_motion)
+        any(name in MOTIONS for name in scene.drift.covariates or ())
+        or watch is not None
+        or (logs and scene.keeps_motion)
     )
     source = ShipSource(
         scene, motion, says_scene=logs or watch is not None, as_messages=as_messages

@@ -132,6 +132,11 @@ class GraphNode(Node):
         """What keeps the node from working at present; empty if nothing does."""
         return ''
 
+    @property
+    def notices(self) -> list[str]:
+        """What the node works without at present, with the remedies."""
+        return []
+
     # What it notices.
 
     def intake(self, topic: str) -> Intake:
@@ -520,6 +525,8 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
             yield warn, f'several publishers on {topic}: {", ".join(node.sources_of(topic))}'
     if len(twins := node.twins()) > 1:
         yield warn, f'{len(twins)} nodes are named {twins[0]}'
+    for notice in node.notices:
+        yield warn, notice
     if risen:
         counters = ', '.join(f'{name} {n}' for name, n in risen.items())
         yield warn, f'in the last {RECENT_S:g} s: {counters}'

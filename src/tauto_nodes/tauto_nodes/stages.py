@@ -197,7 +197,7 @@ class StageNode(GraphNode):
             self.stage.restore(saved)
             self.get_logger().info(f'goes on from the state in {self._file.path}')
         self._saved_s = time.monotonic()
-        self._changed = False
+        self._changed = self._noticed = False
         reliability = str(self.settings.values.get('imu_reliability', 'reliable'))
         self.connect(
             [port(topic, reliability) for topic in self.stage.inputs],
@@ -218,9 +218,18 @@ class StageNode(GraphNode):
             if self.flow is not None and (words := refused_words(self.stage.health())):
                 raise NodesError(words)
             self._changed = True
+        notices = self.notices
+        for line in notices if not self._noticed else ():
+            self.get_logger().warning(line)
+        self._noticed = bool(notices)
         for line in getattr(self.stage, 'news', list)():
             self.get_logger().error(line)
             self.alarm(line)
+
+    @property
+    def notices(self) -> list[str]:
+        """What the stage works without at present."""
+        return list(getattr(self.stage, 'notices', ()))
 
     @property
     def trouble(self) -> str:
@@ -313,7 +322,10 @@ class TrochleaNode(StageNode):
 
 
 class DriftEstimatorNode(StageNode):
-    """clock/reading, clock/observation in, with covariates ship/imu; estimate, correction out."""
+    """clock/reading, clock/observation in; estimate, correction out.
+
+    With covariates ship/imu or ship/fix come in too.
+    """
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__(

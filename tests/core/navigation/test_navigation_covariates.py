@@ -28,21 +28,23 @@ from tauto_core.navigation.covariates import (
     FITS,
     HEAVE,
     HEAVE_PERIODS_S,
-    HELD_S,
-    MEAN_S,
     ROLL_PERIODS_S,
     SEA_S,
     Fit,
-    RecordedIntegrals,
-    Regressors,
     fit,
-    integral_names,
     runs,
 )
 from tauto_core.navigation.drift import Track
 from tauto_core.navigation.hindsight import smooth
 from tauto_core.navigation.kalman import Coefficient, covariance, means, same_fields
 from tauto_core.navigation.longitude import fix_samples
+from tauto_core.navigation.regressors import (
+    HELD_S,
+    MEAN_S,
+    RecordedIntegrals,
+    Regressors,
+    integral_names,
+)
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -609,26 +611,27 @@ def mathieu(wave_s, swing_s):
 def test_a_weight_on_a_linear_lever_is_mathieus():
     swing_s = math.tau * math.sqrt(4.0e-4 / (0.16 * 9.80665 * 0.010))
     heave, roll = runs(run_scene_of(LINEAR))
-    assert tuple(heave.at_periods) == HEAVE_PERIODS_S
-    for period_s, found in heave.at_periods.items():
+    assert tuple(heave.at) == HEAVE_PERIODS_S
+    for period_s, found in heave.at.items():
         # a reading is told to a nanosecond, and the run is 46 waves long
         assert found == pytest.approx(mathieu(period_s, swing_s), rel=1e-4)
     # more than 1: the correction for waves that are not slow is (Ω/2ω)²
     mean = sum(mathieu(each, swing_s) for each in HEAVE_PERIODS_S) / len(HEAVE_PERIODS_S)
     assert heave.coefficient.value == pytest.approx(mean, rel=1e-4)
     assert 0.05 < heave.coefficient.sigma < 0.06
-    assert tuple(roll.at_periods) == ROLL_PERIODS_S
-    for period_s, found in roll.at_periods.items():
+    (alone,) = runs(run_scene_of(LINEAR, 'roll'))
+    assert tuple(roll.at) == tuple(alone.at) == ROLL_PERIODS_S
+    for period_s, found in alone.at.items():
         # the sway at the clock adds <y''²>/(4 g²), met twice a wave: another (Ω/ω)²
         sway = 3.0 * (math.tau / period_s) ** 2 / 9.80665
         assert found == pytest.approx(0.25 * sway * sway, rel=0.05)
+        # which the covariate heave knows, up to its own coefficient
+        assert abs(roll.at[period_s]) < 0.05 * found
 
 
 def test_a_force_does_not_feel_the_sea():
     for found in runs(run_scene_of(SECOND_CAM)):
-        assert list(found.at_periods.values()) == pytest.approx(
-            [0.0] * len(found.at_periods), abs=1e-9
-        )
+        assert list(found.at.values()) == pytest.approx([0.0] * len(found.at), abs=1e-9)
 
 
 def test_what_a_scene_states_is_not_tried():
@@ -642,7 +645,7 @@ def test_what_a_scene_states_is_not_tried():
 
 def test_waves_that_the_motion_does_not_show_are_not_tried():
     (heave,) = runs(run_scene_of(SECOND_CAM, 'heave').model_copy(update={'ship': slow()}))
-    assert tuple(heave.at_periods) == (6.0, 9.0)
+    assert tuple(heave.at) == (6.0, 9.0)
 
 
 @pytest.mark.parametrize(
@@ -650,7 +653,7 @@ def test_waves_that_the_motion_does_not_show_are_not_tried():
     [
         ('heave, heave', '', 'names heave twice'),
         ('roll', ', coefficients: {heave: {value: 1.0, sigma: 0.1}}', 'does not name heave'),
-        ('pitch', '', "'heave' or 'roll'"),
+        ('pitch', '', "must be 'heave', 'roll'"),
         ('heave', ', coefficients: {heave: {value: 1.0, sigma: 0.0}}', 'sigma'),
     ],
 )

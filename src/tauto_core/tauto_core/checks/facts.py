@@ -32,6 +32,7 @@ from tauto_core.machines import (
 from tauto_core.machines.axle_pendulum import answers
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
+from tauto_core.navigation.regressors import MOTIONS
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
@@ -493,15 +494,17 @@ def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
 def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return `value` and `sigma` of the prior of each covariate's coefficient.
 
-    `at_periods` has the coefficient at each period of the waves [s] of the trial runs, None where
-    the scene gives it.
+    `at_periods` has the coefficient at each period of the waves [s] of the trial runs,
+    `at_changes` at each change of gravity, as a share; None where the scene gives it.
     """
-    tried = {found.name: found.at_periods for found in runs(scene)}
+    tried = {found.name: found.at for found in runs(scene)}
     return {
         name: {
             'value': value,
             'sigma': sigma,
-            'at_periods': {str(period): k for period, k in tried[name].items()}
+            'at_periods' if name in MOTIONS else 'at_changes': {
+                str(period): k for period, k in tried[name].items()
+            }
             if name in tried
             else None,
         }

@@ -281,6 +281,11 @@ class ThreadKind(Kind):
     kind: str
 
     @property
+    def swinging_length(self) -> float:
+        """Length with which the weight swings about the apparent vertical [m]; 0: it does not."""
+        return 0.0
+
+    @property
     def hole_distance(self) -> float:
         """Distance of the hole from the axle [m]; inf without a hole."""
         return math.inf

@@ -1,21 +1,19 @@
 """The rate equation: what the motion of the ship adds to the rate of the clock (theory.md, E11).
 
-The rate is y + Σ k_j x_j. Here are the regressors x_j, integrated from `ship/imu`; the clock model
-of a scene; and the coefficients k_j, from short runs of the scene's own machine.
+The rate is y + Σ k_j x_j. Here are the clock model of a scene and the coefficients k_j, from short
+runs of the scene's own machine; `regressors` has the x_j.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.kernels import entry
 from tauto_core.machines import LeverMachine, Machine, NoSteadySwing, compile_machine, steady_swing
 from tauto_core.navigation.kalman import (
     LUNAR_SIGMA_S,
@@ -24,306 +22,22 @@ from tauto_core.navigation.kalman import (
     ClockModel,
     Coefficient,
 )
-from tauto_core.navigation.longitude import BEFORE_ALL, in_order
+from tauto_core.navigation.regressors import MOTIONS, Regressors
 from tauto_core.samples import (
     READING,
     SHIP_IMU,
     FloatArray,
     ImuSamples,
-    IntArray,
-    JointSamples,
-    Samples,
-    State,
     TimeSamples,
-    take,
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
-from tauto_core.scene.times import DAY_S, MAX_GAP_S, NS_PER_S, step_of_rate
+from tauto_core.scene.times import DAY_S, NS_PER_S, step_of_rate
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 from tauto_core.ship.motions.sea import SeaShip
-
-# -----------------------------------------------------------------------------
-# The regressors, integrated from `ship/imu`.
-#
-# For each sample, with f the apparent gravity that pulls a weight at the clock and ⟨f⟩ its running
-# mean,
-#
-#     x_heave = -(f - ⟨f⟩)²/(8 g²),    x_roll = ρ².
-#
-# Between samples the regressors are linear, and their integral X is exact.
-
-
-@entry
-def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray) -> None:
-    """Fill the running mean m of values v (n,), which becomes m + c (v - m) at each sample."""
-    for i in range(len(value)):
-        mean = mean + share[i] * (value[i] - mean)
-        out[i] = mean
-
-
-MEAN_S = 300.0
-"""Time constant of ⟨f⟩, a first-order high-pass [s]. It removes an accelerometer's bias, and
-1/(Ω · 300 s)² of a wave's square, 3e-5 at 10 s and 1e-4 at 20 s.
-"""
-
-USUAL_S = 600.0
-"""Time constant of the mean that bridges a gap in the motion [s]: several groups of waves, and
-short compared with the hours in which a sea changes.
-"""
-
-HELD_S = 10.0
-"""Time, by their stamps, for which readings of a live graph wait for the motion [s]."""
-
-
-class MotionRegressors(Protocol):
-    """A source of the integrals of the regressors."""
-
-    inputs: tuple[str, ...]
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp up to which motion has arrived; BEFORE_ALL if none has."""
-        ...
-
-    def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take new samples of any of its inputs."""
-        ...
-
-    def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
-        ...
-
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        ...
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        ...
-
-    def health(self) -> dict[str, int]:
-        """Return counters."""
-        ...
-
-
-def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of the integrals on `drift/estimate`."""
-    return tuple(f'{name}_integral_s' for name in covariates)
-
-
-class Regressors:
-    """Integrates the regressors over `ship/imu`; the result does not depend on batches.
-
-    Args:
-        scene: names the covariates, and gives gravity and the sampling rate of the ship.
-        live: whether the samples are a live sensor's. Those that do not continue the ones before
-            are then left out, and over a gap the integrals grow as usual.
-    """
-
-    inputs: tuple[str, ...] = (SHIP_IMU,)
-
-    def __init__(self, scene: Scene, *, live: bool) -> None:
-        known = {'heave': self._heave, 'roll': _roll}
-        self._columns = [known[name] for name in scene.drift.covariates or ()]
-        self._gravity = self._mean = scene.g
-        self._continuity: Continuity | None = None
-        if live:
-            longest_ns = max(round(MAX_GAP_S * NS_PER_S), 2 * scene.step_ns * scene.lies_still)
-            self._continuity = Continuity(scene.step_ns, longest_ns)
-        width = len(self._columns)
-        self._stamp: IntArray = np.empty(0, np.int64)
-        self._value, self._integral = np.empty((0, width)), np.empty((0, width))
-        self._last, self._usual = np.zeros((1, width)), np.zeros(width)
-        self._health = {'motion_refused': 0, 'motion_gaps': 0, 'motion_unknown': 0}
-        begun = self.state()
-        none = np.zeros(1)
-        self._add(imu_from_roll(np.zeros(1, np.int64), none, none, none, none))  # compiles
-        self.restore(begun)
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
-        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
-
-    def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take motion samples; bad ones are counted and left out."""
-        imu = batches.get(SHIP_IMU)
-        if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
-            return
-        if self._continuity is None:
-            last_ns = self.reached_ns if len(self._stamp) else None
-            imu, refused = screen(imu, last_ns, compiled=True)
-            self._health['motion_refused'] += sum(refused.values())
-            self._add(imu)
-            return
-        good = content_reasons(imu) == 0
-        self._health['motion_refused'] += int(np.count_nonzero(~good))
-        for run in self._continuity.feed(imu if good.all() else take(imu, good)):
-            if run.begins and len(self._stamp):
-                self._bridge(int(run.imu.stamp_ns[0]))
-            self._add(run.imu)
-
-    def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten.
-
-        Stamps before the first sample have its integrals; after the last one they grow as usual.
-        Such stamps are counted.
-        """
-        known = self._stamp
-        if not len(known) or not len(stamp_ns):
-            self._health['motion_unknown'] += len(stamp_ns)
-            return np.repeat(self._last, len(stamp_ns), axis=0)
-        at = np.maximum(stamp_ns, known[0])
-        before = np.searchsorted(known, at, 'right') - 1
-        after = np.minimum(before + 1, len(known) - 1)
-        since = ((at - known[before]) / NS_PER_S)[:, None]
-        step = (np.maximum(known[after] - known[before], 1) / NS_PER_S)[:, None]
-        rise = (self._value[after] - self._value[before]) / step
-        late = at > known[-1]
-        growth = since * (self._value[before] + 0.5 * rise * since)
-        growth = np.where(late[:, None], self._usual * since, growth)
-        self._health['motion_unknown'] += int(np.count_nonzero(late | (at > stamp_ns)))
-        found: FloatArray = self._integral[before] + growth
-        first = int(before[-1])
-        self._stamp, self._value = known[first:], self._value[first:]
-        self._integral = self._integral[first:]
-        return found
-
-    def _add(self, imu: ImuSamples) -> None:
-        """Take samples that continue the ones before."""
-        stamps = imu.stamp_ns
-        if not len(stamps):
-            return
-        before = self._stamp[-1:] if len(self._stamp) else stamps[:1]
-        steps = np.diff(stamps, prepend=before) / NS_PER_S
-        value = np.column_stack([column(imu, steps) for column in self._columns])
-        if self._continuity is not None:
-            for j, column in enumerate(value.T):
-                self._usual[j] = _followed(column, steps, USUAL_S, float(self._usual[j]))[-1]
-        self._append(stamps, value)
-
-    def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
-        """Return -a²/(8 g²), with a the apparent gravity less its running mean."""
-        from tauto_core.ship.kernels import force_of
-
-        force = np.empty(len(imu.stamp_ns))
-        force_of(contiguous(imu.linear_acceleration), None, force)
-        means = np.concatenate(([self._mean], _followed(force, steps, MEAN_S, self._mean)))
-        self._mean = float(means[-1])
-        # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
-        heaved = (force - 0.5 * (means[:-1] + means[1:])) / self._gravity
-        return -0.125 * heaved * heaved
-
-    def _append(self, stamps: IntArray, value: FloatArray) -> None:
-        """Integrate the regressors up to further points."""
-        times = np.concatenate((self._stamp[-1:], stamps))
-        values = np.concatenate((self._value[-1:], value))
-        areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
-        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
-        self._stamp = np.concatenate((self._stamp, stamps))
-        self._value = np.concatenate((self._value, value))
-        self._integral = np.concatenate((self._integral, sums[len(sums) - len(stamps) :]))
-        self._last = self._integral[-1:].copy()
-
-    def _bridge(self, begins_ns: int) -> None:
-        """Bridge the time from the last sample to another run with the usual growth."""
-        self._health['motion_gaps'] += 1
-        edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
-        if edges[1] > edges[0]:
-            self._append(edges, np.stack([self._usual, self._usual]))
-        elif begins_ns <= self._stamp[-1]:  # stamps have gone back, so another time begins
-            none = slice(0, 0)
-            self._stamp, self._value = self._stamp[none], self._value[none]
-            self._integral = self._integral[none]
-
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        return {
-            'stamp': self._stamp.copy(),
-            'value': self._value.copy(),
-            'integral': self._integral.copy(),
-            'last': self._last.copy(),
-            'mean': self._mean,
-            'usual': self._usual.copy(),
-            'continuity': self._continuity and self._continuity.state(),
-            'health': dict(self._health),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._stamp, self._value = state['stamp'], state['value']
-        self._integral, self._last = state['integral'], state['last']
-        self._mean, self._usual = state['mean'], state['usual'].copy()
-        if self._continuity is not None:
-            self._continuity.restore(state['continuity'])
-        self._health = dict(state['health'])
-
-    def health(self) -> dict[str, int]:
-        """Return counters of samples refused, gaps, and stamps where the motion is not known."""
-        return dict(self._health)
-
-
-class RecordedIntegrals:
-    """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
-
-    inputs: tuple[str, ...] = ()
-
-    def __init__(self, estimate: JointSamples, covariates: tuple[str, ...]) -> None:
-        columns = [estimate.name.index(name) for name in integral_names(covariates)]
-        kept = in_order(estimate.stamp_ns, BEFORE_ALL)
-        self._stamp = estimate.stamp_ns[kept]
-        self._integral = estimate.position[kept][:, columns]
-        self._unknown = 0
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp of the last estimate."""
-        return int(self._stamp[-1])
-
-    def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Ignore the samples; all integrals are known."""
-
-    def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at stamps [s], (n, c), linear between estimates."""
-        first, known = self._stamp[0], self._stamp
-        self._unknown += int(np.count_nonzero((stamp_ns < first) | (stamp_ns > known[-1])))
-        at, times = (stamp_ns - first) / NS_PER_S, (known - first) / NS_PER_S
-        return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
-
-    def state(self) -> State:
-        """Return an empty state, since nothing changes."""
-        return {'unknown': self._unknown}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._unknown = state['unknown']
-
-    def health(self) -> dict[str, int]:
-        """Return the number of stamps outside the estimates."""
-        return {'motion_unknown': self._unknown}
-
-
-def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) -> FloatArray:
-    """Return the running mean of a value with a time constant τ, where c = Δ/(τ + Δ)."""
-    means = np.empty_like(value)
-    followed(np.ascontiguousarray(value), steps / (time_s + steps), mean, means)
-    return means
-
-
-def _roll(imu: ImuSamples, steps: FloatArray) -> FloatArray:
-    """Return ρ²."""
-    from tauto_core.ship.kernels import roll_of
-
-    del steps
-    roll = np.empty(len(imu.stamp_ns))
-    roll_of(contiguous(imu.orientation), None, roll, None)
-    return roll * roll
-
 
 # -----------------------------------------------------------------------------
 # The assumptions of the navigator about the clock and the observations before the voyage.
@@ -425,6 +139,19 @@ PART, LEAST = 0.05, 0.005
 coefficient, and its least value.
 """
 
+GRAVITY_STEPS = (-0.005, 0.005)
+"""Changes of gravity in the trial runs, as shares; from pole to equator it is 0.0053."""
+
+RAMP_S = 300.0
+"""Time in which a trial run changes gravity [s]. It is long beside a swing, so that a wheel that
+nothing damps keeps its action, as it does on a voyage.
+"""
+
+ALLOWANCES = {'gravity': (0.01, 0.001)}
+"""The same as PART and LEAST where a change is tried that the voyage really has. What is left is
+that the sea changes the amplitude, and with it the answer.
+"""
+
 SEA = {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0}
 SLOPE, SEA_RATE_HZ = 0.7, 5.0
 """Sea of the test of fit, which comes from abeam; wave-slope coefficient and sampling rate of the
@@ -448,18 +175,24 @@ machines those that fit depart by 0.3 at most, the others by more than 2.6.
 
 @dataclass(frozen=True)
 class Runs:
-    """The coefficient of one covariate for each period of the waves [s], by trial runs."""
+    """The coefficient of one covariate by trial runs.
+
+    Attributes:
+        name: name of the covariate.
+        at: the coefficient for each period of the waves [s], or each change of gravity as a share.
+    """
 
     name: str
-    at_periods: dict[float, float]
+    at: dict[float, float]
 
     @property
     def coefficient(self) -> Coefficient:
         """Mean and standard deviation."""
-        found = list(self.at_periods.values())
+        found = list(self.at.values())
         mean = float(np.mean(found))
         spread = float(np.std(found, ddof=1))
-        return Coefficient(self.name, mean, math.hypot(spread, PART * mean, LEAST))
+        part, least = ALLOWANCES.get(self.name, (PART, LEAST))
+        return Coefficient(self.name, mean, math.hypot(spread, part * mean, least))
 
 
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
@@ -478,18 +211,19 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
         found.append(
             tried[name] if stated is None else Coefficient(name, stated.value, stated.sigma)
         )
-    if not tried:
+    moves = tuple(tried[name] for name in tried if name in MOTIONS)
+    if not moves:
         return tuple(found)
     # what the scene states is not tested
     try:
-        fitted = fit(scene, tuple(tried.values()))
+        fitted = fit(scene, moves)
     except TautoError as error:
         raise SceneError(
             scene.name,
             'drift.coefficients',
             ABSENT,
             f'cannot be tested by running the machine in a sea of 2.5 m: {error}',
-            f'Give value and sigma of {" and ".join(tried)}.',
+            f'Give value and sigma of {" and ".join(each.name for each in moves)}.',
         ) from error
     if fitted.sigmas > FITS and not fitted.is_expected(dial_model(scene)):
         raise SceneError(
@@ -514,8 +248,9 @@ def runs(scene: Scene) -> tuple[Runs, ...]:
     names = tuple(n for n in scene.drift.covariates or () if getattr(given, n, None) is None)
     if not names:
         return ()
+    stated = None if given is None else given.heave
     try:
-        return _runs(_Tried(_alone(scene)), names)
+        return _runs(_Tried(_alone(scene)), names, 0.0 if stated is None else stated.value)
     except TautoError as error:
         raise SceneError(
             scene.name,
@@ -619,7 +354,9 @@ def _alone(scene: Scene) -> Scene:
             'seed': 0,
             'clock': Clock(nominal_period=scene.clock.nominal_period),
             'voyage': None,
-            'drift': DriftSettings(),
+            'air': None,
+            'drift': DriftSettings(covariates=('heave',)),
+            'gravity': scene.g,
             'log': Log(interval=interval_s),
         }
     )
@@ -635,13 +372,15 @@ class _Tried(NamedTuple):
 
 
 @lru_cache(maxsize=16)
-def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
-    run, ship, gravity = _Run(tried.scene), tried.scene.ship, tried.scene.g
+def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ...]:
+    """Return the trial runs; `heave` is its coefficient if stated, otherwise 0 or found first."""
+    ship, gravity, found = tried.scene.ship, tried.scene.g, []
     assert isinstance(ship, ComponentsShip)
-    calm = run.error_s(ship)
-    found = []
-    for name in names:
-        heaves, at_periods = name == 'heave', {}
+    if moves := sorted(name for name in names if name in MOTIONS):
+        run = _Run(tried.scene)
+        calm = run.error_s(ship)
+    for name in moves:
+        heaves, at = name == 'heave', {}
         periods_s = HEAVE_PERIODS_S if heaves else ROLL_PERIODS_S
         mean = -(HEAVE**2) / 16.0 if heaves else 0.5 * ROLL_RAD**2  # of the regressor
         for period_s in periods_s:
@@ -652,19 +391,34 @@ def _runs(tried: _Tried, names: tuple[str, ...]) -> tuple[Runs, ...]:
                 size = HEAVE * gravity * (period_s / math.tau) ** 2 if heaves else ROLL_RAD
                 wave = (Component(amplitude=size, period=period_s, phase=phase),)
                 moved = ship.model_copy(update={'heave' if heaves else 'components': wave})
-                rates.append(_slope(run.error_s(moved) - calm, run.interval_s))
-            at_periods[period_s] = float(np.mean(rates)) / mean
-        found.append(Runs(name, at_periods))
+                gained = run.error_s(moved) - calm
+                if heave:  # roll shakes a clock above its axis, which the first covariate knows
+                    gained = gained - heave * run.integrals_s(moved, 0)[: len(calm), 0]
+                rates.append(_slope(gained, run.interval_s))
+            at[period_s] = float(np.mean(rates)) / mean
+        found.append(Runs(name, at))
+        heave = found[-1].coefficient.value
+    if 'gravity' in names:
+        run = _Run(tried.scene, changes=True)
+        calm = run.error_s(ship)
+        last = slice(-math.ceil(RUN_S / run.interval_s), None)
+        rates = [
+            _slope((run.error_s(ship, 0, each) - calm)[last], run.interval_s)
+            for each in GRAVITY_STEPS
+        ]
+        at = {step: rate / (0.5 * step) for step, rate in zip(GRAVITY_STEPS, rates, strict=True)}
+        found.append(Runs('gravity', at))
     return tuple(found)
 
 
 class _Run:
     """Runs the clock of a scene on one ship after the other; its stage is built once.
 
-    A run lasts `length_s` after the swing has settled.
+    A run lasts `length_s` after the swing has settled. If it `changes` gravity, the swing settles
+    again before that.
     """
 
-    def __init__(self, scene: Scene, length_s: float = RUN_S) -> None:
+    def __init__(self, scene: Scene, length_s: float = RUN_S, *, changes: bool = False) -> None:
         self.interval_s = scene.log.interval
         machine, settling_s = compile_machine(scene), 0.0
         if isinstance(machine, Machine | LeverMachine):
@@ -672,15 +426,27 @@ class _Run:
             if not isinstance(swing, NoSteadySwing) and math.isfinite(swing.time_constant):
                 settling_s = min(SETTLED * swing.time_constant, LONGEST_SETTLING_S)
         self._settled = math.ceil(settling_s / self.interval_s)
+        if changes:
+            length_s += RAMP_S + settling_s
         logs = self._settled + math.ceil(length_s / self.interval_s)
         self._scene = scene.model_copy(update={'duration': logs * self.interval_s})
         self._stage = TrochleaStage(self._scene)
         self._fresh = self._stage.state()
 
-    def error_s(self, ship: ShipKind, seed: int = 0) -> FloatArray:
-        """Return the error of the dial at the logged instants once the swing has settled [s]."""
+    def error_s(self, ship: ShipKind, seed: int = 0, heavier: float = 0.0) -> FloatArray:
+        """Return the error of the dial at the logged instants once the swing has settled [s].
+
+        From then on all forces grow by a share, smoothly, where it is given.
+        """
+        imu = self._motion(ship, seed)
+        if heavier:
+            since = (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S - self._settled * self.interval_s
+            u = np.clip(since / RAMP_S, 0.0, 1.0)
+            smooth = u**4 * (35.0 + u * (-84.0 + u * (70.0 - 20.0 * u)))
+            force = imu.linear_acceleration * (1.0 + heavier * smooth)[:, None]
+            imu = replace(imu, linear_acceleration=force)
         self._stage.restore(self._fresh)
-        said = self._stage.feed({SHIP_IMU: self._motion(ship, seed)}), self._stage.finish()
+        said = self._stage.feed({SHIP_IMU: imu}), self._stage.finish()
         readings = [cast(TimeSamples, each[READING]) for each in said if READING in each]
         parts = [(reading.time_ref_ns - reading.stamp_ns) / NS_PER_S for reading in readings]
         return np.concatenate(parts)[self._settled :]

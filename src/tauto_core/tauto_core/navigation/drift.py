@@ -11,13 +11,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 import numpy as np
 
 from tauto_core.clockwork.dial import DialSetting
-from tauto_core.navigation.covariates import (
-    HELD_S,
-    MotionRegressors,
-    Regressors,
-    clock_model,
-    integral_names,
-)
+from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.kalman import (
     REFUSED,
     REOPENED,
@@ -35,6 +29,12 @@ from tauto_core.navigation.kalman import (
     same_fields,
 )
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
+from tauto_core.navigation.regressors import (
+    HELD_NS,
+    MotionRegressors,
+    integral_names,
+    regressors,
+)
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -343,6 +343,10 @@ _SAID = {
     'motion_gaps': 'ship/imu broke off {times}; what the motion adds to the rate went on as usual',
     'motion_unknown': 'ship/imu did not reach {readings}; what the motion adds to the rate was '
     'taken as usual',
+    'latitude_refused': '{samples} of ship/fix could not be used for gravity and {were} left out',
+    'latitude_unknown': '{readings} had no place on ship/fix in the hour before; gravity was taken'
+    ' as last known, at first as at the departure. Publish sensor_msgs/NavSatFix on ship/fix, or '
+    'leave gravity out of drift.covariates',
     'dial_stops': 'the dial had stood still {times}; the offset was moved and reopened by that',
     'dial_settings': 'the dial was set anew {times}; the estimate began again',
     'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
@@ -372,8 +376,6 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
     return found
 
 
-HELD_NS = round(HELD_S * NS_PER_S)
-
 HISTORY = 4096
 """Number of readings kept, beyond those held back, for observations that come late."""
 
@@ -399,9 +401,10 @@ class DriftStage:
     the readings on both sides. Outliers (`filtering`) are refused and counted, and so is each
     reopening of the state.
 
-    With covariates `ship/imu` is an input too, and readings wait until the motion has reached
-    them. In a live graph they wait at most until readings `HELD_S` later have come. The motion is
-    then assumed to have continued as usual, and that is counted.
+    With covariates the topics of their regressors are inputs too (`ship/imu`, `ship/fix`), and
+    readings wait until these have reached them. In a live graph they wait at most until readings
+    `HELD_S` later have come. The motion is then assumed to have continued as usual, gravity to be
+    as last known, and that is counted.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.
@@ -411,7 +414,7 @@ class DriftStage:
             observation affects the readings that are published after it came. It may be late by
             `HISTORY` readings, and by `track.REMEMBERED` later observations, for which the filter
             is then repeated in the order of the stamps.
-        motion: a source of the integrals of the covariates that replaces `ship/imu`.
+        motion: a source of the integrals of the covariates that replaces these topics.
     """
 
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
@@ -419,11 +422,11 @@ class DriftStage:
     def __init__(
         self, scene: Scene, expect_schedule: bool = True, motion: MotionRegressors | None = None
     ) -> None:
-        self._model = clock_model(scene)
+        self._scene, self._model = scene, clock_model(scene)
         self._schedule = schedule(scene) if expect_schedule else None
         self._motion = motion
         if motion is None and self._model.coefficients:
-            self._motion = Regressors(scene, live=not expect_schedule)
+            self._motion = regressors(scene, live=not expect_schedule)
         self._integral = np.empty((0, len(self._model.coefficients)))
         self._begun: tuple[int, tuple[float, ...]] | None = None
         none = np.empty(0, np.int64)
@@ -440,6 +443,13 @@ class DriftStage:
     def inputs(self) -> tuple[str, ...]:
         """Topics of the dial, of the observations, and of the motion if it is used."""
         return (READING, OBSERVATION, *(self._motion.inputs if self._motion else ()))
+
+    @property
+    def notices(self) -> list[str]:
+        """What the last estimates lacked, and what to do about it."""
+        lost = self._motion.lost if self._motion else ()
+        unknown = (f'{name}_unknown' for name in lost)
+        return drift_warnings({name: self.health()[name] for name in unknown}, self._scene)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take readings, observations and motion; return what can be published now."""

@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from tauto_core.navigation.covariates import RecordedIntegrals, clock_model
+from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.drift import (
     Passed,
     estimate_names,
@@ -30,6 +30,7 @@ from tauto_core.navigation.kalman import (
     same_fields,
 )
 from tauto_core.navigation.longitude import BEFORE_ALL, in_order
+from tauto_core.navigation.regressors import RecordedIntegrals
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,

@@ -228,6 +228,13 @@ class Scene(Section):
             )
         if self.air is not None:
             yield from self.air.problems(self.voyage)
+        if 'gravity' in (self.drift.covariates or ()) and self.gravity != 'normal':
+            yield Problem(
+                'drift.covariates',
+                list(self.drift.covariates or ()),
+                f'names gravity, which is {self.gravity:g} m/s2 everywhere in this scene',
+                'Write `gravity: normal` and a voyage, or leave gravity out of the list.',
+            )
         if self.solver is not None:
             yield from self.solver.problems()
 

@@ -235,6 +235,7 @@ _LEFT_OUT: dict[str, Any] = {
     'drift.covariates': ['heave', 'roll'],
     'drift.coefficients.heave': {'value': 1.0, 'sigma': 0.05},
     'drift.coefficients.roll': {'value': 0.01, 'sigma': 0.02},
+    'drift.coefficients.gravity': {'value': 1.005, 'sigma': 0.01},
     'log.motion': True,
     'voyage.track': 'geodesic',
     'voyage.waypoints': [[36.97, -25.1]],

@@ -229,13 +229,15 @@ class Lunars(Section):
     )
 
 
-Covariate: TypeAlias = Literal['heave', 'roll']
+Covariate: TypeAlias = Literal['heave', 'roll', 'gravity']
 
 
 class CoefficientPrior(Section):
     """Prior of a coefficient of the rate equation, before any observation."""
 
-    value: Number = Field(description='expected coefficient; about 1 for a weight in heave')
+    value: Number = Field(
+        description='expected coefficient; about 1 for a weight in heave and gravity'
+    )
     sigma: Annotated[float, Strict(), Field(ge=1e-9, le=1e9)] = Field(
         description='its standard deviation, 1e-9 to 1e9'
     )
@@ -248,6 +250,9 @@ class Coefficients(Section):
         default=None, description='mapping: value, sigma; when left out: from trial runs'
     )
     roll: CoefficientPrior | None = Field(
+        default=None, description='mapping: value, sigma; when left out: from trial runs'
+    )
+    gravity: CoefficientPrior | None = Field(
         default=None, description='mapping: value, sigma; when left out: from trial runs'
     )
 
@@ -293,12 +298,12 @@ class DriftSettings(Section):
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,
-        description='list of heave, roll: motions of the ship on which the rate is taken to '
-        'depend (theory E11)',
+        description='list of heave, roll, gravity: motions of the ship, and gravity by her '
+        'latitude, on which the rate is taken to depend (theory E11)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
-        description='mapping: heave, roll; priors of the coefficients of the covariates',
+        description='mapping: heave, roll, gravity; priors of the coefficients of the covariates',
     )
 
     def problems(self) -> Iterator[Problem]:

@@ -7,6 +7,8 @@ weighs less (Eötvös 1919).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from tauto_core.samples import FloatArray, IntArray
@@ -38,7 +40,11 @@ def normal_gravity(latitude_rad: FloatArray | float) -> FloatArray:
     Args:
         latitude_rad: geodetic latitude φ [rad], any shape.
     """
-    squared = np.sin(latitude_rad) ** 2
+    return _of_squared_sine(np.asarray(np.sin(latitude_rad) ** 2))
+
+
+def _of_squared_sine(squared: FloatArray) -> FloatArray:
+    """Return normal gravity for sin²φ."""
     return np.asarray(
         EQUATOR_M_S2 * (1.0 + SOMIGLIANA * squared) / np.sqrt(1.0 - SQUARED_ECCENTRICITY * squared)
     )
@@ -62,6 +68,33 @@ def eotvos(
     along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
     turning = 2.0 * EARTH_RATE * np.cos(latitude_rad) * np.asarray(east)
     return np.asarray(turning + np.square(east) / across + np.square(north) / along)
+
+
+def gravity_between(
+    elapsed_s: FloatArray, latitude: FloatArray, longitude: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return normal gravity at places (n,), and Eötvös' term between them (n - 1,) [m/s²].
+
+    Each value depends on its own places alone.
+
+    Args:
+        elapsed_s: time from each place to the next [s], (n - 1,).
+        latitude: degrees north, (n,).
+        longitude: degrees east.
+    """
+    # the bits of np.sin may depend on the place in an array
+    sine = np.array([math.sin(math.radians(each)) for each in latitude.tolist()])
+    turn = np.diff(longitude)
+    turn = np.radians(turn - 360.0 * np.round(turn / 360.0)) / elapsed_s
+    middle = 0.5 * (sine[1:] + sine[:-1])
+    squeezed = 1.0 - SQUARED_ECCENTRICITY * middle * middle
+    across = EQUATOR_M / np.sqrt(squeezed)
+    along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
+    cosine = np.sqrt(1.0 - middle * middle)
+    east = across * cosine * turn
+    north = along * np.radians(np.diff(latitude)) / elapsed_s
+    lifted = 2.0 * EARTH_RATE * cosine * east + east * east / across + north * north / along
+    return _of_squared_sine(sine * sine), lifted
 
 
 class GravityOnTheWay:

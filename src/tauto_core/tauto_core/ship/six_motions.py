@@ -151,15 +151,30 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
         whole = np.sqrt(x * x + across * across) / np.where(across > 0.0, across, 1.0)
         y, z = (np.where(x == 0.0, part, part * whole) for part in (y, z))
     else:
-        qx, qy, qz, qw = (np.ascontiguousarray(imu.orientation[:, i]) for i in range(4))
-        # sin θ, and sine and cosine of the roll times cos θ; homogeneous in the quaternion
-        square = (qx * qx + qy * qy) + (qz * qz + qw * qw)
-        sp = 2.0 * (qw * qy - qz * qx) / square
-        sr, cr = 2.0 * (qw * qx + qy * qz), (qw * qw - qx * qx) + (qz * qz - qy * qy)
-        cp = np.hypot(sr, cr)
-        sr, cr, cp = sr / cp, cr / cp, cp / square
-        aside, deck = cr * y - sr * z, sr * y + cr * z
-        up = cp * deck - sp * x
-        level = (x == 0.0) & (qy == 0.0) & (qz == 0.0)
+        sr, cr, _, _ = _roll_and_pitch(imu.orientation)
+        _, aside, up = level_force(imu)
+        level = (x == 0.0) & (imu.orientation[:, 1] == 0.0) & (imu.orientation[:, 2] == 0.0)
         y, z = np.where(level, y, cr * aside + sr * up), np.where(level, z, cr * up - sr * aside)
     return np.stack((x, y, z), axis=1)
+
+
+def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the specific force forward, to port and up, in level axes that yaw with the ship.
+
+    Args:
+        imu: samples that `imu.screen` has passed.
+    """
+    x, y, z = (np.ascontiguousarray(imu.linear_acceleration[:, i]) for i in range(3))
+    sr, cr, sp, cp = _roll_and_pitch(imu.orientation)
+    aside, deck = cr * y - sr * z, sr * y + cr * z
+    return cp * x + sp * deck, aside, cp * deck - sp * x
+
+
+def _roll_and_pitch(orientation: FloatArray) -> tuple[FloatArray, ...]:
+    """Return sine and cosine of roll and pitch, of quaternions of any norm (n, 4)."""
+    qx, qy, qz, qw = (np.ascontiguousarray(orientation[:, i]) for i in range(4))
+    # homogeneous in the quaternion; sine and cosine of the roll times cos θ
+    square = (qx * qx + qy * qy) + (qz * qz + qw * qw)
+    sr, cr = 2.0 * (qw * qx + qy * qz), (qw * qw - qx * qx) + (qz * qz - qy * qy)
+    cp = np.hypot(sr, cr)
+    return sr / cp, cr / cp, 2.0 * (qw * qy - qz * qx) / square, cp / square

@@ -329,6 +329,11 @@ class HangingThread(ThreadKind):
         f'swing below a wheel at rest, 0 to {MOST_DAMPED:g}; nothing damps it when left out',
     )
 
+    @property
+    def swinging_length(self) -> float:
+        """Free length of the thread at rest [m]."""
+        return self.length
+
     def machine(self, parts: Parts) -> HangingMachine:
         """Return the machine with a thread that swings."""
         rate = self.cam(parts).linear_rate

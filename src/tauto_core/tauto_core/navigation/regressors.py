@@ -1,0 +1,589 @@
+"""The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (theory.md, E11).
+
+Motion comes from `ship/imu`, gravity from the places of `ship/fix`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.kernels import entry
+from tauto_core.navigation.longitude import BEFORE_ALL, STATUS_FIX, in_order
+from tauto_core.samples import (
+    SHIP_FIX,
+    SHIP_IMU,
+    FixSamples,
+    FloatArray,
+    ImuSamples,
+    IntArray,
+    JointSamples,
+    Samples,
+    State,
+    take,
+)
+from tauto_core.scene import Scene
+from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
+from tauto_core.ship.gravity import gravity_between
+from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
+from tauto_core.ship.six_motions import level_force
+
+# -----------------------------------------------------------------------------
+# The motion of the ship.
+#
+# For each sample, with f the specific force at the clock in level axes, x forward and z up, and
+# ⟨f_z⟩ a running mean,
+#
+#     x_heave = [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²),    x_roll = ρ².
+#
+# f_x counts where the thread can lean that way. Between samples the regressors are linear, and
+# their integral X is exact.
+
+
+@entry
+def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray) -> None:
+    """Fill the running mean m of values v (n,), which becomes m + c (v - m) at each sample."""
+    for i in range(len(value)):
+        mean = mean + share[i] * (value[i] - mean)
+        out[i] = mean
+
+
+@entry
+def swinging(
+    drive: FloatArray, step: FloatArray, rate: float, swing: FloatArray, out: FloatArray
+) -> None:
+    """Fill q, a pendulum that follows a drive f: q̈ = ω² (f - q) - 2 ζ ω q̇, by trapezoids.
+
+    `swing` is (q, q̇) before the first sample, and in the end after the last one. In a step f is
+    that of its end, so that q comes half a step early, of the right size.
+    """
+    q, v = swing[0], swing[1]
+    for i in range(len(drive)):
+        h = rate * step[i]
+        even, odd = 1.0 + 0.25 * h * h, SWING_DAMPING * h
+        faster = (v * (even - 0.5 * h * h - odd) + rate * h * (drive[i] - q)) / (even + odd)
+        q = q + 0.5 * step[i] * (v + faster)
+        v = faster
+        out[i] = q
+    swing[0], swing[1] = q, v
+
+
+SWING_DAMPING = 0.05
+"""ζ of the thread that `swinging` follows: nothing damps a real one, and its own swing, which no
+sensor of the ship shows, must not be guessed. It takes 0.5 % of waves three times as slow.
+"""
+
+MEAN_S = 300.0
+"""Time constant of ⟨f⟩, a first-order high-pass [s]. It removes an accelerometer's bias, and
+1/(Ω · 300 s)² of a wave's square, 3e-5 at 10 s and 1e-4 at 20 s.
+"""
+
+USUAL_S = 600.0
+"""Time constant of the mean that bridges a gap in the motion [s]: several groups of waves, and
+short compared with the hours in which a sea changes.
+"""
+
+HELD_S = 10.0
+"""Time, by their stamps, for which readings of a live graph wait for the motion [s]."""
+
+HELD_NS = round(HELD_S * NS_PER_S)
+
+STALE_S = 3600.0
+"""Time for which a place or a temperature is good [s]: in an hour at 5 m/s due south gravity takes
+0.6 s/day from a weight, and the next sample brings the integral right.
+"""
+
+MOTIONS = ('heave', 'roll')
+"""Covariates from `ship/imu`."""
+
+
+class MotionRegressors(Protocol):
+    """A source of the integrals of the regressors."""
+
+    inputs: tuple[str, ...]
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """What the last results lacked, of things that change slowly: `latitude`."""
+        ...
+
+    @property
+    def reached_ns(self) -> int:
+        """Stamp up to which motion has arrived; BEFORE_ALL if none has."""
+        ...
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take new samples of any of its inputs."""
+        ...
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
+        ...
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        ...
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        ...
+
+    def health(self) -> dict[str, int]:
+        """Return counters."""
+        ...
+
+
+def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the integrals on `drift/estimate`."""
+    return tuple(f'{name}_integral_s' for name in covariates)
+
+
+class Regressors:
+    """Integrates the regressors over `ship/imu`; the result does not depend on batches.
+
+    Args:
+        scene: names the covariates, and gives gravity and the sampling rate of the ship.
+        live: whether the samples are a live sensor's. Those that do not continue the ones before
+            are then left out, and over a gap the integrals grow as usual.
+    """
+
+    inputs: tuple[str, ...] = (SHIP_IMU,)
+    lost: tuple[str, ...] = ()
+
+    def __init__(self, scene: Scene, *, live: bool) -> None:
+        known = {'heave': self._heave, 'roll': _roll}
+        self._columns = [known[name] for name in scene.drift.covariates or () if name in known]
+        self._gravity = self._mean = scene.g
+        trochlea = scene.trochlea
+        self._plane = 'ship' if trochlea is None else trochlea.thread_plane
+        self._length = 0.0 if trochlea is None else trochlea.thread.swinging_length
+        self._swing, self._swung = (0.0, 0.0), False
+        self._continuity: Continuity | None = None
+        if live:
+            longest_ns = max(round(MAX_GAP_S * NS_PER_S), 2 * scene.step_ns * scene.lies_still)
+            self._continuity = Continuity(scene.step_ns, longest_ns)
+        width = len(self._columns)
+        self._stamp: IntArray = np.empty(0, np.int64)
+        self._value, self._integral = np.empty((0, width)), np.empty((0, width))
+        self._last, self._usual = np.zeros((1, width)), np.zeros(width)
+        self._health = {'motion_refused': 0, 'motion_gaps': 0, 'motion_unknown': 0}
+        begun = self.state()
+        none = np.zeros(1)
+        self._add(imu_from_roll(np.zeros(1, np.int64), none, none, none, none))  # compiles
+        self.restore(begun)
+
+    @property
+    def reached_ns(self) -> int:
+        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
+        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take motion samples; bad ones are counted and left out."""
+        imu = batches.get(SHIP_IMU)
+        if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
+            return
+        if self._continuity is None:
+            last_ns = self.reached_ns if len(self._stamp) else None
+            imu, refused = screen(imu, last_ns, compiled=True)
+            self._health['motion_refused'] += sum(refused.values())
+            self._add(imu)
+            return
+        good = content_reasons(imu) == 0
+        self._health['motion_refused'] += int(np.count_nonzero(~good))
+        for run in self._continuity.feed(imu if good.all() else take(imu, good)):
+            if run.begins and len(self._stamp):
+                self._bridge(int(run.imu.stamp_ns[0]))
+            self._add(run.imu)
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten.
+
+        Stamps before the first sample have its integrals; after the last one they grow as usual.
+        Such stamps are counted.
+        """
+        known = self._stamp
+        if not len(known) or not len(stamp_ns):
+            self._health['motion_unknown'] += len(stamp_ns)
+            return np.repeat(self._last, len(stamp_ns), axis=0)
+        at = np.maximum(stamp_ns, known[0])
+        before = np.searchsorted(known, at, 'right') - 1
+        after = np.minimum(before + 1, len(known) - 1)
+        since = ((at - known[before]) / NS_PER_S)[:, None]
+        step = (np.maximum(known[after] - known[before], 1) / NS_PER_S)[:, None]
+        rise = (self._value[after] - self._value[before]) / step
+        late = at > known[-1]
+        growth = since * (self._value[before] + 0.5 * rise * since)
+        growth = np.where(late[:, None], self._usual * since, growth)
+        self._health['motion_unknown'] += int(np.count_nonzero(late | (at > stamp_ns)))
+        found: FloatArray = self._integral[before] + growth
+        first = int(before[-1])
+        self._stamp, self._value = known[first:], self._value[first:]
+        self._integral = self._integral[first:]
+        return found
+
+    def _add(self, imu: ImuSamples) -> None:
+        """Take samples that continue the ones before."""
+        stamps = imu.stamp_ns
+        if not len(stamps):
+            return
+        before = self._stamp[-1:] if len(self._stamp) else stamps[:1]
+        steps = np.diff(stamps, prepend=before) / NS_PER_S
+        value = np.column_stack([column(imu, steps) for column in self._columns])
+        if self._continuity is not None:
+            for j, column in enumerate(value.T):
+                self._usual[j] = _followed(column, steps, USUAL_S, float(self._usual[j]))[-1]
+        self._append(stamps, value)
+
+    def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
+        """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), what shaking adds to a weight's rate.
+
+        f_x counts for a thread that leans freely (theory G7). Of one whose plane is fixed to the
+        ship it counts less the force along her axle, which such a thread cannot follow. On a
+        thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
+        """
+        forward, port, up = level_force(imu)
+        if self._length:
+            swung = np.empty_like(port)
+            begun = np.array(self._swing if self._swung else (port[0], 0.0))
+            swinging(port, steps, math.sqrt(self._gravity / self._length), begun, swung)
+            self._swing, self._swung, port = (float(begun[0]), float(begun[1])), True, swung
+        aside = port * port
+        if self._plane != 'vertical':
+            aside = aside + forward * forward
+        if self._plane == 'ship':
+            axle = imu.linear_acceleration[:, 0]
+            aside = aside - axle * axle
+        means = np.concatenate(([self._mean], _followed(up, steps, MEAN_S, self._mean)))
+        self._mean = float(means[-1])
+        # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
+        heaved = (up - 0.5 * (means[:-1] + means[1:])) / self._gravity
+        return 0.25 * aside / (self._gravity * self._gravity) - 0.125 * heaved * heaved
+
+    def _append(self, stamps: IntArray, value: FloatArray) -> None:
+        """Integrate the regressors up to further points."""
+        times = np.concatenate((self._stamp[-1:], stamps))
+        values = np.concatenate((self._value[-1:], value))
+        areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
+        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
+        self._stamp = np.concatenate((self._stamp, stamps))
+        self._value = np.concatenate((self._value, value))
+        self._integral = np.concatenate((self._integral, sums[len(sums) - len(stamps) :]))
+        self._last = self._integral[-1:].copy()
+
+    def _bridge(self, begins_ns: int) -> None:
+        """Bridge the time from the last sample to another run with the usual growth."""
+        self._health['motion_gaps'] += 1
+        edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
+        if edges[1] > edges[0]:
+            self._append(edges, np.stack([self._usual, self._usual]))
+        elif begins_ns <= self._stamp[-1]:  # stamps have gone back, so another time begins
+            none = slice(0, 0)
+            self._stamp, self._value = self._stamp[none], self._value[none]
+            self._integral = self._integral[none]
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {
+            'stamp': self._stamp.copy(),
+            'value': self._value.copy(),
+            'integral': self._integral.copy(),
+            'last': self._last.copy(),
+            'mean': self._mean,
+            'usual': self._usual.copy(),
+            'swing': (*self._swing, self._swung),
+            'continuity': self._continuity and self._continuity.state(),
+            'health': dict(self._health),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._stamp, self._value = state['stamp'], state['value']
+        self._integral, self._last = state['integral'], state['last']
+        self._mean, self._usual = state['mean'], state['usual'].copy()
+        *swing, self._swung = state['swing']
+        self._swing = swing[0], swing[1]
+        if self._continuity is not None:
+            self._continuity.restore(state['continuity'])
+        self._health = dict(state['health'])
+
+    def health(self) -> dict[str, int]:
+        """Return counters of samples refused, gaps, and stamps where the motion is not known."""
+        return dict(self._health)
+
+
+# -----------------------------------------------------------------------------
+# What changes slowly: gravity by the latitude.
+#
+# Between two samples such a quantity is a + b s after the time s, and so X is a polynomial. With
+# g_ref gravity where the dial was regulated, γ normal gravity and E Eötvös' term of the way made
+# good,
+#
+#     x_gravity = (γ - E - g_ref)/(2 g_ref).
+
+
+class SlowRegressor:
+    """Integrates regressors that go linearly, or as the square of that, between samples.
+
+    The result does not depend on batches. After the last sample the quantity is taken to stay as
+    it was, before the first as at the start.
+
+    Args:
+        live: whether stamps may go back, as in a graph whose time begins again.
+    """
+
+    topic: ClassVar[str]
+    name: ClassVar[str]
+    """What is measured, in the names of counters."""
+
+    def __init__(self, *, live: bool, powers: tuple[int, ...] = (1,)) -> None:
+        self._live, self.powers = live, powers
+        self.inputs: tuple[str, ...] = (self.topic,)
+        self.lost: tuple[str, ...] = ()
+        self._stamp: IntArray = np.empty(0, np.int64)
+        # a, b after each sample, the samples, X at them
+        self._piece, self._said = np.empty((0, 2)), np.empty((0, 0))
+        self._integral, self._last = np.empty((0, len(powers))), np.zeros((1, len(powers)))
+        self._health = {f'{self.name}_refused': 0, f'{self.name}_unknown': 0}
+
+    def usable(self, samples: Any) -> NDArray[np.bool_]:
+        """Return which samples can be used."""
+        raise NotImplementedError
+
+    def values(self, samples: Any) -> FloatArray:
+        """Return what is kept of samples, (n, m)."""
+        raise NotImplementedError
+
+    def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
+        """Return a and b from each sample to the next, and after the last, where b = 0, (n, 2)."""
+        raise NotImplementedError
+
+    @property
+    def reached_ns(self) -> int:
+        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
+        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take samples; bad ones, and those out of order, are counted and left out."""
+        samples = batches.get(self.topic)
+        if samples is None or not len(samples.stamp_ns):
+            return
+        good = self.usable(samples)
+        stamps = samples.stamp_ns
+        if self._live:
+            back = np.flatnonzero(np.diff(stamps, prepend=self.reached_ns) < -HELD_NS)
+            if len(self._stamp) and len(back):  # another time begins
+                good[: back[-1]] = False
+                self._forget(len(self._stamp))
+        good[good] = in_order(stamps[good], self.reached_ns)
+        self._health[f'{self.name}_refused'] += int(np.count_nonzero(~good))
+        if not good.any():
+            return
+        known, values = len(self._stamp[-1:]), self.values(samples)[good]
+        stamps = np.concatenate((self._stamp[-1:], stamps[good]))
+        values = np.concatenate((self._said, values)) if known else values
+        pieces = self.pieces(stamps, values)
+        if known:  # until now the last sample was taken to stay
+            self._piece[-1] = pieces[0]
+        areas = self._grown(pieces[:-1], np.diff(stamps) / NS_PER_S)
+        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
+        self._stamp = np.concatenate((self._stamp, stamps[known:]))
+        self._piece = np.concatenate((self._piece, pieces[known:]))
+        self._integral = np.concatenate((self._integral, sums[known:]))
+        self._last, self._said = self._integral[-1:].copy(), values[-1:]
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten."""
+        known = self._stamp
+        if not len(known) or not len(stamp_ns):
+            self._health[f'{self.name}_unknown'] += len(stamp_ns)
+            self.lost = (self.name,) if len(stamp_ns) else self.lost
+            return np.repeat(self._last, len(stamp_ns), axis=0)
+        at = np.maximum(stamp_ns, known[0])
+        late = (at > stamp_ns) | (at - known[-1] > STALE_S * NS_PER_S)
+        self._health[f'{self.name}_unknown'] += int(np.count_nonzero(late))
+        self.lost = (self.name,) if late[-1] else ()
+        before = np.searchsorted(known, at, 'right') - 1
+        since = (at - known[before]) / NS_PER_S
+        found: FloatArray = self._integral[before] + self._grown(self._piece[before], since)
+        self._forget(int(before[-1]))
+        return found
+
+    def _grown(self, piece: FloatArray, since: FloatArray) -> FloatArray:
+        """Return by how much X grows in times from the beginning of pieces [s], (n, c)."""
+        a, b = piece.T
+        grown = {
+            1: since * (a + 0.5 * b * since),
+            2: since * (a * a + since * (a * b + b * b * since / 3.0)),
+        }
+        return np.column_stack([grown[power] for power in self.powers])
+
+    def _forget(self, count: int) -> None:
+        """Forget the first samples."""
+        self._stamp, self._piece = self._stamp[count:], self._piece[count:]
+        self._integral = self._integral[count:]
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {
+            'stamp': self._stamp.copy(),
+            'piece': self._piece.copy(),
+            'said': self._said.copy(),
+            'integral': self._integral.copy(),
+            'last': self._last.copy(),
+            'health': dict(self._health),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._stamp, self._piece = state['stamp'], state['piece'].copy()
+        self._said, self._integral = state['said'], state['integral']
+        self._last, self._health = state['last'], dict(state['health'])
+
+    def health(self) -> dict[str, int]:
+        """Return counters of samples refused and of stamps with none near."""
+        return dict(self._health)
+
+
+class Gravity(SlowRegressor):
+    """Gravity of the places on `ship/fix`, less Eötvös' term between them."""
+
+    topic, name = SHIP_FIX, 'latitude'
+
+    def __init__(self, scene: Scene, *, live: bool) -> None:
+        super().__init__(live=live)
+        self._gravity = scene.g
+
+    def usable(self, samples: FixSamples) -> NDArray[np.bool_]:
+        """Return which fixes have a place on the globe."""
+        on_globe = (np.abs(samples.latitude) <= 90.0) & (np.abs(samples.longitude) <= 360.0)
+        return on_globe & (samples.status >= STATUS_FIX)
+
+    def values(self, samples: FixSamples) -> FloatArray:
+        """Return latitude and longitude [degrees]."""
+        return np.column_stack((samples.latitude, samples.longitude))
+
+    def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
+        """Return the regressor from each fix to the next; after the last it stays."""
+        elapsed_s = np.diff(stamp_ns) / NS_PER_S
+        gravity, lifted = gravity_between(elapsed_s, *values.T)
+        felt = gravity - np.append(lifted, lifted[-1:] if len(lifted) else 0.0)
+        rise = np.append(np.diff(gravity) / elapsed_s, 0.0)
+        return np.column_stack((0.5 * (felt / self._gravity - 1.0), 0.5 * rise / self._gravity))
+
+
+class AllRegressors:
+    """Joins the integrals of several sources, in the order of the scene's covariates."""
+
+    def __init__(self, covariates: tuple[str, ...], sources: dict[tuple[str, ...], Any]) -> None:
+        self._sources: tuple[MotionRegressors, ...] = tuple(sources.values())
+        found = [name for names in sources for name in names]
+        self._order = [found.index(name) for name in covariates]
+        self.inputs = tuple(topic for source in self._sources for topic in source.inputs)
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """What the last results of any source lacked."""
+        return tuple(name for source in self._sources for name in source.lost)
+
+    @property
+    def reached_ns(self) -> int:
+        """Stamp that all sources have reached."""
+        return min(source.reached_ns for source in self._sources)
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take new samples."""
+        for source in self._sources:
+            source.feed(batches)
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
+        found = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
+        return found[:, self._order]
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {'sources': [source.state() for source in self._sources]}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        for source, saved in zip(self._sources, state['sources'], strict=True):
+            source.restore(saved)
+
+    def health(self) -> dict[str, int]:
+        """Return counters."""
+        return {name: n for source in self._sources for name, n in source.health().items()}
+
+
+def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
+    """Return the source of the integrals of a scene's covariates; arguments as `Regressors`."""
+    covariates = scene.drift.covariates or ()
+    sources: dict[tuple[str, ...], MotionRegressors] = {}
+    if moves := tuple(name for name in covariates if name in MOTIONS):
+        sources[moves] = Regressors(scene, live=live)
+    if 'gravity' in covariates:
+        sources['gravity',] = Gravity(scene, live=live)
+    return (
+        next(iter(sources.values())) if len(sources) == 1 else AllRegressors(covariates, sources)
+    )
+
+
+class RecordedIntegrals:
+    """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
+
+    inputs: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+
+    def __init__(self, estimate: JointSamples, covariates: tuple[str, ...]) -> None:
+        columns = [estimate.name.index(name) for name in integral_names(covariates)]
+        kept = in_order(estimate.stamp_ns, BEFORE_ALL)
+        self._stamp = estimate.stamp_ns[kept]
+        self._integral = estimate.position[kept][:, columns]
+        self._unknown = 0
+
+    @property
+    def reached_ns(self) -> int:
+        """Stamp of the last estimate."""
+        return int(self._stamp[-1])
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Ignore the samples; all integrals are known."""
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at stamps [s], (n, c), linear between estimates."""
+        first, known = self._stamp[0], self._stamp
+        self._unknown += int(np.count_nonzero((stamp_ns < first) | (stamp_ns > known[-1])))
+        at, times = (stamp_ns - first) / NS_PER_S, (known - first) / NS_PER_S
+        return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
+
+    def state(self) -> State:
+        """Return an empty state, since nothing changes."""
+        return {'unknown': self._unknown}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._unknown = state['unknown']
+
+    def health(self) -> dict[str, int]:
+        """Return the number of stamps outside the estimates."""
+        return {'motion_unknown': self._unknown}
+
+
+def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) -> FloatArray:
+    """Return the running mean of a value with a time constant τ, where c = Δ/(τ + Δ)."""
+    means = np.empty_like(value)
+    followed(np.ascontiguousarray(value), steps / (time_s + steps), mean, means)
+    return means
+
+
+def _roll(imu: ImuSamples, steps: FloatArray) -> FloatArray:
+    """Return ρ²."""
+    from tauto_core.ship.kernels import roll_of
+
+    del steps
+    roll = np.empty(len(imu.stamp_ns))
+    roll_of(contiguous(imu.orientation), None, roll, None)
+    return roll * roll

@@ -1,0 +1,314 @@
+"""The regressors of all three accelerations and of gravity, against what they stand for."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from tauto_core.machines import compile_machine, steady_swing
+from tauto_core.navigation import DriftStage, drift_warnings, estimate_names
+from tauto_core.navigation.covariates import runs
+from tauto_core.navigation.longitude import fix_samples
+from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, regressors
+from tauto_core.samples import (
+    ESTIMATE,
+    OBSERVATION,
+    READING,
+    SHIP_FIX,
+    SHIP_IMU,
+    FloatArray,
+    take,
+)
+from tauto_core.scene import parse_scene
+from tauto_core.scene.errors import SceneError
+from tauto_core.scene.times import DAY_S
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.gravity import eotvos, gravity_between, normal_gravity
+from tauto_core.ship.imu import imu_from_roll
+from tauto_core.voyage import sail
+
+S = 1_000_000_000
+G = 9.80665
+
+# -----------------------------------------------------------------------------
+# A hull: what shakes the clock, by the plane in which its thread can lean.
+
+HULL = """
+duration: 7200.0
+gravity: 9.80665
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: involute, base_radius: 0.010}}
+  thread: {{kind: vertical}}
+  power: {{kind: weight, mass: 0.16, massless: true}}
+  release_angle: 1.0
+  plane: {plane}
+ship:
+  kind: sea
+  sea: {{spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}}
+  roll: {{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
+  hull: {{shape: sloop, length: 34.0}}
+  clock: {{forward: 5.0, port: 0.0}}
+  heading: {heading}
+  height: 1.0
+  rate: 10.0
+drift: {{covariates: [heave], coefficients: {{heave: {{value: 1.0, sigma: 0.05}}}}}}
+log: {{interval: 60.0}}
+"""
+
+
+def parts_of(imu, plane, end):
+    """Mean of the static formula's parts: up and down, and sideways, by rotation matrices."""
+    ship = Rotation.from_quat(imu.orientation)
+    yaw = Rotation.from_euler('z', ship.as_euler('ZYX')[:, :1])
+    level = (yaw.inv() * ship).apply(imu.linear_acceleration)[:end]
+    aside = level[:, 1] ** 2
+    if plane != 'vertical':
+        aside = aside + level[:, 0] ** 2
+    if plane == 'ship':
+        aside = aside - imu.linear_acceleration[:end, 0] ** 2
+    return -np.var(level[:, 2]) / (8.0 * G * G), np.mean(aside) / (4.0 * G * G)
+
+
+@pytest.mark.parametrize('plane', ['free', 'vertical', 'ship'])
+@pytest.mark.parametrize('heading', [math.pi, 0.5 * math.pi], ids=['head', 'beam'])
+def test_a_hull_changes_the_rate_by_what_the_regressor_says(heading, plane):
+    """Of a weight on a linear wheel; waves of 2 s and more are not quite slow beside its second.
+
+    Up and down the correction is (Ω/2ω)², 1 to 3 %, so 3 % of both parts: these may cancel.
+    """
+    scene = parse_scene(HULL.format(heading=heading, plane=plane), 'test')
+    motion = ShipMotion(scene)
+    imu = motion.produce(motion.total)
+    found = Regressors(scene, live=False)
+    found.feed({SHIP_IMU: imu})
+    ends = scene.starts_at_ns + np.array([0, scene.duration_ns])
+    (mean,) = np.diff(found.at(ends)[:, 0]) / scene.duration
+    lifted, shaken = parts_of(imu, plane, scene.samples)
+    # the running mean costs 1/(300 s Ω)² of the heave, its start a little more
+    assert mean == pytest.approx(lifted + shaken, abs=3e-4 * (shaken - lifted))
+    rate = sail(scene).clock_error_s[-1] / scene.duration
+    assert rate == pytest.approx(mean, abs=0.03 * (shaken - lifted))
+
+
+def test_a_thread_that_swings_takes_more_of_the_sway():
+    """By 1/(1 - l Ω²/g)², with the ship's sway at Ω; its damping costs (2 ζ Ω/ω)² of that."""
+    period_s, length = 8.0, 1.0
+    machine = 'thread: {{kind: hanging, length: 1.0}}\n  power: {{kind: weight, mass: 0.3}}'
+    hanging = HULL.replace('thread: {{kind: vertical}}', machine).replace(
+        '  power: {{kind: weight, mass: 0.16, massless: true}}\n', ''
+    )
+    plain = parse_scene(HULL.format(heading=0.0, plane='vertical'), 'test')
+    swings = parse_scene(hanging.format(heading=0.0, plane='vertical'), 'test')
+    n = 20 * 1000
+    stamps, none = 50_000_000 * np.arange(n), np.zeros(n)
+    omega = math.tau / period_s
+    sway = 0.5 * np.sin(omega * 0.05 * np.arange(n))
+    grown = []
+    for scene in (plain, swings):
+        source = Regressors(scene, live=False)
+        source.feed({SHIP_IMU: imu_from_roll(stamps, none, none, sway, none + G)})
+        (row,) = np.diff(source.at(np.array([200 * S, 1000 * S]))[:, 0])
+        grown.append(row)
+    assert grown[0] == pytest.approx(800.0 * 0.125 / (4.0 * G * G), rel=1e-6)
+    factor = (1.0 - length * omega**2 / G) ** -2
+    assert factor > 1.13
+    assert grown[1] / grown[0] == pytest.approx(factor, rel=2e-3)
+
+
+# -----------------------------------------------------------------------------
+# Gravity by the latitude.
+
+SOUTH = """
+duration: {days}
+trochlea:
+  inertia: 4.0e-4
+  cam: {{kind: involute, base_radius: 0.005}}
+  thread: {{kind: vertical}}
+  power: {{kind: weight, mass: 0.322{power}}}
+  release_angle: 1.0
+{more}
+ship: {{kind: still}}
+voyage:
+  departure: [50.8, -1.1]
+  arrival: [17.9, -40.0]
+  sails_at: 86400.0
+  arrives_at: 604800.0
+drift: {{covariates: [gravity]{drift}}}
+log: {{interval: 60.0}}
+"""
+MASSLESS = {
+    'sails': DAY_S,
+    'days': 8 * DAY_S,
+    'power': ', massless: true',
+    'more': '',
+    'drift': '',
+}
+STATED = ', coefficients: {gravity: {value: 1.0, sigma: 0.01}}'
+DRIVEN = 'drag: {viscous: 1.25e-5}\nescapement: {kind: impulse, energy: 1.23052e-4, angle: 0.0}'
+
+
+def south(**changes):
+    return parse_scene(SOUTH.format(**MASSLESS | changes), 'test')
+
+
+def test_the_latitude_explains_what_a_weight_loses_on_the_way_to_jamaica():
+    scene = south(drift=STATED)
+    voyage = sail(scene)
+    estimate = voyage.samples[ESTIMATE]
+    assert estimate.name == estimate_names(('gravity',))
+    grown = estimate.position[:, estimate.name.index('gravity_integral_s')]
+    arrived = np.searchsorted(voyage.time_s, 604_860.0)
+    days = (voyage.time_s[-1] - voyage.time_s[arrived]) / DAY_S
+    lost, said = ((each[-1] - each[arrived]) / days for each in (voyage.clock_error_s, grown))
+    assert lost == pytest.approx(-115.5, abs=0.05)
+    # the regressor is linear: of √(1 - 0.0027) - 1 it lacks (0.0027)²/8, 0.08 s/day
+    assert said - lost == pytest.approx(0.08, abs=0.01)
+    # on the way too, with Eötvös' term
+    assert np.abs(voyage.clock_error_s - grown).max() < 0.09 * 7.0
+    assert voyage.result.get('warnings') is None
+
+
+@pytest.mark.parametrize('more', ['', DRIVEN], ids=['free', 'driven'])
+def test_the_prior_is_that_of_the_machine_as_it_stands(more):
+    """Its steady swing at other gravities, by quadrature; a free wheel keeps its action instead.
+
+    On the involute a weight of mass is slower the wider it swings. Where drag or action make the
+    swing wider as gravity falls, k is 1.005 of the rate at that amplitude (physics, G3).
+    """
+    scene = south(power='', more=more)
+    swing = steady_swing(compile_machine(scene))
+    scene = scene.model_copy(
+        update={'clock': scene.clock.model_copy(update={'nominal_period': swing.period})}
+    )
+    (found,) = runs(scene)
+    assert found.name == 'gravity'
+    for step, k in found.at.items():
+        heavier = {'voyage': None, 'gravity': scene.g * (1.0 + step)}
+        period = steady_swing(compile_machine(scene.model_copy(update=heavier))).period
+        wanted = (swing.period / period - 1.0) / (0.5 * step)
+        if not more:  # at equal action A² goes as 1/ω, and the rate as 1 - A²/200
+            wanted += 0.005
+        assert k == pytest.approx(wanted, abs=5e-4)
+    assert found.coefficient.value == pytest.approx(1.005, abs=5e-4)
+    assert 0.01 < found.coefficient.sigma < 0.011
+
+
+def test_a_force_feels_no_gravity():
+    hole = 'cam: {{kind: hole, lever_rate: 0.005}}\n  thread: {{kind: hole, distance: 0.08}}'
+    force = SOUTH.replace('cam: {{kind: involute, base_radius: 0.005}}', hole)
+    force = force.replace('  thread: {{kind: vertical}}\n', '').replace(
+        '{{kind: weight, mass: 0.322{power}}}', '{{kind: force, force: 3.0}}'
+    )
+    (found,) = runs(parse_scene(force.format(**MASSLESS), 'test'))
+    assert list(found.at.values()) == pytest.approx([0.0, 0.0], abs=1e-9)
+
+
+def test_gravity_between_fixes_is_that_of_place_and_way():
+    latitude, longitude = np.array([10.0, 10.01, 10.02]), np.array([179.98, 179.99, -179.99])
+    gravity, lifted = gravity_between(np.array([300.0, 600.0]), latitude, longitude)
+    np.testing.assert_allclose(gravity, normal_gravity(np.radians(latitude)), rtol=1e-15)
+    # metres of a minute of arc on the ellipsoid at 10°: 1,843.2 along the meridian (Bowditch)
+    north = 0.6 * 1843.2 / np.array([300.0, 600.0])
+    east = np.array([0.01, 0.02]) * np.pi / 180.0 * 6_378_137.0 * np.cos(np.radians(10.01))
+    east /= np.array([300.0, 600.0])
+    wanted = eotvos(np.radians([10.005, 10.015]), east, north)
+    np.testing.assert_allclose(lifted, wanted, rtol=2e-3)
+
+
+def topics():
+    scene = south(days=2 * DAY_S, drift=STATED)
+    samples = sail(scene).samples
+    return scene, {topic: samples[topic] for topic in (READING, OBSERVATION, SHIP_FIX)}
+
+
+SCENE, TOPICS = topics()
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.integers(0, 2881), max_size=6), st.booleans(), st.integers(0, 6))
+def test_batches_and_resuming_do_not_change_the_integral(cuts, live, resumed):
+    fixes = TOPICS[SHIP_FIX]
+    stamps = fixes.stamp_ns[:-1:3] + 7 * S
+    whole = regressors(SCENE, live=live)
+    whole.feed({SHIP_FIX: fixes})
+    pieces = regressors(SCENE, live=live)
+    said: list[FloatArray] = []
+    edges = [0, *sorted(cuts), len(fixes.stamp_ns)]
+    for k, (a, b) in enumerate(pairwise(edges)):
+        pieces.feed({SHIP_FIX: take(fixes, slice(a, b))})
+        reached = np.searchsorted(stamps, pieces.reached_ns, 'right') - sum(map(len, said))
+        begin = sum(map(len, said))
+        said.append(pieces.at(stamps[begin : begin + max(reached, 0)]))
+        if k == resumed:
+            other = regressors(SCENE, live=live)
+            other.restore(pieces.state())
+            pieces = other
+    np.testing.assert_array_equal(np.concatenate(said), whole.at(stamps))
+    assert not any(pieces.health().values())
+
+
+def last(stage, feeds):
+    said = [batches for feed in feeds if (batches := stage.feed(feed))]
+    said += [batches] if (batches := stage.finish()) else []
+    return said[-1][ESTIMATE]
+
+
+def test_the_stage_says_the_same_whatever_comes_first_and_when_replayed():
+    whole = last(DriftStage(SCENE), [TOPICS])
+    late = last(DriftStage(SCENE), [{topic: TOPICS[topic]} for topic in TOPICS])
+    np.testing.assert_array_equal(whole.position[-1], late.position[-1])
+    recorded = RecordedIntegrals(whole, ('gravity',))
+    again = DriftStage(SCENE, expect_schedule=False, motion=recorded)
+    assert again.inputs == (READING, OBSERVATION)
+    told = last(again, [{topic: TOPICS[topic] for topic in again.inputs}])
+    np.testing.assert_array_equal(told.position, whole.position)
+
+
+def test_a_place_that_never_comes_leaves_the_prior_and_is_said():
+    live = DriftStage(SCENE, expect_schedule=False)
+    assert SHIP_FIX in live.inputs
+    assert live.notices == []
+    estimate = last(live, [{topic: TOPICS[topic] for topic in (OBSERVATION, READING)}])
+    assert len(estimate.stamp_ns)
+    named = dict(zip(estimate.name, estimate.position[-1].tolist(), strict=True))
+    assert (named['gravity_coefficient'], named['gravity_coefficient_sigma']) == (1.0, 0.01)
+    assert named['gravity_integral_s'] == 0.0
+    (notice,) = live.notices
+    assert 'Publish sensor_msgs/NavSatFix on ship/fix, or leave gravity out' in notice
+    assert drift_warnings(live.health(), SCENE) == [notice]
+    # when it comes, the notice goes
+    live.feed({SHIP_FIX: TOPICS[SHIP_FIX]})
+    more = take(TOPICS[READING], slice(-1, None))
+    more.stamp_ns[:] += 60 * S
+    live.feed({READING: more})
+    live.finish()
+    assert live.notices == []
+
+
+def test_bad_fixes_are_left_out_and_time_may_begin_again():
+    fixes = TOPICS[SHIP_FIX]
+    nowhere = fix_samples(
+        fixes.stamp_ns, fixes.latitude + 0.0, fixes.longitude, np.ones((len(fixes.stamp_ns), 3))
+    )
+    nowhere.latitude[5], nowhere.status[7] = math.nan, -1
+    source, whole = (regressors(SCENE, live=True) for _ in range(2))
+    source.feed({SHIP_FIX: nowhere})
+    whole.feed({SHIP_FIX: fixes})
+    assert source.health() == {'latitude_refused': 2, 'latitude_unknown': 0}
+    end = fixes.stamp_ns[-1:]
+    reached = source.at(end)
+    np.testing.assert_allclose(reached, whole.at(end), rtol=1e-9)
+    source.feed({SHIP_FIX: take(fixes, slice(0, 100))})
+    again = source.at(fixes.stamp_ns[[0, 99]])
+    np.testing.assert_array_equal(again[0], reached[0])
+
+
+def test_gravity_that_is_a_number_is_no_covariate():
+    with pytest.raises(SceneError, match='names gravity, which is') as caught:
+        parse_scene(SOUTH.format(**MASSLESS) + 'gravity: 9.8\n', 'test')
+    assert caught.value.key == 'drift.covariates'
