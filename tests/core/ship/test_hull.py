@@ -20,7 +20,7 @@ from tauto_core.ship.hull import (
     rate_by_place,
 )
 from tauto_core.ship.sea import bretschneider, roll_answer
-from tauto_core.ship.sections import Roll
+from tauto_core.ship.sections import Roll, cutoff_for
 from tauto_core.ship.waves import Encounter, Harmonics
 
 HEADINGS = (0.0, 0.4, 0.5 * math.pi, 2.2, math.pi, -1.0, 5.5)
@@ -200,6 +200,36 @@ def test_the_rate_does_not_depend_on_where_the_sea_is_cut(any_ship):
         assert more.heave == pytest.approx(less.heave, rel=0.01)
         assert more.athwart == pytest.approx(less.athwart, rel=0.01, abs=1e-9)
         assert more.fore_and_aft == pytest.approx(less.fore_and_aft, rel=0.01, abs=1e-9)
+
+
+SEAS = [(5.0, 1.0), (9.0, 2.5), (12.0, 4.0)]
+
+
+@pytest.mark.parametrize(('period', 'height'), SEAS)
+@pytest.mark.parametrize('degrees', [0, 45, 90, 110, 135, 180])
+def test_the_default_cutoff_doubled_changes_no_rate(any_ship, degrees, period, height):
+    """1 % of the rate in each plane of the thread, or 0.2 % of its parts where they cancel.
+
+    As the components of a sea have it: their energy is that of the whole sea.
+    """
+    length = any_ship.coefficients.length
+    places = [ClockPlace(), ClockPlace(0.27 * length, 0.0, 0.07 * length)]
+    most, rates = cutoff_for(length, period), []
+    for cut in (most, 2.0 * most):
+        omega = math.tau / period * np.geomspace(0.5, cut, 4000)
+        found = rate_by_place(
+            *(any_ship, lambda at: bretschneider(at, height, period)),
+            headings=[math.radians(degrees)],
+            places=places,
+            omega=omega,
+        )
+        energy = float(np.trapezoid(bretschneider(omega, height, period), omega))
+        rates.append([(each, height**2 / 16.0 / energy) for each in found])
+    for (less, scale), (more, rescale) in zip(*rates, strict=True):
+        parts = abs(more.heave) + more.athwart + more.fore_and_aft
+        for plane in ('kept_vertical', 'leaning_freely', 'pitching'):
+            rate = rescale * getattr(more, plane)
+            assert scale * getattr(less, plane) == pytest.approx(rate, rel=0.01, abs=2e-3 * parts)
 
 
 # -----------------------------------------------------------------------------

@@ -156,6 +156,27 @@ def test_the_scene_of_a_bag_contains_the_file_of_the_hull(scene: Any, tmp_path: 
     np.testing.assert_array_equal(ours.linear_acceleration, theirs.linear_acceleration)
 
 
+def test_a_hull_puts_the_end_of_the_sea_where_she_no_longer_moves(scene: Any) -> None:
+    """Waves of a tenth of her 44 m; a given cutoff stands, and the scene of a bag has the same."""
+    ready = scene()
+    shortest = 2.0 * math.pi * G / (ready.ship.sea.cutoff * 2.0 * math.pi / 9.0) ** 2
+    assert shortest == pytest.approx(4.4, rel=1e-12)
+    assert parse_scene(scene_yaml(ready), 'a bag') == ready
+    assert scene(**{'ship.sea.cutoff': 4.0}).ship.sea.cutoff == 4.0
+    state = {'at': 0.0, 'significant_wave_height': 1.0, 'peak_period': 9.0}
+    weather = {'kind': 'states', 'states': [state]}
+    changing = scene(('sea:',), **{'ship.weather': weather})
+    again = parse_scene(scene_yaml(changing), 'a bag')
+    for each in (changing, again):
+        [found] = each.ship.states(each)
+        assert found.sea.cutoff == ready.ship.sea.cutoff
+    cork = scene(
+        ('sea:', 'hull:', 'clock:'),
+        **{'ship.weather': weather, 'ship.roll.slope_coefficient': 0.7},
+    )
+    assert cork.ship.weather.cutoff == 4.0
+
+
 @pytest.mark.parametrize(
     ('changes', 'key', 'said'),
     [
@@ -163,6 +184,24 @@ def test_the_scene_of_a_bag_contains_the_file_of_the_hull(scene: Any, tmp_path: 
         ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', '400'),
         ({'ship.hull': {'length': 30.0}}, 'ship.hull', 'neither a shape nor a path'),
         ({'ship.hull': {'path': 'none.npz'}}, 'ship.hull.path', 'no such file'),
+        ({'ship.hull': {'shape': 'deptford', 'k_yy': 30.0}}, 'ship.hull.k_yy', r'\[4\.4, 26'),
+        (
+            {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 30.0}},
+            'ship.hull.centre_of_gravity',
+            r'must lie in \[-11\.3, 12\.6\] m',
+        ),
+        (
+            {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 0.8}},
+            'ship.hull.centre_of_gravity',
+            'below the metacentre, 0.699 m .* capsizes',
+        ),
+        ({'ship.hull': {'shape': 'deptford', 'beam': 12.0}}, 'ship.hull.beam', 'not a key'),
+        ({'ship.clock': {'forward': math.nan}}, 'ship.clock.forward', 'finite'),
+        (
+            {'ship.rao': {'path': 'shipped:supply_rao/supply_six.csv'}},
+            'ship.rao',
+            'does not go with ship.roll',
+        ),
         ({'ship.clock': {'forward': 30.0}}, 'ship.clock.forward', 'outside the hull'),
         ({'ship.clock': {'port': 9.0}}, 'ship.clock.port', 'outside the hull'),
         ({'ship.height': -9.0}, 'ship.height', 'outside the hull'),
@@ -186,6 +225,53 @@ def test_refused(scene: Any, changes: dict[str, Any], key: str, said: str) -> No
     with pytest.raises(SceneError, match=said) as caught:
         ShipMotion(scene(**changes))
     assert caught.value.key == key
+
+
+def test_a_hull_with_an_operator_and_without_a_roll_is_refused(scene: Any) -> None:
+    with pytest.raises(SceneError, match=r'does not go with ship\.rao: the motions') as caught:
+        scene(('roll:',), **{'ship.rao': {'path': 'shipped:supply_rao/supply_six.csv'}})
+    assert caught.value.key == 'ship.hull'
+
+
+def test_a_damaged_file_of_a_hull_or_one_of_something_else_is_refused(
+    scene: Any, tmp_path: Path
+) -> None:
+    file = tmp_path / 'mine.npz'
+    named_hull('sloop').save(file)
+    whole = file.read_bytes()
+    other = tmp_path / 'other.npz'
+    np.savez(other, heading=np.zeros(3))
+    deep = dict(np.load(file))
+    deep['sizes'] = deep['sizes'].copy()
+    deep['sizes'][2] = 9.0  # deeper than her beam of 8.15 m
+    np.savez(tmp_path / 'deep.npz', **deep)
+    for content, said in (
+        (whole[: len(whole) // 2], 'it is no .npz file, or damaged'),
+        (b'a,b\n1,2\n', 'it is no .npz file'),
+        (other.read_bytes(), 'holds no format'),
+        ((tmp_path / 'deep.npz').read_bytes(), 'deeper than wide|block coefficient'),
+    ):
+        file.write_bytes(content)
+        with pytest.raises(SceneError, match=said):
+            scene(**{'ship.hull': {'path': str(file)}})
+
+
+def test_heave_beside_a_hull_is_legal_and_changes_nothing(scene: Any) -> None:
+    plain, asked = (
+        ShipMotion(scene(**{'ship.heave': heave})).produce(50) for heave in (False, True)
+    )
+    np.testing.assert_array_equal(plain.linear_acceleration, asked.linear_acceleration)
+
+
+def test_a_leg_on_which_she_sails_too_fast_is_named(scene: Any) -> None:
+    voyage = {'departure': [0.0, 0.0], 'arrival': [0.0, 5.0], 'sails_at': 0.0, 'speed': 9.0}
+    states = [{'at': 60.0, 'significant_wave_height': 1.0, 'peak_period': 9.0}]
+    weather = {'kind': 'states', 'follow_route': True, 'states': states}
+    keys = {'ship.weather': weather, 'voyage': voyage, 'duration': 86_400.0}
+    with pytest.raises(SceneError, match=r'leg from voyage\.departure to voyage\.arr') as caught:
+        ShipMotion(scene(('sea:',), **keys))
+    assert caught.value.key == 'ship.weather.states[0]'
+    assert 'Froude number of 0.25' in str(caught.value)
 
 
 def test_the_answer_says_that_a_ship_without_a_hull_is_a_cork(scene: Any) -> None:

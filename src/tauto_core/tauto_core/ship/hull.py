@@ -582,12 +582,11 @@ class Hull:
         hull = self.coefficients
         unit = hull.length
         volume = hull.volume / unit**3
-        metacentre = hull.second_moments[0] / hull.volume + hull.buoyancy[1]
         a44, a24, a22 = (a / volume for a in self._rolled_mass())
         c = self._roll_rate**2
         # c a22 z^2 + (1 + 2 c a24) z + c (k_xx^2 + a44) - metacentre = 0, in units of length
         middle = 1.0 + 2.0 * c * a24
-        last = c * ((self._k_xx / unit) ** 2 + a44) - metacentre / unit
+        last = c * ((self._k_xx / unit) ** 2 + a44) - self.metacentre / unit
         root = middle**2 - 4.0 * c * a22 * last
         if root < 0.0 or middle <= 0.0:
             raise HullError(
@@ -598,6 +597,12 @@ class Hull:
                 f'{3.1 * math.sqrt(hull.beam):.2g} s.',
             )
         return -2.0 * last / (middle + math.sqrt(root)) * unit
+
+    @property
+    def metacentre(self) -> float:
+        """Height of the metacentre over the waterline [m], BM_T + z_B."""
+        hull = self.coefficients
+        return hull.second_moments[0] / hull.volume + hull.buoyancy[1]
 
     @property
     def gm(self) -> float:

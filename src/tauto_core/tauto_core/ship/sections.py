@@ -13,6 +13,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_seriali
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, OneLine, Positive, Section
+from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motion_kind import sampled
 from tauto_core.wording import counted
 
@@ -41,7 +42,22 @@ CUTOFF = 4.0
 """Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
 energy, but not of its accelerations, which have no limit without a hull (theory G7)."""
 Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=1.5, le=32.0)]
-CUTOFF_MEANS = 'highest frequency of the components over that of the peak, 1.5 to 32'
+MOST_CUTOFF = 8.0
+CUTOFF_MEANS = (
+    'highest frequency of the components over that of the peak, 1.5 to 32; when left out 4, and '
+    'with a hull that of waves a tenth as long as she, within 4 to 8'
+)
+
+
+def cutoff_for(length: float | None, peak_period: float) -> float:
+    """Return the cutoff of a sea: for a hull that of waves of a tenth of her length [m].
+
+    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (theory G7).
+    """
+    if length is None:
+        return CUTOFF
+    highest = math.sqrt(20.0 * math.pi * STANDARD_GRAVITY / length)
+    return min(max(highest * peak_period / math.tau, CUTOFF), MOST_CUTOFF)
 
 
 class Sea(Section):
@@ -134,7 +150,8 @@ class HullWeights(Section):
     centre_of_gravity: Number | None = Field(
         default=None,
         description="height of the ship's centre of gravity over the waterline [m]; when left out "
-        'that which gives her roll its period',
+        'that which gives her roll its period. One that is given counts in her inertia and pitch; '
+        'what rights her in roll stays that of the period',
     )
 
 

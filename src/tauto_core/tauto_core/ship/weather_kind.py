@@ -16,7 +16,7 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, Kind
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.motion_kind import Surroundings
-from tauto_core.ship.sections import CUTOFF, CUTOFF_MEANS, ComponentCount, Cutoff, Sea
+from tauto_core.ship.sections import CUTOFF_MEANS, ComponentCount, Cutoff, Sea, cutoff_for
 from tauto_core.ship.waves import Fades, Harmonics
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class WeatherKind(Kind):
     components: ComponentCount = Field(
         default=64, description='number of components of each sea, 1 to 4096'
     )
-    cutoff: Cutoff = Field(default=CUTOFF, description=CUTOFF_MEANS)
+    cutoff: Cutoff | None = Field(default=None, description=CUTOFF_MEANS)
     follow_route: Flag = Field(
         default=False,
         description='true: the speed is that of the voyage, and where the direction of the waves '
@@ -121,12 +121,14 @@ class WeatherSetting:
         weather: the weather.
         heading: default heading of the waves [rad].
         speed: default speed of the ship [m/s].
+        length: of her hull [m]; None: she has none.
     """
 
     scene: Surroundings
     weather: WeatherKind
     heading: float
     speed: float
+    length: float | None = None
 
     @cached_property
     def passage(self) -> Passage | None:
@@ -208,7 +210,7 @@ class WeatherSetting:
             significant_wave_height=height,
             peak_period=period,
             components=weather.components,
-            cutoff=weather.cutoff,
+            cutoff=weather.cutoff or cutoff_for(self.length, period),
             **({'gamma': weather.gamma} if shape == 'jonswap' else {}),
         )
         if weather.follow_route:

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, Strict, field_validator
+from pydantic import Field, Strict, field_validator, model_validator
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
@@ -21,6 +21,7 @@ from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstS
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.sea import band_hz, elevation, height_and_period, roll_answer
 from tauto_core.ship.sections import (
+    CUTOFF,
     MOTIONS,
     ClockSection,
     Heading,
@@ -29,6 +30,7 @@ from tauto_core.ship.sections import (
     Roll,
     Sea,
     SpectrumTable,
+    cutoff_for,
 )
 from tauto_core.ship.six_motions import SixMotions, at_clock, hull_answer
 from tauto_core.ship.waves import Encounter, Harmonics
@@ -44,7 +46,7 @@ from tauto_core.ship.weather_kind import (
 )
 
 if TYPE_CHECKING:
-    from tauto_core.ship.hull import ClockPlace, Hull, HullError
+    from tauto_core.ship.hull import ClockPlace, Hull, HullCoefficients, HullError
 
 MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which
@@ -132,6 +134,27 @@ class SeaShip(ShipKind):
     def _shape_alone(cls, given: Any) -> Any:
         return {'shape': given} if isinstance(given, str) else given
 
+    @model_validator(mode='after')
+    def _cut_where_the_hull_is_still(self) -> Self:
+        # written out, so that the scene of a bag has it; models are frozen once they are made
+        if isinstance(self.sea, Sea) and 'cutoff' not in self.sea.model_fields_set and self.hull:
+            cutoff = cutoff_for(self._length, self.sea.peak_period)
+            object.__setattr__(self, 'sea', self.sea.model_copy(update={'cutoff': cutoff}))
+        if self.weather is not None and self.weather.cutoff is None and self.hull is None:
+            weather = self.weather.model_copy(update={'cutoff': CUTOFF})
+            object.__setattr__(self, 'weather', weather)
+        return self
+
+    @property
+    def _length(self) -> float | None:
+        """Length of the hull [m]; None where there is none, or none that can sail."""
+        from tauto_core.ship.hull import HullError
+
+        try:
+            return None if self.hull is None else _coefficients(self.hull).length
+        except HullError:
+            return None  # refused, by key, when she is to sail
+
     @property
     def relative_heading(self) -> float:
         """Direction in which the waves run, from the bow to port [rad]: of `rao` or `heading`."""
@@ -176,7 +199,9 @@ class SeaShip(ShipKind):
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
         """Return the states of the weather; a `SceneError` where it does not go with the scene."""
         assert self.weather is not None
-        setting = WeatherSetting(scene, self.weather, self.relative_heading, self.speed)
+        setting = WeatherSetting(
+            scene, self.weather, self.relative_heading, self.speed, self._length
+        )
         return checked(self.weather.resolved(setting), scene)
 
     def in_state(self, state: WeatherState) -> Self:
@@ -351,17 +376,22 @@ class SeaShip(ShipKind):
 
 
 @lru_cache(maxsize=16)
-def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
-    from tauto_core.ship.hull import Hull, hull_of_file, named_hull
+def _coefficients(keys: HullSection) -> HullCoefficients:
+    from tauto_core.ship.hull import hull_of_file, named_hull
 
     if keys.shape is not None:
-        coefficients = named_hull(keys.shape)
+        found = named_hull(keys.shape)
     else:
-        coefficients = hull_of_file(b64decode(keys.table or ''), 'ship.hull.table')
-    if keys.length is not None:
-        coefficients = coefficients.scaled(keys.length)
-    return Hull(
-        coefficients,
+        found = hull_of_file(b64decode(keys.table or ''), 'ship.hull.table')
+    return found if keys.length is None else found.scaled(keys.length)
+
+
+@lru_cache(maxsize=16)
+def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
+    from tauto_core.ship.hull import Hull, HullError
+
+    made = Hull(
+        _coefficients(keys),
         roll_period=roll.natural_period,
         roll_damping_ratio=roll.damping_ratio,
         gravity=gravity,
@@ -370,6 +400,16 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
         k_zz=keys.k_zz,
         centre_of_gravity=keys.centre_of_gravity,
     )
+    # C44 is that of the period, so that a hull taken by itself moves with any; no ship floats so
+    if keys.centre_of_gravity is not None and keys.centre_of_gravity >= made.metacentre:
+        raise HullError(
+            'centre_of_gravity',
+            keys.centre_of_gravity,
+            f'must be below the metacentre, {made.metacentre:.3g} m over the waterline: her '
+            'metacentric height is negative, and she capsizes',
+            'Leave it out: it is then that which gives her roll its period.',
+        )
+    return made
 
 
 def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
