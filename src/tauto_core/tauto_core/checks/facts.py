@@ -220,6 +220,7 @@ def _uneven(machine: Machine) -> str:
         "the weight's inertia": machine.carried_mass > 0.0,
         "the spring's stiffness": machine.stiffness > 0.0,
         'the lever arm of the cam': machine.cam.linear_rate is None,
+        'the imbalance of the wheel': machine.imbalance is not None,
     }
     return _and([name for name, present in parts.items() if present])
 
@@ -231,6 +232,8 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
     found = {
         'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
         f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
+        'the imbalance of the wheel makes a well that is not harmonic': not shakers
+        and machine.imbalance is not None,
         'viscous drag stops the wheel before it swings': overdamped and not uneven,
         'quadratic drag is not linear': drag.quadratic > 0.0,
         f'drag of kind {drag.kind} is not linear': drag.law(machine.inertia) is not None,

@@ -89,6 +89,7 @@ _SIZES = tuple(
         ('trochlea.thread.weight_arm', 2e-3, 5.0, 'm', _LENGTH),
         ('trochlea.thread.length', 5e-3, 20.0, 'm', _LENGTH),
         ('trochlea.thread.inertia', 0.0, 10.0, 'kg m2', _INERTIA),
+        ('trochlea.imbalance.moment', 1e-12, 0.1, 'kg m', ()),
         ('trochlea.power.mass', 1e-4, 50.0, 'kg', _MASS),
         ('trochlea.power.force', 1e-4, 500.0, 'N', _FORCE),
         ('trochlea.power.stiffness', 0.0, 1e4, 'N/m', (('mN/m', 1e-3),)),

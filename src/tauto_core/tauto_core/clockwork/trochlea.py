@@ -88,6 +88,7 @@ class TrochleaStage:
             stride=samples_a_piece(scene, steps_in(self._propagator)),
             smooth=anchor == 'scene' and scene.ship.is_computed,
             by_samples=self._propagator.name == 'forced_harmonic',
+            unbalanced=getattr(self._machine, 'imbalance', None) is not None,
         )
         self._suspension: Suspension | None = None
         if scene.suspension is not None:

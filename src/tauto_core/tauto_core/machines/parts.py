@@ -253,6 +253,21 @@ class PowerKind(Kind):
         return ()
 
 
+class Imbalance(NamedTuple):
+    """A wheel whose centre of mass is beside its axle.
+
+    Its torque is −m d g_eff sin(ψ − β + φ₀), ψ the wheel's absolute angle and β the direction of
+    the apparent vertical (A.6 in machine_at_sea.md).
+
+    Attributes:
+        moment: m d, mass of the wheel times the distance [kg m].
+        direction: φ₀, direction of the centre of mass from straight down, at rest [rad].
+    """
+
+    moment: float
+    direction: float
+
+
 # -----------------------------------------------------------------------------
 # The attributes that every regulator has, whatever its construction.
 

@@ -15,7 +15,7 @@ from pydantic import Field
 from tauto_core.curves.cam import CAMS, Cam, CamKind
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.machines.drags import Drag
-from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, PowerKind
+from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, Imbalance, PowerKind
 from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
 from tauto_core.scene.sections import (
@@ -37,8 +37,26 @@ def cam_kinds() -> tuple[type[CamKind], ...]:
     return cast(tuple[type[CamKind], ...], kinds_in(CAMS))
 
 
+class Unbalanced(Section):
+    """The imbalance of the wheel: its centre of mass is beside its axle (Euler 1727, III)."""
+
+    moment: Positive = Field(
+        description='mass of the wheel times the distance of its centre from the axle [kg m]'
+    )
+    direction: Number = Field(
+        default=0.0,
+        description='direction of the centre of mass from straight down, with the wheel at 0 '
+        '[rad], positive as the angle of the wheel',
+    )
+
+    @property
+    def as_numbers(self) -> Imbalance:
+        """The same as numbers."""
+        return Imbalance(self.moment, self.direction)
+
+
 class Trochlea(Section):
-    """The regulator: a balanced wheel with a cam on which a thread winds, pulled by the power."""
+    """The regulator: a wheel with a cam on which a thread winds, pulled by the power."""
 
     inertia: Positive = Field(description="the wheel's moment of inertia about its axle [kg m2]")
     cam: Annotated[CamKind, KindIn(CAMS)] = Field(
@@ -62,6 +80,10 @@ class Trochlea(Section):
         'when left out free for a weight on a vertical thread, else ship',
     )
 
+    imbalance: Unbalanced | None = Field(
+        default=None, description='mapping: moment, direction; balanced when left out'
+    )
+
     @property
     def thread_plane(self) -> Literal['free', 'vertical', 'ship']:
         """The plane in which the thread can follow the apparent vertical."""
@@ -78,7 +100,14 @@ class Trochlea(Section):
         if friction:
             drag = (drag or Drag()).with_friction(friction)
         return Parts(
-            self.inertia, self.cam, self.power, self.release_angle, gravity, drag, escapement
+            self.inertia,
+            self.cam,
+            self.power,
+            self.release_angle,
+            gravity,
+            drag,
+            escapement,
+            None if self.imbalance is None else self.imbalance.as_numbers,
         )
 
     def made_cam(self, gravity: float) -> Cam:
@@ -125,6 +154,14 @@ class Trochlea(Section):
         if self.cam.corrects not in ('', self.power.acts_as):
             yield self._not_corrected(gravity)
         yield from self.thread.problems(self.power, drag, escapement)
+        if self.imbalance is not None and self.thread.moves_the_weight:
+            yield Problem(
+                'trochlea.imbalance.moment',
+                self.imbalance.moment,
+                f'does not go with trochlea.thread.kind {self.thread.kind}, whose wheel is '
+                'balanced in its equations',
+                'Leave out trochlea.imbalance, or use thread kind vertical or hole.',
+            )
         if self.plane == 'free' and not self.thread.upright:
             yield Problem(
                 'trochlea.plane',

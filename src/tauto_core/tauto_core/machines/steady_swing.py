@@ -129,6 +129,8 @@ def _driven(
             f'the clock stops: the impulses give {impulses:.6g} J in a swing, and recoil that '
             f'begins before the middle takes {impulses - work:.6g} J'
         )
+    if isinstance(machine, Machine) and machine.imbalance is not None:
+        hindered = 'it is not computed for an unbalanced wheel, whose well is not even'
     if hindered or drag is None:
         return NoSteadySwing(hindered or _GROWS)
     # the loss of a swing of 0 rad has no logarithm

@@ -20,9 +20,9 @@ from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
 from tauto_core.curves.numerics import gauss_sums, integrate
-from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, Regulator
+from tauto_core.machines.parts import DragKind, EscapementKind, Imbalance, PowerKind, Regulator
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import Problem, TautoError
+from tauto_core.scene.errors import CamRangeError, Problem, SceneError, TautoError
 from tauto_core.scene.sections import Kind
 
 
@@ -47,6 +47,7 @@ class Machine:
         drag: torques against the motion in the case, or None.
         escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
+        imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
     """
 
     inertia: float
@@ -60,12 +61,20 @@ class Machine:
     drag: DragKind | None
     escapement: EscapementKind | None
     release_angle: float
+    imbalance: Imbalance | None = None
 
     limited_by: ClassVar[str] = 'the cam, whose range is'
 
     @cached_property
     def frequency(self) -> float:
-        """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s]."""
+        """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s].
+
+        With an imbalance it is √(V″/M) at `rest_angle`.
+        """
+        if self.imbalance is not None:
+            rest, step = self.rest_angle, 1e-4
+            below, above = self._slope(rest + np.array([-step, step])).tolist()
+            return math.sqrt((above - below) / (2.0 * step * float(self.mass(rest))))
         return math.sqrt(self._rest_pull * float(self.cam.lever_rate(0.0)) / self.inertia)
 
     @property
@@ -77,7 +86,10 @@ class Machine:
     def is_harmonic(self) -> bool:
         """Whether the well is exactly harmonic in the arc, as with the power's isochronous cam."""
         stiffness = self.stiffness / self._rest_pull if self.stiffness else 0.0
-        return self.cam.suits == (self.carried_mass / self.inertia, stiffness)
+        return self.imbalance is None and self.cam.suits == (
+            self.carried_mass / self.inertia,
+            stiffness,
+        )
 
     @property
     def is_linear(self) -> bool:
@@ -91,8 +103,8 @@ class Machine:
 
     @property
     def feels_gravity(self) -> bool:
-        """Whether a weight pulls the thread."""
-        return self.pulling_mass > 0.0
+        """Whether a weight pulls the thread, or the wheel is unbalanced."""
+        return self.pulling_mass > 0.0 or self.imbalance is not None
 
     def felt_angle(self, angle: float, tilt: float) -> float:
         """Return ϑ of the wheel at `angle` in its case, for a tilt of the apparent vertical."""
@@ -108,9 +120,31 @@ class Machine:
         return self.force + self.stiffness * np.asarray(lift) + self.pulling_mass * weight
 
     def potential(self, angle: ArrayLike) -> FloatArray:
-        """Return V(ϑ) = P h + κh²/2 + m g h, on land [J]."""
+        """Return V(ϑ) = P h + κh²/2 + m g h, on land, and what an imbalance adds; V(0) = 0 [J]."""
         lift = self.cam.lift(angle)
-        return lift * (self._rest_pull + 0.5 * self.stiffness * lift)
+        thread = lift * (self._rest_pull + 0.5 * self.stiffness * lift)
+        if self.imbalance is None:
+            return thread
+        half, (moment, direction) = 0.5 * np.asarray(angle), self.imbalance
+        # cos φ₀ − cos(ϑ + φ₀)
+        risen = 2.0 * np.sin(half + direction) * np.sin(half)
+        return np.asarray(thread + moment * self.gravity * risen)
+
+    def _slope(self, angle: FloatArray) -> FloatArray:
+        """Return V′(ϑ), with an imbalance [N m]."""
+        moment, direction = self.imbalance or (0.0, 0.0)
+        pull = self.pull(self.cam.lift(angle)) * self.cam.lever_arm(angle)
+        return np.asarray(pull + moment * self.gravity * np.sin(angle + direction))
+
+    @cached_property
+    def rest_angle(self) -> float:
+        """ϑ at which the wheel would rest on land [rad]; 0 if it is balanced."""
+        if self.imbalance is None:
+            return 0.0
+        from scipy.optimize import brentq  # slow to import
+
+        end = min(math.pi, 0.999 * self.cam.range_rad)
+        return float(brentq(lambda angle: float(self._slope(angle)), -end, end, xtol=1e-16))
 
     def lift_of_potential(self, potential: ArrayLike) -> FloatArray:
         """Return the lift h at which V = P h + κh²/2 + m g h, on land [m]."""
@@ -165,6 +199,8 @@ class Machine:
         A does not matter, and 0 gives the limit 2π/ω. CamRangeError: an amplitude beyond the cam;
         SlackThreadError: a swing in which the thread goes slack.
         """
+        if self.imbalance is not None:
+            return self._unbalanced_period(amplitude)
         cam, amplitude = self.cam, abs(amplitude)
         top = float(self.potential(amplitude))
         if top == 0.0:
@@ -191,6 +227,44 @@ class Machine:
         parts = integrate(integrand, edges[:-1], edges[1:])
         return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
 
+    def _unbalanced_period(self, amplitude: float) -> float:
+        """Return the period of a swing from an angle of either sign; the other end may differ.
+
+        T = 2 ∫ √(M/(2(V(A) − V))) dϑ from end to end. That the thread is taut is not looked at.
+        """
+        from scipy.optimize import brentq  # slow to import
+
+        rest, top = self.rest_angle, float(self.potential(amplitude))
+        if abs(amplitude - rest) < 1e-7:
+            return self.small_period
+        edge = math.copysign(self.cam.range_rad, rest - amplitude)
+        far = rest - (amplitude - rest)
+        while self.potential(np.clip(far, -abs(edge), abs(edge))) < top:
+            if abs(far) > abs(edge):
+                raise CamRangeError(
+                    f'a swing from {amplitude!r} rad goes beyond the cam on the other side, at '
+                    f'{edge:.6g} rad: the wheel is unbalanced. Use a smaller amplitude'
+                )
+            far += 0.5 * (far - rest)
+        far = brentq(lambda angle: float(self.potential(angle)) - top, rest, far, xtol=1e-15)
+        middle, half = 0.5 * (amplitude + far), 0.5 * (amplitude - far)
+
+        def integrand(w: FloatArray) -> FloatArray:
+            angle = middle + half * np.cos(w)
+            left = top - self.potential(angle)
+            # near its ends counted from there, without cancellation
+            sides = (amplitude, -(np.sin(0.5 * w) ** 2)), (far, np.cos(0.5 * w) ** 2)
+            for end, share in sides:
+                near = np.abs(share) < 0.05
+                way = 2.0 * half * share[near]
+                left[near] = -gauss_sums(self._slope, np.full(way.shape, end), way)
+            return np.sqrt(0.5 * self.mass(angle) / left) * abs(half) * np.sin(w)
+
+        joints = np.concatenate([-self.cam.joints, [0.0] * self.cam.kinked, self.cam.joints])
+        inner = (joints - middle) / half
+        edges = np.sort(np.arccos(np.array([1.0, *inner[np.abs(inner) < 1.0], 0.0, -1.0])))
+        return 2.0 * float(np.sum(integrate(integrand, edges[:-1], edges[1:])))
+
     def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land, for any u in (0, π/2].
 
@@ -204,6 +278,17 @@ class Machine:
     def angle_of_potential(self, potential: float) -> float:
         """Return ϑ ≥ 0 at which V is `potential` [J], at most the cam's range."""
         edge = self.cam.range_rad
+        if self.imbalance is not None:
+            from scipy.optimize import brentq  # slow to import
+
+            high, rest = min(edge, 1.0), max(self.rest_angle, 0.0)
+            while high < edge and self.potential(high) < potential:
+                high = min(2.0 * high, edge)
+            if self.potential(high) <= potential:
+                return high
+            return float(
+                brentq(lambda angle: float(self.potential(angle)) - potential, rest, high)
+            )
         if math.isfinite(edge):
             potential = min(potential, float(self.potential(edge)))
         return float(self.cam.angle_of_lift(self.lift_of_potential(potential)))
@@ -256,6 +341,7 @@ class Parts(NamedTuple):
         gravity: g [m/s2].
         drag: torques against the motion in the case, including the friction of resting teeth.
         escapement: the escapement.
+        imbalance: that of the wheel.
     """
 
     inertia: float
@@ -265,6 +351,7 @@ class Parts(NamedTuple):
     gravity: float
     drag: DragKind | None
     escapement: EscapementKind | None
+    imbalance: Imbalance | None = None
 
 
 class ThreadKind(Kind):
@@ -316,7 +403,17 @@ class ThreadKind(Kind):
         Raises:
             SceneError: a cam that cannot be made.
         """
-        pull = parts.power.pull
+        pull, cam = parts.power.pull, self.cam(parts)
+        if parts.imbalance is not None:
+            most = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
+            if not parts.imbalance.moment < most:
+                raise SceneError(
+                    'trochlea',
+                    'trochlea.imbalance.moment',
+                    parts.imbalance.moment,
+                    f'outweighs the thread, which holds the wheel against {most:.6g} kg m',
+                    f'Use less than {most:.4g} kg m.',
+                )
         return Machine(
             inertia=parts.inertia,
             carried_mass=pull.carried_mass,
@@ -324,11 +421,12 @@ class ThreadKind(Kind):
             force=pull.force,
             stiffness=pull.stiffness,
             gravity=parts.gravity,
-            cam=self.cam(parts),
+            cam=cam,
             follows_apparent_vertical=pull.pulling_mass > 0.0 and self.upright,
             drag=parts.drag,
             escapement=parts.escapement,
             release_angle=parts.release_angle,
+            imbalance=parts.imbalance,
         )
 
     def problems(

@@ -72,7 +72,7 @@ def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
         return 'harmonic'
     if _stays_linear(machine) and (still or not machine.pulling_mass):
         return 'forced_harmonic'
-    if not still or not undriven:
+    if not still or not undriven or machine.imbalance is not None:
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
 

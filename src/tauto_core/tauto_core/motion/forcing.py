@@ -130,6 +130,8 @@ class Forcing:
         gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
             depend on it.
         window: the neutral line by its samples; None where coefficients are wanted.
+        lean: coefficients of x^j of the apparent vertical's direction less γ, β − γ [rad]; None
+            where it is zero, or nothing asks for it.
     """
 
     length_s: FloatArray
@@ -141,11 +143,12 @@ class Forcing:
     tilt: FloatArray | None = None
     gravity: FloatArray | None = None
     window: Window | None = None
+    lean: FloatArray | None = None
 
 
 def check_powers(forcing: Forcing, most: int) -> None:
     """Raise a ValueError for channels with more powers of x than a propagator takes."""
-    for name in ('neutral', 'tilt', 'gravity'):
+    for name in ('neutral', 'tilt', 'gravity', 'lean'):
         channel = getattr(forcing, name)
         if channel is not None and channel.shape[1] > most:
             raise ValueError(

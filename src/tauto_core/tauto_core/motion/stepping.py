@@ -429,7 +429,9 @@ class Stepped(ABC):
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, of which none may have too many powers."""
         check_powers(forcing, MOST_POWERS)
-        return ForcingPieces(forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity)
+        return ForcingPieces(
+            forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
+        )
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
         """Set the state; return the row at the start and the tension there."""

@@ -26,8 +26,8 @@ from tauto_core.samples import FloatArray
 # derivatives side by side, the coefficients of a power of x in each row of `work.piece`: one pass
 # of Horner's scheme then evaluates them all.
 
-DRIVE, DRIVE_RATE, DRIVE_BEND, TILT, TILT_RATE, TILT_BEND, APPARENT_GRAVITY = range(7)
-"""Columns of a piece: the drive and the tilt, each with two time derivatives, and gravity."""
+DRIVE, DRIVE_RATE, DRIVE_BEND, TILT, TILT_RATE, TILT_BEND, APPARENT_GRAVITY, LEAN = range(8)
+"""Columns of a piece: the drive and the tilt, each with two time derivatives; gravity, lean."""
 
 
 class ForcingPieces(NamedTuple):
@@ -35,13 +35,14 @@ class ForcingPieces(NamedTuple):
 
     Attributes:
         length_s: length of each piece [s], (n,).
-        drive, tilt, gravity: coefficients of x^j of the channels of `Outside`, (n, powers).
+        drive, tilt, gravity, lean: coefficients of x^j of the channels of `Outside`, (n, powers).
     """
 
     length_s: FloatArray
     drive: FloatArray | None
     tilt: FloatArray | None
     gravity: FloatArray | None
+    lean: FloatArray | None = None
 
 
 class StepPlace(NamedTuple):
@@ -77,11 +78,13 @@ class Outside(NamedTuple):
             (`Forcing.neutral`). For a suspended case it is ÿ of its bearing [m/s2].
         tilt: τ, the angle of the neutral line in the case [rad]; absent for a suspended case.
         gravity: the apparent gravity [m/s2]: g_eff of a machine, g + z̈ of a suspended case.
+        lean: β − γ, the apparent vertical less the drive of an unbalanced wheel [rad].
     """
 
     drive: ChannelAt
     tilt: ChannelAt
     gravity: float
+    lean: float = 0.0
 
 
 @compiled
@@ -125,6 +128,10 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
         own, size = gravity.shape[1], width(work.piece)
         for j in range(terms):
             work.piece[j * size + APPARENT_GRAVITY] = gravity[k, j] if j < own else 0.0
+    if pieces.lean is not None:
+        own, size = pieces.lean.shape[1], width(work.piece)
+        for j in range(terms):
+            work.piece[j * size + LEAN] = pieces.lean[k, j] if j < own else 0.0
     return pieces.length_s[k], terms
 
 
@@ -143,6 +150,7 @@ def outside_at(terms: int, x: float, work: Work) -> Outside:
         ChannelAt(lane(all_, DRIVE), lane(all_, DRIVE_RATE), lane(all_, DRIVE_BEND)),
         ChannelAt(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
         lane(all_, APPARENT_GRAVITY),
+        lane(all_, LEAN),
     )
 
 

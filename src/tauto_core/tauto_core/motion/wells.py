@@ -94,6 +94,9 @@ _AGREED = 4e-15
 """Largest difference there, as a share of the function's largest value."""
 
 
+WHOLE = 1.5 * 2.0**52
+"""Added and taken away again, it leaves a whole number."""
+
 ARC_SETTLED = 4e-16
 """Change of ϑ, as a share of s, at which Newton's method ends: two roundings."""
 
@@ -158,10 +161,12 @@ def arc_shape(machine: Machine) -> ArcShape | None:
     """Return the shape of a machine; None where ϑ itself is the better coordinate.
 
     That is so where the lever arm is not linear or no weight rides along, where the polynomials
-    take more than `MAX_TERMS`, and with a spring, whose pull grows with the lift.
+    take more than `MAX_TERMS`, and with a spring, whose pull grows with the lift, or an imbalance.
     """
     rate = machine.cam.linear_rate
     if rate is None or machine.carried_mass == 0.0 or machine.stiffness > 0.0:
+        return None
+    if machine.imbalance is not None:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
     reach = min(machine.cam.range_rad, REACH_PER_RELEASE * abs(machine.release_angle) + 0.1)
@@ -450,6 +455,20 @@ class Impulse(NamedTuple):
     ebb: Ebb | None
 
 
+class UnbalancedWheel(NamedTuple):
+    """The imbalance of the wheel over I.
+
+    Attributes:
+        still: m d g/I on land [1/s2]; None at sea.
+        weight: m d/I, to be multiplied by the apparent gravity [1/m]; None on land.
+        direction: φ₀ [rad].
+    """
+
+    still: float | None
+    weight: float | None
+    direction: float
+
+
 class PerInertia(NamedTuple):
     """What acts on the wheel, divided by its moment of inertia I; None where absent.
 
@@ -462,6 +481,7 @@ class PerInertia(NamedTuple):
         impulse: the escapement's impulse.
         recoil: R/I [rad/s2].
         law: of a further drag, over I.
+        imbalance: that of the wheel.
     """
 
     carried: float | None
@@ -474,6 +494,7 @@ class PerInertia(NamedTuple):
     impulse: Impulse | None
     recoil: float | None
     law: DragLaw | None = None
+    imbalance: UnbalancedWheel | None = None
 
 
 @inlined
@@ -487,6 +508,22 @@ def pull_of(per_inertia: PerInertia, lift: Numeric, gravity: Numeric) -> Numeric
     """Return the pull on the thread over I, F/I, by the lift and the apparent gravity."""
     pull = term(per_inertia.force, 1.0) + term(per_inertia.stiffness, lift)
     return pull + term(per_inertia.weight, gravity)
+
+
+@inlined
+def unbalanced(per_inertia: PerInertia, angle: Numeric, gravity: Numeric) -> Numeric:
+    """Return the torque of the imbalance, reversed, over I; −0.0 of a balanced wheel.
+
+    It is m d g_eff sin(ψ − β + φ₀)/I; the angle is ψ − β.
+    """
+    imbalance = per_inertia.imbalance
+    if imbalance is None:
+        return -0.0
+    turned = angle + imbalance.direction
+    # whole turns by rounding: below 2⁵¹ the sum keeps no fraction
+    turns = (turned * (0.5 / math.pi) + WHOLE) - WHOLE
+    sine, _ = sine_versine(turned - turns * math.tau)
+    return (term(imbalance.still, 1.0) + term(imbalance.weight, gravity)) * sine
 
 
 @inlined

@@ -45,6 +45,7 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE_RATE,
+    LEAN,
     NOWHERE,
     TILT_RATE,
     Beyond,
@@ -68,6 +69,7 @@ from tauto_core.motion.wells import (
     Arm,
     Impulse,
     PerInertia,
+    UnbalancedWheel,
     angle_along,
     angles_of,
     arc_of,
@@ -83,6 +85,7 @@ from tauto_core.motion.wells import (
     shortening_and_angle,
     speed_of,
     term,
+    unbalanced,
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
@@ -90,8 +93,8 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 # -----------------------------------------------------------------------------
 # What the ship does at the nodes of a step, as far as the wheel feels it.
 
-WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity'
-"""Rows of γ̇, γ̈, τ̇ and g_eff at the nodes."""
+WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
+"""Rows of γ̇, γ̈, τ̇, g_eff and β − γ at the nodes."""
 
 
 class WheelNodes(Protocol):
@@ -101,6 +104,7 @@ class WheelNodes(Protocol):
     line_bend: FloatArray
     tilt_rate: FloatArray
     gravity: FloatArray
+    lean: FloatArray
 
 
 class FeltChannels(NamedTuple):
@@ -109,6 +113,7 @@ class FeltChannels(NamedTuple):
     line: bool | None
     tilt: bool | None
     gravity: bool | None
+    lean: bool | None = None
 
 
 @compiled
@@ -123,6 +128,8 @@ def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> 
         store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
     if felt.gravity is not None:
         store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
+    if felt.lean is not None:
+        store(nodes.lean, 0, column_at(LEAN, terms, x, work))
 
 
 @inlined
@@ -160,6 +167,10 @@ def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
     rate = omega[0] * largest(load(work.y)) + line_rate + tilt_rate
     pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
     against = line_bend + resistance(per_inertia, rate, ALL_AGAINST)
+    if per_inertia.imbalance is not None:
+        weight = row_or_zero(felt.gravity, work.nodes.gravity)
+        most = term(per_inertia.imbalance.still, 1.0) + term(per_inertia.imbalance.weight, weight)
+        against = against + largest(zeros + most)
     lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
     return reach <= wheel.range and lowest(zeros + pull) > lost
 
@@ -182,7 +193,8 @@ def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
         rate = speed + row_or_zero(felt.tilt, nodes.tilt_rate)
         line_bend = row_or_zero(felt.line, nodes.line_bend)
         gravity = row_or_zero(felt.gravity, nodes.gravity)
-        _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity)
+        aside = unbalanced(wheel.per_inertia, q - row_or_zero(felt.lean, nodes.lean), gravity)
+        _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
         # adding 0·q makes lanes of a tension that is one number for all nodes
         slack = first_below(0.0 * q + tension, work)
     return Beyond(edge, slack, within, reach)
@@ -287,6 +299,9 @@ class Wheel(NamedTuple):
             pushed = excess(self.lever, x, t, pull, square)
             pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
             pushed = pushed - resistance(per_inertia, speed + tilt_rate, mode)
+            if per_inertia.imbalance is not None:
+                lean = row_or_zero(felt.lean, nodes.lean)
+                pushed = pushed - unbalanced(per_inertia, x - lean, gravity)
             store(work.d1, 0, speed - w)
         else:
             # d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω where, with nt = s(b − deficit),
@@ -339,7 +354,14 @@ class Wheel(NamedTuple):
         q, speed = angle_and_speed(self, planes[0].x, w, at.drive.rate, mode.side)
         rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
         acceleration, tension = _pushed(
-            self.per_inertia, arm, mode, speed, rate, at.drive.bend, at.gravity
+            self.per_inertia,
+            arm,
+            mode,
+            speed,
+            rate,
+            at.drive.bend,
+            at.gravity,
+            unbalanced(self.per_inertia, q - at.lean, at.gravity),
         )
         return Instant(
             angle=q + tilt.value,
@@ -359,6 +381,7 @@ class Wheel(NamedTuple):
         t, t_prime, lift = lever_arm(self.lever, mode.side, q)
         pull = pull_of(per_inertia, lift, at.gravity)
         against = pull * t + resistance(per_inertia, now.rate, mode)
+        against = against + unbalanced(per_inertia, q - at.lean, at.gravity)
         if self.shape is None:
             return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
         k = self.shape.k
@@ -444,7 +467,8 @@ class Wheel(NamedTuple):
         ahead, pace = math.inf, omega[0]
         if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
             return ahead
-        line, tilt, gravity = outside_at(terms, x, work)
+        at = outside_at(terms, x, work)
+        line, tilt, gravity = at.drive, at.tilt, at.gravity
         plane = state.planes[0]
         q, y = angle_at(self, plane.x), plane.y - line.rate / omega[0]
         if self.feels_impulse:
@@ -471,15 +495,16 @@ def _pushed(
     rate: Numeric,
     line_bend: Numeric,
     gravity: Numeric,
+    aside: Numeric,
 ) -> tuple[Numeric, Numeric]:
-    """Return ϑ̈ and the tension over I, from ϑ̇ (`speed`), θ̇ (`rate`), γ̈ and g_eff.
+    """Return ϑ̈ and the tension over I, from ϑ̇ (`speed`), θ̇ (`rate`), γ̈, g_eff, the imbalance.
 
-    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − μtt′ϑ̇²; the tension is F + m d²h/dt², with
+    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − aside − μtt′ϑ̇²; the tension is F + m d²h/dt², with
     d²h/dt² = t′ϑ̇² + tϑ̈.
     """
     t, t_prime, lift = arm
     mu, pull = per_inertia.carried, pull_of(per_inertia, lift, gravity)
-    against = line_bend + resistance(per_inertia, rate, mode) + pull * t
+    against = line_bend + resistance(per_inertia, rate, mode) + pull * t + aside
     acceleration = -(against + ride(mu, t, t_prime, speed)) / mass_of(mu, t)
     return acceleration, pull + term(mu, t_prime * (speed * speed) + t * acceleration)
 
@@ -526,6 +551,7 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
     t, t_prime, lift = lever_arm(wheel.lever, mode.side, angle - tilt.value)
     carried = term(per_inertia.carried, t * (t_prime * tilt.rate * tilt.rate - t * tilt.bend))
     pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
+    pulled = pulled + unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
     return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
 
 
@@ -631,6 +657,7 @@ def error_factor(machine: Machine, shape: ArcShape | None) -> float:
         return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * _inertia_growth(machine, shape)
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
+    weak = weak and machine.imbalance is None
     return ERROR_OF_LAST if weak else ERROR_OF_LAST_STRONG
 
 
@@ -688,6 +715,9 @@ def disturbance_on_land(
     t, t_prime = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
     mass = machine.mass(q) / machine.inertia
     force = machine.pull(machine.cam.lift(q)) * t / machine.inertia
+    if machine.imbalance is not None:
+        moment, direction = machine.imbalance
+        force = force + moment * machine.gravity / machine.inertia * np.sin(q + direction)
     if shape is not None:
         return np.zeros(x.shape), omega * x - force / np.sqrt(mass) / omega
     w = omega * y
@@ -702,6 +732,14 @@ def disturbance_on_land(
 # No step is longer than `longest_step_s`. A step is halved where its error exceeds the tolerance
 # or its stage equations are not solved. Events – turning points where drag has a kink, the kink
 # of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
+
+
+def _imbalance(machine: Machine, *, still: bool) -> UnbalancedWheel | None:
+    if machine.imbalance is None:
+        return None
+    share = machine.imbalance.moment / machine.inertia
+    at_rest = share * machine.gravity if still else None
+    return UnbalancedWheel(at_rest, None if still else share, machine.imbalance.direction)
 
 
 class Collocation(Stepped):
@@ -754,8 +792,9 @@ class Collocation(Stepped):
             else None,
             recoil=share(escapement.recoil) if escapement else None,
             law=drag.law(inertia),
+            imbalance=_imbalance(machine, still=forcing.gravity is None),
         )
-        channels = forcing.neutral, forcing.tilt, forcing.gravity
+        channels = forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
         wheel = Wheel(
             per_inertia,
             machine.cam.lever,

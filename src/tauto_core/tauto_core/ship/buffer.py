@@ -299,6 +299,7 @@ class MotionBuffer:
             as the others, with windows that begin at the first sample; such windows magnify noise
             a thousandfold.
         by_samples: whether a neutral line fixed to the case is given by samples, not fitted.
+        unbalanced: whether the wheel is; a neutral line fixed to the case then needs β − γ too.
     """
 
     def __init__(
@@ -313,11 +314,13 @@ class MotionBuffer:
         stride: int = 1,
         smooth: bool = False,
         by_samples: bool = False,
+        unbalanced: bool = False,
     ) -> None:
         if not 1 <= stride <= MAX_STRIDE:
             raise ValueError(f'stride = {stride}: must lie in [1, {MAX_STRIDE}]')
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
+        self._leans = unbalanced and not still and not apparent_vertical
         self._still = still
         self._plane: ThreadPlane = plane
         self._step_ns = step_ns
@@ -366,7 +369,8 @@ class MotionBuffer:
         if self._still:
             return ()
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
-        return (*line, 'gravity') if self._apparent_gravity else line
+        felt = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
+        return (*line, *felt)
 
     def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
@@ -374,16 +378,17 @@ class MotionBuffer:
 
         roll, rate = new['line'], new.get('line_rate')
         tilt, gravity = new.get('tilt'), new.get('gravity')
-        force = tilt is not None or gravity is not None
+        lean = new.get('lean', tilt)
+        force = lean is not None or gravity is not None
         if isinstance(imu, PlanarImu):
             read_roll(imu, roll, rate)
             if force:
-                read_force(imu, tilt, gravity)
+                read_force(imu, lean, gravity)
         else:
             velocity = None if rate is None else contiguous(imu.angular_velocity)
             kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
             if force:
-                kernels.force_of(contiguous(force_in_plane(imu, self._plane)), tilt, gravity)
+                kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
         self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
@@ -491,6 +496,8 @@ class MotionBuffer:
             found['tilt'] = self.fitted('tilt', pieces)
         if self._apparent_gravity:
             found['gravity'] = self.fitted('gravity', pieces)
+        if self._leans:
+            found['lean'] = self.fitted('lean', pieces)
         if piece is not None:
             found = {name: coefficients[piece] for name, coefficients in found.items()}
         return found

@@ -19,7 +19,7 @@ from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, newton
 @entry
 def at_instant(forcing, k, x, work, out):
     length, terms = set_piece(forcing, k, True, work)
-    line, tilt, gravity = outside_at(terms, x, work)
+    line, tilt, gravity, _ = outside_at(terms, x, work)
     out[0], out[1], out[2] = line
     out[3], out[4], out[5] = tilt
     out[6], out[7] = gravity, length
@@ -62,7 +62,7 @@ def test_all_channels_and_their_derivatives_at_once(terms, x):
 
 
 def test_absent_channels_are_zero():
-    length, line, _, _ = pieces(3, 6, 6, 6)
+    length, line, *_ = pieces(3, 6, 6, 6)
     said = found(ForcingPieces(length, line, None, None), 1, 0.4, make_work(1, ()))
     np.testing.assert_allclose(said[:3], wanted(line, 1, 0.4, length[1]), rtol=1e-13)
     assert not said[3:7].any()

@@ -1,0 +1,232 @@
+"""A wheel whose centre of mass is beside its axle, on land and at sea, against DOP853.
+
+The references are Newton's law in the inertial frame, with the ship's motion in closed form: the
+torque of the imbalance is −m d [(g + z̈) sin(ψ + φ₀) + ÿ cos(ψ + φ₀)].
+"""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from motion_cases import INERTIA, angles, phases, scene_of
+from scipy.integrate import solve_ivp
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine, isochronism
+from tauto_core.motion import propagator_name
+from tauto_core.samples import JOINT_STATES, take
+from tauto_core.scene.errors import SceneError
+from tauto_core.ship import ShipMotion
+
+G, FORCE, RATE = 9.80665, 2.0, 0.01
+ROLL, HEAVE, HEIGHT = (0.2, 7.3, 0.4), (0.8, 9.1, 1.1), 2.5
+SEA = {
+    'kind': 'components',
+    'components': [dict(zip(('amplitude', 'period', 'phase'), ROLL, strict=True))],
+    'heave': [dict(zip(('amplitude', 'period', 'phase'), HEAVE, strict=True))],
+    'height': HEIGHT,
+}
+WEIGHT = {
+    'cam': {'kind': 'involute', 'base_radius': RATE},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 0.2},
+}
+HOLE_WEIGHT = {'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}
+UNBALANCED = {'imbalance': {'moment': 1.2e-4, 'direction': 0.7}}
+
+
+def wave(t, amplitude, period, phase):
+    """A cosine and its first two derivatives."""
+    omega = math.tau / period
+    cosine, sine = np.cos(omega * t + phase), np.sin(omega * t + phase)
+    return amplitude * np.array([cosine, -omega * sine, -omega * omega * cosine])
+
+
+def ship(t, sea):
+    """ρ and the specific force (ÿ, g + z̈) at the clock (E1)."""
+    if not sea:
+        return 0.0, 0.0, G
+    rho, rate, bend = wave(t, *ROLL)
+    across = -HEIGHT * (bend * np.cos(rho) - rate**2 * np.sin(rho))
+    up = wave(t, *HEAVE)[2] - HEIGHT * (bend * np.sin(rho) + rate**2 * np.cos(rho))
+    return rho, across, G + up
+
+
+def exact(sea, trochlea, times, release=1.0):
+    """θ at the times."""
+    moment, phi = trochlea['imbalance']['moment'], trochlea['imbalance'].get('direction', 0.0)
+    power = trochlea.get('power', {'kind': 'force'})
+    weight = power.get('mass', 0.0)
+    mass = 0.0 if power.get('massless') else weight
+    upright = 'thread' in trochlea
+
+    def line(t):
+        rho, across, up = ship(t, sea)
+        return math.atan2(-across, up) if upright else rho
+
+    def line_rate(t):
+        step = 1e-3
+        ends = [line(t + n * step) for n in (-3, -2, -1, 1, 2, 3)]
+        weights = -1.0, 9.0, -45.0, 45.0, -9.0, 1.0
+        return sum(w * e for w, e in zip(weights, ends, strict=True)) / (60.0 * step)
+
+    def slopes(t, y):
+        # p = (I + m t²) ψ̇ − m t² γ̇ (E2.2)
+        psi, p = y
+        _, across, up = ship(t, sea)
+        arm = RATE * (psi - line(t))
+        turn = line_rate(t) if mass else 0.0
+        rate = (p + mass * arm * arm * turn) / (INERTIA + mass * arm * arm)
+        pull = weight * math.hypot(across, up) if weight else FORCE
+        push = -pull * arm + mass * arm * RATE * (rate - turn) ** 2
+        push -= moment * (up * math.sin(psi + phi) + across * math.cos(psi + phi))
+        return [rate, push]
+
+    start = release + ship(0.0, sea)[0]
+    turn = wave(0.0, *ROLL)[1] if sea else 0.0
+    arm = RATE * (start - line(0.0))
+    p = (INERTIA + mass * arm * arm) * turn - mass * arm * arm * line_rate(0.0)
+    found = solve_ivp(
+        slopes,
+        (0.0, times[-1]),
+        [start, p],
+        'DOP853',
+        times,
+        rtol=1e-12,
+        atol=1e-14,
+        max_step=0.05,
+    )
+    return found.y[0] - [ship(t, sea)[0] for t in times]
+
+
+MACHINES = {
+    'force through a hole': UNBALANCED,
+    'massless weight through a hole': HOLE_WEIGHT | UNBALANCED,
+    'weight on a vertical thread': WEIGHT | UNBALANCED,
+    'top-heavy by turns': {'imbalance': {'moment': 4e-4, 'direction': 3.0}, 'release_angle': 5.0},
+}
+
+
+@pytest.mark.parametrize('name', MACHINES)
+@pytest.mark.parametrize('sea', [False, True], ids=['land', 'sea'])
+def test_the_wheel_moves_as_by_dop853(name, sea):
+    """Samples of 50 Hz are interpolated to 1e-12; the step's tolerance is 2e-12 of the swing."""
+    trochlea = MACHINES[name]
+    scene = scene_of(
+        trochlea=trochlea,
+        duration=30.0,
+        log={'interval': 0.5},
+        **({'ship': SEA | {'rate': 50.0}} if sea else {}),
+    )
+    assert propagator_name(compile_machine(scene), still=not sea) == 'collocation'
+    times, found, _ = angles(scene)
+    known = exact(sea, trochlea, times, trochlea.get('release_angle', 1.0))
+    size = trochlea.get('release_angle', 1.0)
+    np.testing.assert_allclose(found, known, rtol=0, atol=2e-9 * size)
+    balanced = scene_of(trochlea=trochlea | {'imbalance': {'moment': 1e-12}}, duration=30.0)
+    assert np.ptp(angles(balanced)[1]) > 1.0
+
+
+def test_small_swings_gain_half_the_moment_over_that_of_the_thread():
+    """ω² = (P b + m d g cos φ₀)/I: 43,200 m d g/(P b) s/day to the first order."""
+    for direction, sign in ((0.0, 1.0), (math.pi, -1.0)):
+        imbalance = {'moment': 1e-7, 'direction': direction}
+        machine = compile_machine(scene_of(trochlea={'imbalance': imbalance}))
+        plain = compile_machine(scene_of())
+        share = 1e-7 * G / (FORCE * RATE)
+        gain = 86400.0 * (plain.small_period / machine.small_period - 1.0)
+        assert gain == pytest.approx(sign * 43200.0 * share, rel=1e-4)
+        assert machine.period(1e-4) == pytest.approx(machine.small_period, rel=1e-8)
+    # a weight on the vertical thread feels it in the same proportion everywhere
+    rates = []
+    for g in (9.78, 9.83):
+        machine = compile_machine(
+            scene_of(trochlea=WEIGHT | {'imbalance': {'moment': 1e-5}}, gravity=g)
+        )
+        rates.append(machine.frequency / math.sqrt(g))
+    assert rates[0] == pytest.approx(rates[1], rel=1e-9)
+
+
+@pytest.mark.parametrize('amplitude', [1.0, -1.0, 2.5])
+def test_the_period_is_that_of_thirty_digits(amplitude):
+    machine = compile_machine(scene_of(trochlea=UNBALANCED))
+    mp = mpmath.mp.clone()
+    mp.dps = 30
+    stiff, torque, phi = mp.mpf(FORCE) * mp.mpf(RATE), mp.mpf(1.2e-4) * mp.mpf(G), mp.mpf(0.7)
+
+    def well(x):
+        return stiff * x * x / 2 - torque * (mp.cos(x + phi) - mp.cos(phi))
+
+    top = well(mp.mpf(amplitude))
+    ends = -0.5 * amplitude, -2.0 * amplitude
+    far = mp.findroot(lambda x: well(x) - top, ends, solver='bisect', maxsteps=200)
+    middle, half = (amplitude + far) / 2, (amplitude - far) / 2
+
+    def slowness(w):
+        x = middle + half * mp.cos(w)
+        left = abs(top - well(x))
+        return mp.sqrt(mp.mpf(INERTIA) / (2 * left)) * abs(half) * mp.sin(w)
+
+    period = 2 * mp.quad(slowness, mp.linspace(0, mp.pi, 5))
+    assert machine.period(amplitude) == pytest.approx(float(period), rel=1e-11)
+    assert isochronism(machine, [1.0]).period_s[0] == machine.period(1.0)
+
+
+def test_chunks_and_restarts_have_the_same_bits():
+    scene = scene_of(trochlea=UNBALANCED, ship=SEA, duration=20.0, log={'interval': 0.5})
+    source = ShipMotion(scene)
+    imu = source.produce(source.total)
+    whole = TrochleaStage(scene).feed({'ship/imu': imu})[JOINT_STATES].position
+    stage, parts = TrochleaStage(scene), []
+    for k in range(0, len(imu.stamp_ns), 37):
+        part = take(imu, slice(k, k + 37))
+        said = stage.feed({'ship/imu': part}).get(JOINT_STATES)
+        parts += [] if said is None else [said.position]
+        again = TrochleaStage(scene)
+        again.restore(stage.state())
+        stage = again
+    np.testing.assert_array_equal(np.concatenate(parts), whole)
+
+
+def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
+    """At rest at θ it holds while |P b θ + m d g sin(θ + φ₀)| ≤ c₀."""
+    torque = FORCE * RATE * 0.01 + 1.2e-4 * G * math.sin(0.01 + 0.7)
+    for friction, held in ((torque * 1.001, True), (torque * 0.999, False)):
+        scene = scene_of(
+            trochlea=UNBALANCED | {'release_angle': 0.01},
+            drag={'coulomb': friction},
+            duration=2.0,
+        )
+        assert (np.ptp(angles(scene)[1]) == 0.0) == held
+
+
+def test_the_dial_of_an_unbalanced_clock_counts_its_swings():
+    scene = scene_of(trochlea=UNBALANCED, ship=SEA, duration=60.0, log={'interval': 0.05})
+    times, angle, _ = angles(scene)
+    counted = phases(scene)
+    up = np.cumsum((angle[:-1] < 0.0) & (angle[1:] >= 0.0))
+    np.testing.assert_array_equal(np.floor(counted[1:, 0] / math.tau + 0.25), up)
+    assert times[-1] == pytest.approx(60.0)
+
+
+@pytest.mark.parametrize(
+    ('trochlea', 'said'),
+    [
+        (
+            {'imbalance': {'moment': 0.0}},
+            r'trochlea\.imbalance\.moment = 0\.0: must be greater than 0',
+        ),
+        (
+            WEIGHT | {'thread': {'kind': 'hanging', 'length': 1.0}} | UNBALANCED,
+            r'moment = 0\.00012: does not go with trochlea\.thread\.kind hanging',
+        ),
+        (
+            {'imbalance': {'moment': 0.01}},
+            r'moment = 0\.01: outweighs the thread.* Use less than 0\.002039 kg m',
+        ),
+    ],
+)
+def test_an_impossible_imbalance_is_refused(trochlea, said):
+    with pytest.raises(SceneError, match=said):
+        compile_machine(scene_of(trochlea=trochlea))
