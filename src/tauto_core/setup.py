@@ -63,7 +63,7 @@ setup(
             'scene/data/*/*',
             'ship/hulls/*.npz',
             'scene/scene.schema.json',
-            'report_page.html',
+            'plots/report_page.html',
         ],
     },
     data_files=[

@@ -16,6 +16,7 @@ from tauto_core.curves.numerics import (
     exponential_defect,
     exponential_mean,
     logarithmic_mean,
+    repeated_rule,
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
@@ -397,7 +398,6 @@ class FluidTautochrone(_InMedium):
 # -----------------------------------------------------------------------------
 # Coordinates and curvature of a curve in a fluid, and its outline for drawing and cutting.
 
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _FLAT = 40.0
 """κ|s| from which an ascent without a cusp is straight to rounding, e⁻⁴⁰."""
 
@@ -501,8 +501,8 @@ def _gauss(
     upper: FloatArray, panels: int, function: Callable[[FloatArray], FloatArray]
 ) -> FloatArray:
     """Return the integrals from 0 to each upper end, (n,)."""
-    places = (np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES)) / panels
-    values = function(upper[:, None] * places.ravel()) * np.tile(_WEIGHTS, panels)
+    places, weights = repeated_rule(panels)
+    values = function(upper[:, None] * places) * weights
     total: FloatArray = np.sum(values, axis=-1)
     return upper * total / (2.0 * panels)
 

@@ -301,13 +301,21 @@ def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> 
 
 
 @lru_cache(maxsize=1)
-def _rule() -> tuple[FloatArray, FloatArray]:
+def gauss_rule() -> tuple[FloatArray, FloatArray]:
+    """Return nodes and weights of the 24-point Gauss–Legendre rule on [−1, 1]."""
     return np.polynomial.legendre.leggauss(_NODES)
+
+
+def repeated_rule(panels: int) -> tuple[FloatArray, FloatArray]:
+    """Return that rule on equal panels of [0, 1]: nodes, and weights whose sum is 2 · panels."""
+    nodes, weights = gauss_rule()
+    places = (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
+    return places.ravel(), np.tile(weights, panels)
 
 
 def gauss_sums(function: ArrayFunction, left: FloatArray, width: FloatArray) -> FloatArray:
     """Return 24-point Gauss–Legendre sums over n intervals of given beginnings and widths."""
-    nodes, weights = _rule()
+    nodes, weights = gauss_rule()
     values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
     # along the last axis, so that the order of summation does not depend on the shape
     total: FloatArray = np.sum(values * weights, axis=-1)
@@ -316,7 +324,7 @@ def gauss_sums(function: ArrayFunction, left: FloatArray, width: FloatArray) -> 
 
 def panel_nodes(edges: FloatArray) -> FloatArray:
     """Return the 24 Gauss–Legendre nodes of each panel between edges, shape (panels, 24)."""
-    return edges[:-1, None] + np.diff(edges)[:, None] * (0.5 * (1.0 + _rule()[0]))
+    return edges[:-1, None] + np.diff(edges)[:, None] * (0.5 * (1.0 + gauss_rule()[0]))
 
 
 def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
@@ -325,7 +333,7 @@ def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
     The values are those of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
     """
     width = 0.5 * np.diff(edges)
-    parts = width * np.sum(values * _rule()[1], axis=-1)
+    parts = width * np.sum(values * gauss_rule()[1], axis=-1)
     before = np.concatenate([[0.0], np.cumsum(parts)])
     within = width[:, None] * np.sum(values[:, None, :] * _from_left(), axis=-1)
     return before[:-1, None] + within, float(before[-1])
@@ -333,7 +341,7 @@ def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
 
 def unresolved(values: FloatArray) -> float:
     """Return the size of the last Legendre coefficients of the panels, over the largest value."""
-    nodes, weights = _rule()
+    nodes, weights = gauss_rule()
     last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
     tails = np.abs(np.sum(values[..., None] * last, axis=1)) * _NODES
     return float(np.max(tails) / np.max(np.abs(values)))
@@ -342,7 +350,7 @@ def unresolved(values: FloatArray) -> float:
 @lru_cache(maxsize=1)
 def _from_left() -> FloatArray:
     """Return the weights of the integrals from −1 to each node, shape (24, 24)."""
-    nodes, weights = _rule()
+    nodes, weights = gauss_rule()
     basis = np.polynomial.legendre.legvander(nodes, _NODES)
     orders = np.arange(1, _NODES)
     integrals = (basis[:, 2:] - basis[:, :-2]) / (2.0 * orders + 1.0)

@@ -50,7 +50,9 @@ def significant_roll_deg(scene: Scene) -> float | None:
     if not scene.ship.is_computed:
         return None
     roll = scene.ship.roughest(scene).channels(scene).roll
-    return _significant_deg(roll.amplitude) if isinstance(roll, Harmonics) else 0.0
+    if not isinstance(roll, Harmonics):
+        return 0.0
+    return math.degrees(2.0 * math.sqrt(0.5 * float(np.sum(roll.amplitude**2))))
 
 
 def with_roll(scene: Scene, roll_deg: float) -> Scene:
@@ -76,10 +78,6 @@ def with_roll(scene: Scene, roll_deg: float) -> Scene:
             Argument('roll_deg'),
         )
     return scene.model_copy(update={'ship': ship.with_roll_scaled(roll_deg / now)})
-
-
-def _significant_deg(amplitudes: FloatArray) -> float:
-    return math.degrees(2.0 * math.sqrt(0.5 * float(np.sum(amplitudes**2))))
 
 
 # -----------------------------------------------------------------------------
@@ -150,10 +148,17 @@ def make_entries(
         if not anyway:
             with naming(origin, scene.name):
                 check_known(scene)
-    _check_names(scenes)
+    first: dict[str, str] = {}
+    for origin, scene in scenes:
+        if scene.name in first:
+            raise UsageError(
+                f'{origin}: its name, {scene.name!r}, is that of {first[scene.name]} too, and a '
+                'row is called by it. Leave one out, or give another `name`'
+            )
+        first[scene.name] = origin
     _check_shared(scenes)
     if len(set(rolls_deg)) < len(rolls_deg):
-        twice = Argument('roll_deg', _commas(rolls_deg))
+        twice = Argument('roll_deg', ','.join(f'{roll:g}' for roll in rolls_deg))
         raise UsageError(twice, ': a roll comes twice. Leave one out')
     entries = []
     for roll in rolls_deg or (None,):
@@ -178,18 +183,14 @@ def _scenes(
         taken['duration'] = duration
     if not taken:
         return scenes
-    return [
-        (name, _as_given(name, scene.model_copy(update=_own(scene, taken)), ship_of))
-        for name, scene in scenes
-    ]
-
-
-def _own(scene: Scene, taken: dict[str, Any]) -> dict[str, Any]:
-    """Return the keys taken from a passage, with what the scene's `drift` says of its clock."""
-    if 'drift' not in taken:
-        return taken
-    kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
-    return {**taken, 'drift': taken['drift'].model_copy(update=kept)}
+    found = []
+    for name, scene in scenes:
+        update = dict(taken)
+        if ship_of is not None:
+            kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
+            update['drift'] = taken['drift'].model_copy(update=kept)
+        found.append((name, _as_given(name, scene.model_copy(update=update), ship_of)))
+    return found
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
@@ -214,17 +215,6 @@ def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
         yield scene.model_copy(update={'suspension': None})
     if cases != 'without' and scene.suspension is not None:
         yield scene
-
-
-def _check_names(scenes: Sequence[tuple[str, Scene]]) -> None:
-    first: dict[str, str] = {}
-    for origin, scene in scenes:
-        if scene.name in first:
-            raise UsageError(
-                f'{origin}: its name, {scene.name!r}, is that of {first[scene.name]} too, and a '
-                'row is called by it. Leave one out, or give another `name`'
-            )
-        first[scene.name] = origin
 
 
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
@@ -255,10 +245,6 @@ def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, 
     for key in dict.fromkeys((*ours, *theirs)):
         here = f'{path}.{key}' if path else str(key)
         yield from _differences(here, ours.get(key, 'absent'), theirs.get(key, 'absent'))
-
-
-def _commas(numbers: Sequence[float]) -> str:
-    return ','.join(f'{number:g}' for number in numbers)
 
 
 # -----------------------------------------------------------------------------
@@ -393,8 +379,12 @@ def compare(
     otherwise than by an event in its motion ends the comparison with its TautoError. `progress` is
     called with the fraction done, from 0 to 1.
     """
-    began, order = time.perf_counter(), _dearest_first(entries)
-    crew = Crew(jobs).for_work(map(_work_s, entries))
+    began = time.perf_counter()
+    order, works_s = _dearest_first(entries), []
+    for entry in entries:
+        with naming(entry.origin, entry.scene.name):
+            works_s.append(work_s(entry.scene))
+    crew = Crew(jobs).for_work(works_s)
     rows: dict[int, Row] = {}
     with closing(run_each(sail_entry, [entries[k] for k in order], crew, progress)) as ended:
         for each in ended:
@@ -432,12 +422,17 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
     went_s = trochlea.get('stopped_s')
     if went_s is not None:
         stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
+    if scene.trochlea is not None:
+        release = scene.trochlea.release_angle
+    else:
+        assert scene.regulator is not None
+        release = scene.regulator.release_arc
     return Row(
         clock=scene.name,
         scene=entry.origin,
         suspended=entry.hung,
         roll_deg=entry.roll_deg,
-        release=_release(scene),
+        release=release,
         propagator=report.get('propagator') or Summary(scene).propagator,
         rate_s_per_day=clock.get('rate_s_per_day'),
         rate_spread_s_per_day=trace.rate_spread(),
@@ -451,18 +446,6 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
         trace_s=trace.error_s.tolist(),
         run_s=time.process_time() - began,
     )
-
-
-def _work_s(entry: Entry) -> float:
-    with naming(entry.origin, entry.scene.name):
-        return work_s(entry.scene)
-
-
-def _release(scene: Scene) -> float:
-    if scene.trochlea is not None:
-        return scene.trochlea.release_angle
-    assert scene.regulator is not None
-    return scene.regulator.release_arc
 
 
 def _dearest_first(entries: Sequence[Entry]) -> list[int]:

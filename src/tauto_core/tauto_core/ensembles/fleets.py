@@ -163,19 +163,17 @@ def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform
         try:
             draws[key] = _READER.validate_python(said)
         except ValidationError as error:
-            problems += [_problem(key, detail) for detail in error.errors()]
+            for detail in error.errors():
+                place = '.'.join(str(part) for part in detail['loc'][1:])
+                why = detail['msg'][:1].lower() + detail['msg'][1:]
+                full = f'{key}.{place}' if place else key
+                problems.append(Problem(full, detail['input'], why, _EXAMPLE))
     if problems:
         first, *further = problems
         raise SceneError(
             origin, first.key, first.value, first.problem, first.remedy, further=further
         )
     return draws
-
-
-def _problem(key: str, detail: Any) -> Problem:
-    place = '.'.join(str(part) for part in detail['loc'][1:])
-    said = detail['msg'][:1].lower() + detail['msg'][1:]
-    return Problem(f'{key}.{place}' if place else key, detail['input'], said, _EXAMPLE)
 
 
 def _centre(given: _Value | None) -> float:

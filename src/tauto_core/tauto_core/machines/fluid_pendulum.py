@@ -32,6 +32,7 @@ from tauto_core.curves.numerics import (
     exponential_mean,
     integrate,
     logarithmic_mean,
+    repeated_rule,
 )
 from tauto_core.machines.compiling import AmplitudeTable, checked_amplitudes, rate_s_per_day
 from tauto_core.samples import FloatArray
@@ -184,7 +185,6 @@ LARGEST_REDUCED_ARC = 64.0
 """Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
 _TAIL = 2.0**-48
 """Size of the last terms over the first at which a series is complete; t has them divided by k."""
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(24)
 _STEPS = 64
 _ROUNDING = 2.0**-51
 
@@ -352,9 +352,9 @@ def _mean(
     `far` is an end of the swing, `near` the body, on the same side of A [m]; the sign is −1 where
     the body comes from `far`, 1 where it goes there.
     """
-    shares = ((np.arange(panels)[:, None] + 0.5 * (1.0 + _NODES)) / panels).ravel()
+    shares, weights = repeated_rule(panels)
     length = (far - near)[..., None] * shares
-    weighed = np.exp(sign * 2.0 * curve.kappa * length) * np.tile(_WEIGHTS, panels)
+    weighed = np.exp(sign * 2.0 * curve.kappa * length) * weights
     total: FloatArray = np.sum(weighed * curve.slope(near[..., None] + length), axis=-1)
     mean: FloatArray = total / (2.0 * panels)
     return mean

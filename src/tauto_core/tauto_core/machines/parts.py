@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.curves.cam import Pull
+from tauto_core.curves.numerics import gauss_rule
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
@@ -86,12 +87,12 @@ class DragKind(Kind):
         law = self.law(1.0)
         if law is None:
             return known
-        sine = np.sin(0.25 * math.pi * (1.0 + np.polynomial.legendre.leggauss(24)[0]))
-        weights = 0.5 * np.polynomial.legendre.leggauss(24)[1]
+        nodes, weights = gauss_rule()
+        sine = np.sin(0.25 * math.pi * (1.0 + nodes))
 
         def power(greatest: float) -> float:
             along = greatest * sine
-            return float(weights @ (law.torque(along, 1.0) * along))
+            return float(0.5 * weights @ (law.torque(along, 1.0) * along))
 
         nearby = 1e-4 * rate
         return known + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.curves.numerics import gauss_rule
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.forcing import Polynomials
 from tauto_core.motion.lanes import SIZE, fma, load, splat, store
@@ -121,7 +122,7 @@ The exponential is then exact to rounding in a Gauss–Legendre rule of 24 point
 those in which the passages of a wheel that may pass zero twice are counted (`forced_harmonic`).
 """
 
-_ROOTS, _WEIGHTS = np.polynomial.legendre.leggauss(24)
+_ROOTS, _WEIGHTS = gauss_rule()
 
 
 class LinearLaw(NamedTuple):

@@ -663,12 +663,6 @@ def _map(voyage: Voyage) -> Chart:
     return Chart('The voyage', 'longitude [° east]', 'latitude [° north]', lines)
 
 
-def _cam(voyage: Voyage) -> Chart:
-    return Chart(
-        'The cam', 'across [mm]', 'along the thread [mm]', cam_lines(voyage.scene), equal=True
-    )
-
-
 def _machine(voyage: Voyage) -> Chart:
     drawn = draw_machine(voyage.scene)
     return Chart(
@@ -697,7 +691,9 @@ _PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'phase': _phase,
     'weather': _weather,
     'map': _map,
-    'cam': _cam,
+    'cam': lambda voyage: Chart(
+        'The cam', 'across [mm]', 'along the thread [mm]', cam_lines(voyage.scene), equal=True
+    ),
     'machine': _machine,
 }
 OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {

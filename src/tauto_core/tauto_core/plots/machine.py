@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 import numpy as np
 
 from tauto_core.curves import DescentCurve, cheeks
 from tauto_core.curves.cam import Pull
-from tauto_core.curves.drawing import cheeks_meet_rad
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.drawing import cheeks_meet_rad, lever_cheek
 from tauto_core.curves.fluid import coordinates, fluid_outline
+from tauto_core.curves.lever_geometry import Mirrored
 from tauto_core.machines import (
-    AnyMachine,
     FluidPendulum,
     HangingMachine,
     LeverMachine,
@@ -34,10 +35,6 @@ from tauto_core.scene import (
 )
 from tauto_core.scene.errors import UsageError
 from tauto_core.ship.sections import SuspensionKind
-
-if TYPE_CHECKING:
-    from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-    from tauto_core.curves.lever_geometry import Mirrored
 
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.
@@ -60,19 +57,13 @@ def cam_extent(scene: Scene) -> float:
     if scene.trochlea.cam.kind != 'lever_corrected':
         curve = scene.trochlea.made_cam(scene.g)
         ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
-    swing = _swing(machine)
+    swing = abs(machine.release_angle)
+    if not isinstance(machine, HangingMachine) and machine.escapement is not None:
+        found = steady_swing(machine)
+        swing = swing if isinstance(found, NoSteadySwing) else max(swing, found.amplitude)
     if swing > 0.0:
         ends.append(float(f'{MARGIN * swing:.2g}'))
     return min(ends)
-
-
-def _swing(machine: AnyMachine) -> float:
-    """Return the larger of the release and of the steady amplitude [rad]."""
-    released = abs(machine.release_angle)
-    if isinstance(machine, HangingMachine) or machine.escapement is None:
-        return released
-    found = steady_swing(machine)
-    return released if isinstance(found, NoSteadySwing) else max(released, found.amplitude)
 
 
 # -----------------------------------------------------------------------------
@@ -184,8 +175,10 @@ def draw_machine(scene: Scene) -> Drawing:
     if is_broken:
         depth = BROKEN_RADII * outer
         notes.append(f'the thread is broken, it ends {whole:.4g} mm below the axle')
+    # a ring as one closed line, with a seam at the right; the inside runs backwards
+    edges = _circle(0.0, 0.0, outer), _circle(0.0, 0.0, inner)[:, ::-1]
     parts = [
-        _area('wheel', _ring(inner, outer), 'grey', 'wheel'),
+        _area('wheel', np.concatenate(edges, axis=1), 'grey', 'wheel'),
         _path('', [(-inner, 0.0), (inner, 0.0)], 'grey', 'wheel'),
         _path('', [(0.0, inner), (0.0, -inner)], 'grey', 'wheel'),
         _area('cheeks', left, 'blue', 'wheel'),
@@ -195,7 +188,11 @@ def draw_machine(scene: Scene) -> Drawing:
     ]
     if is_broken:
         carrier: Carrier = 'weight' if isinstance(thread, HangingThread) else 'case'
-        parts += _break(-0.5 * (depth + outer), 0.06 * outer, carrier)
+        middle, slant = -0.5 * (depth + outer), 0.06 * outer
+        parts += [
+            _path(name, [(-slant, at - slant), (slant, at + slant)], 'orange', carrier)
+            for name, at in (('break', middle), ('', middle - slant))
+        ]
     low, half = -depth, outer
     if isinstance(thread, LeverThread):
         half = max(
@@ -207,22 +204,25 @@ def draw_machine(scene: Scene) -> Drawing:
         low -= 0.5 * high
     else:
         if isinstance(thread, HoleThread):
-            parts += _hole(low, outer, low - 0.4 * outer - 0.5 * high)
-            low -= 0.4 * outer + 0.5 * high
+            width, end = 0.06 * outer, low - 0.4 * outer - 0.5 * high
+            parts += [
+                _path('hole', [(-0.5 * outer, low), (-width, low)], 'green'),
+                _path('', [(width, low), (0.5 * outer, low)], 'green'),
+                _path('', [(0.0, low), (0.0, end)], 'orange', 'weight'),
+            ]
+            low = end
             assumed.append('width of the hole')
         parts += _power(pull, low, outer)
         assumed += ['spring'] * bool(pull.stiffness)
         low = min(float(each.y.min()) for each in parts)
-    top = 1.15 * outer
-    hung = scene.suspension
+    top, hung = 1.15 * outer, scene.suspension
     if hung is not None:
         axle = hung.axle_radius if isinstance(hung, AxleSuspension) else 0.0
         top = min(top, max(MM * (hung.depth - axle), 0.0))
         parts += _suspension(hung, top, outer)
         assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
     margin = 0.15 * outer
-    middle = 0.5 * (top + low - margin)
-    box = _box(0.0, middle, 2.0 * (half + margin), top - low + margin)
+    box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
     return Drawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
 
@@ -255,16 +255,6 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
     return parts
 
 
-def _hole(y: float, outer: float, end: float) -> list[Part]:
-    """Return the plate with the hole, and the thread below it down to `end`."""
-    width = 0.06 * outer
-    return [
-        _path('hole', [(-0.5 * outer, y), (-width, y)], 'green'),
-        _path('', [(width, y), (0.5 * outer, y)], 'green'),
-        _path('', [(0.0, y), (0.0, end)], 'orange', 'weight'),
-    ]
-
-
 def _power(pull: Pull, end: float, outer: float) -> list[Part]:
     """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force."""
     if not (pull.pulling_mass or pull.stiffness):
@@ -277,7 +267,9 @@ def _power(pull: Pull, end: float, outer: float) -> list[Part]:
         parts.append(_area('weight', _box(0.0, end, across, high), 'orange', 'weight'))
         end -= 0.5 * high
     if pull.stiffness:
-        coil = _zigzag(end, 0.12 * outer, 0.7 * outer)
+        turns, half, height = 8, 0.12 * outer, 0.7 * outer
+        coil = [(half if k % 2 else -half, end - height * (k + 0.5) / turns) for k in range(turns)]
+        coil = [(0.0, end), *coil, (0.0, end - height)]
         parts.append(_path('spring', coil, 'green', 'spring'))
     return parts
 
@@ -317,14 +309,6 @@ def _below_axle(scene: Scene, tip: float) -> float | None:
     return None
 
 
-def _break(y: float, slant: float, carrier: Carrier) -> list[Part]:
-    """Return two strokes across a thread that is longer than it is drawn."""
-    return [
-        _path(name, [(-slant, at - slant), (slant, at + slant)], 'orange', carrier)
-        for name, at in (('break', y), ('', y - slant))
-    ]
-
-
 def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Part]:
     """Return the axle of the case, what joins them, and the hollow bearing in the ship."""
     if not isinstance(hung, AxleSuspension):
@@ -351,7 +335,12 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
         raise UsageError(f'cam: {scene.name} has no trochlea, and so no cam. Draw machine')
     reach = cam_extent(scene)
     if scene.trochlea.cam.kind == 'lever_corrected':
-        left, right = _lever_cheeks(scene, reach)
+        machine = compile_machine(scene)
+        assert isinstance(machine, LeverMachine)
+        shape = cast(CorrectedLeverGeometry | Mirrored, machine.geometry)
+        ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
+        sides = (lever_cheek(shape, end, 200, 0.0) for end in ends)
+        right, left = (MM * np.array([side.x, -side.y]) for side in sides)
     else:
         cut = cheeks(scene.trochlea.made_cam(scene.g), 200, reach)
         right = MM * np.array([cut.x, -cut.y])
@@ -361,30 +350,8 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     return closed[0], closed[1], tip
 
 
-def _lever_cheeks(scene: Scene, reach: float) -> tuple[FloatArray, FloatArray]:
-    from tauto_core.curves.drawing import lever_cheek
-
-    machine = compile_machine(scene)
-    assert isinstance(machine, LeverMachine)
-    shape = cast('CorrectedLeverGeometry | Mirrored', machine.geometry)
-    ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
-    right, left = (lever_cheek(shape, end, 200, 0.0) for end in ends)
-    return MM * np.array([left.x, -left.y]), MM * np.array([right.x, -right.y])
-
-
-def _zigzag(top: float, half: float, height: float) -> list[tuple[float, float]]:
-    turns = 8
-    middle = [((half if k % 2 else -half), top - height * (k + 0.5) / turns) for k in range(turns)]
-    return [(0.0, top), *middle, (0.0, top - height)]
-
-
 def _circle(x: float, y: float, radius: float) -> FloatArray:
     return np.array([x + radius * np.cos(_CIRCLE), y + radius * np.sin(_CIRCLE)])
-
-
-def _ring(inner: float, outer: float) -> FloatArray:
-    """Return a ring as one closed line, with a seam at the right; the inside runs backwards."""
-    return np.concatenate([_circle(0.0, 0.0, outer), _circle(0.0, 0.0, inner)[:, ::-1]], axis=1)
 
 
 def _box(x: float, y: float, width: float, height: float) -> FloatArray:

@@ -7,20 +7,19 @@ import math
 import platform
 from html import escape
 from importlib.metadata import version
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tauto_core.curves import Cam, DescentCurve
+from tauto_core.curves import Cam
 from tauto_core.curves.fluid import coordinates
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
-from tauto_core.plots.machine import MM, Drawing, draw_machine
+from tauto_core.plots.machine import MM, draw_machine
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
@@ -70,6 +69,25 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     thread = None if trochlea is None else trochlea.thread
     weight = trochlea is not None and trochlea.power.pull.pulling_mass > 0.0
     fixed_end = isinstance(thread, HoleThread | LeverThread)
+    lever: dict[str, Any] | None = None
+    curve: dict[str, Any] | None = None
+    if isinstance(machine, LeverMachine):
+        # the fulcrum is as low as the end of the thread is drawn
+        (drawn_thread,) = (part for part in drawn.parts if part.name == 'thread')
+        low, high = (0.999 * side for side in machine.sides)
+        angle = np.linspace(low, high, 201)
+        lever = {
+            'x': -MM * machine.geometry.side * machine.geometry.arm,
+            'y': float(drawn_thread.y[-1]),
+            'angle_rad': _rounded(angle, 4),
+            'beta_rad': _rounded(machine.geometry.side * machine.beta(angle), 5),
+        }
+    elif isinstance(machine, FluidPendulum):
+        # as far as the release could be
+        cusp = machine.curve.descent_cusp
+        arc = np.linspace(-min(-machine.curve.ascent_cusp, cusp), cusp, 201)
+        height, level = coordinates(machine.curve, arc)
+        curve = {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
     # one part for all of a short voyage, or several evenly spread
     end_s = float(voyage.time_s[-1])
     parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
@@ -93,8 +111,8 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         'fixed_end': fixed_end,
         'winding': _winding(scene),
         'pivot': None if hung is None else [0.0, MM * hung.depth],
-        'lever': _lever(machine, drawn) if isinstance(machine, LeverMachine) else None,
-        'curve': _curve(machine.curve) if isinstance(machine, FluidPendulum) else None,
+        'lever': lever,
+        'curve': curve,
     }
 
 
@@ -137,27 +155,6 @@ def _winding(scene: Scene) -> dict[str, Any] | None:
         'y': _rounded(MM * y),
         'rise': _rounded(MM * rise),
     }
-
-
-def _lever(machine: LeverMachine, drawn: Drawing) -> dict[str, Any]:
-    """Return the fulcrum, as low as the end of the thread is drawn, and the angle of the lever."""
-    (thread,) = (part for part in drawn.parts if part.name == 'thread')
-    low, high = (0.999 * side for side in machine.sides)
-    angle = np.linspace(low, high, 201)
-    return {
-        'x': -MM * machine.geometry.side * machine.geometry.arm,
-        'y': float(thread.y[-1]),
-        'angle_rad': _rounded(angle, 4),
-        'beta_rad': _rounded(machine.geometry.side * machine.beta(angle), 5),
-    }
-
-
-def _curve(curve: DescentCurve) -> dict[str, Any]:
-    """Return the places of the body on its curve, as far as its release could be."""
-    cusp = curve.descent_cusp
-    arc = np.linspace(-min(-curve.ascent_cusp, cusp), cusp, 201)
-    height, level = coordinates(curve, arc)
-    return {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
 
 
 def _rounded(values: FloatArray, digits: int = 3) -> list[float]:
@@ -240,7 +237,7 @@ def report_html(voyage: Voyage, command: str) -> str:
     ]
     damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
-    template = Template((files('tauto_core') / 'report_page.html').read_text(encoding='utf-8'))
+    template = Template(Path(__file__).with_name('report_page.html').read_text(encoding='utf-8'))
     return template.substitute(
         title=escape(voyage.scene.name),
         length='' if seconds is None else escape(f': {span(seconds)}'),
