@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from tauto_core.kernels import KernelCacheWarning, entries, marks, optimised
+from tauto_core.kernels.machine_code import compiler_versions
 from tauto_core.kernels.marks import listening
-from tauto_core.kernels.program import compiler_versions
 
 LAWS = """
 from typing import NamedTuple
@@ -176,7 +176,7 @@ def test_a_user_without_a_home_folder_compiles_each_time(program, monkeypatch):
 def test_another_processor_or_version_has_code_of_its_own(program, monkeypatch):
     program.run()
     changed = ('another', *compiler_versions())
-    monkeypatch.setattr('tauto_core.kernels.program.compiler_versions', lambda: changed)
+    monkeypatch.setattr('tauto_core.kernels.machine_code.compiler_versions', lambda: changed)
     assert program.run() == (19.0, 1)
     assert len(list(entries.folder().iterdir())) == 2
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauto_core.kernels import entry, program
+from tauto_core.kernels import entry, machine_code
 from tauto_core.kernels.entries import structure_of, unpacker
 from tauto_core.kernels.program import Program
 from tauto_core.motion.lanes import combined, fma, largest, load, square_root, store, total
@@ -32,17 +32,17 @@ def text_of(kernel: Any, *args: Any) -> tuple[str, Any]:
 
 def test_a_processor_without_vectors_gives_the_same_bits_optimised_or_not():
     """Plain x86-64 has no fused multiply-add, so the function of the C library takes its place."""
-    if not program.processor()[0].startswith('x86_64'):
+    if not machine_code.processor()[0].startswith('x86_64'):
         pytest.skip('x86-64 alone has processors that differ so much')
     rows = np.random.default_rng(1).normal(size=(9, 8))
     text, layout = text_of(of_lanes, rows, 0.7)
-    plain = program.processor()[0], 'x86-64', ''
+    plain = machine_code.processor()[0], 'x86-64', ''
     found = []
-    made = product((program.processor(), plain), program.Effort)
+    made = product((machine_code.processor(), plain), machine_code.Effort)
     for number, (processor, effort) in enumerate(made):
         name = f'entry_{number}'
-        code = program.object_code(text.replace('entry_of_a_test', name), processor, effort)
-        call, (words, unpack) = program.loaded(code, name), unpacker(layout)
+        code = machine_code.object_code(text.replace('entry_of_a_test', name), processor, effort)
+        call, (words, unpack) = machine_code.loaded(code, name), unpacker(layout)
         import ctypes
         import struct
 
@@ -59,7 +59,7 @@ def test_code_for_arm64_can_be_made():
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     text, _ = text_of(of_lanes, np.ones((9, 8)), 0.7)
-    code = program.object_code(text, ('aarch64-unknown-linux-gnu', 'generic', ''))
+    code = machine_code.object_code(text, ('aarch64-unknown-linux-gnu', 'generic', ''))
     assert code[:4] == b'\x7fELF'
     assert int.from_bytes(code[18:20], 'little') == 183  # EM_AARCH64
 

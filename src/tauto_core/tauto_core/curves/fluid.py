@@ -81,7 +81,7 @@ def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class _InMedium:
+class CurveInMedium:
     """A curve with its body and fluid; refuses numbers that no body in a fluid can have.
 
     Attributes:
@@ -117,7 +117,7 @@ class _InMedium:
 
 
 @dataclass(frozen=True)
-class Cycloid(_InMedium):
+class Cycloid(CurveInMedium):
     """Huygens' cycloid, γ f dx/ds = s: the tautochrone in vacuum, used in a fluid (1729, 18).
 
     It does not take κ of the fluid into account.
@@ -143,7 +143,7 @@ class Cycloid(_InMedium):
 
 
 @dataclass(frozen=True)
-class SymmetricCurve(_InMedium):
+class SymmetricCurve(CurveInMedium):
     """γ f dx/ds = s + (4/9) κ² s³: closer to isochronous than Euler's curve for swings to and fro.
 
     On a cycloid in the fluid a swing to and fro takes 1 + (κS)²/6 of a small swing, with S its
@@ -177,7 +177,7 @@ class SymmetricCurve(_InMedium):
 
 
 @dataclass(frozen=True)
-class ActaCurve(_InMedium):
+class ActaCurve(CurveInMedium):
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
     From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
@@ -287,7 +287,7 @@ _ROUNDING = 4.0 * np.finfo(np.float64).eps
 
 
 @dataclass(frozen=True)
-class FluidTautochrone(_InMedium):
+class FluidTautochrone(CurveInMedium):
     """The joined curve of descent and ascent (§22), with or without constant friction (§35).
 
     Attributes:

@@ -402,7 +402,7 @@ class CompiledFunction:
             if any(old(*plain_arguments(args)) is not None for old, *_ in self._made):
                 return
             check_arrays()
-            from tauto_core.kernels.program import Effort
+            from tauto_core.kernels.machine_code import Effort
 
             efforts = [Effort.OPTIMISED] if _no_hurry else [Effort.OPTIMISED, Effort.QUICK]
             layout, call, effort = self._compiled(structures, efforts)
@@ -413,7 +413,7 @@ class CompiledFunction:
 
     def _timed(self, quick: Any, structures: list[Any]) -> Any:
         """Return quick code that gives way to optimised code when it has run for a while."""
-        from tauto_core.kernels.program import Effort
+        from tauto_core.kernels.machine_code import Effort
 
         ran_s, best = 0.0, None
 
@@ -436,8 +436,7 @@ class CompiledFunction:
 
         What is kept of the first effort is taken, else of the next; else the last is made.
         """
-        from tauto_core.kernels.program import (
-            Program,
+        from tauto_core.kernels.machine_code import (
             compiler_versions,
             loaded,
             object_code,
@@ -460,6 +459,8 @@ class CompiledFunction:
             if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
                 return kept[0]['result'], loaded(kept[1], name), effort
         # file, name and effort are now the last ones
+        from tauto_core.kernels.program import Program
+
         with compiling(f'{self.python.__module__}.{self.python.__qualname__}') as translated:
             program = Program(self.python, structures, name)
             text = str(program.module)

@@ -38,7 +38,7 @@ from tauto_core.scene.sections import Positive
 _COMPLEX_STEP = 1e-30
 
 
-class _Line(NamedTuple):
+class ThreadLine(NamedTuple):
     """The thread's line and its derivatives by θ, from functions that also take complex τ."""
 
     ratio: Any  # ρ = dβ/dθ
@@ -192,7 +192,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         return beta, ratio, bend
 
     @np.errstate(invalid='ignore', divide='ignore')
-    def _line(self, tau: Any) -> _Line:
+    def _line(self, tau: Any) -> ThreadLine:
         """Return the thread's line; NaN beyond the cam."""
         square = tau * tau
         quartic = square * square
@@ -210,7 +210,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         arm = ratio * self.arm * cosine_between
         more = bend * cosine_between - ratio * sine_between * (ratio - turns)
         p = self.arm * more / (1.0 - turns)
-        return _Line(ratio, bend, beta, delta, turns, arm, p, reach)
+        return ThreadLine(ratio, bend, beta, delta, turns, arm, p, reach)
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         line = self._line(tau)
@@ -237,7 +237,7 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
         return np.ones_like(beta)
 
     @np.errstate(invalid='ignore', divide='ignore')
-    def _line(self, tau: Any) -> _Line:
+    def _line(self, tau: Any) -> ThreadLine:
         """Return the thread's line; NaN beyond the cam."""
         beta, ratio, bend = self._raised(tau)
         root = np.sqrt(self.depth**2 + self.arm**2 * ratio * (2.0 - ratio))
@@ -245,7 +245,7 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
         reach = self.depth * np.cos(delta) - self.arm * np.sin(delta)
         turns = -self.arm * bend / reach
         p = self.arm * bend / (1.0 - turns)
-        return _Line(ratio, bend, beta, delta, turns, self.arm * ratio, p, reach)
+        return ThreadLine(ratio, bend, beta, delta, turns, self.arm * ratio, p, reach)
 
 
 class LeverCorrectedCam(CamKind):
