@@ -29,9 +29,11 @@ from tauto_core.samples import (
     OBSERVATION,
     PHASE,
     READING,
+    SHIP_TEMPERATURE,
     FixSamples,
     JointSamples,
     Samples,
+    TemperatureSamples,
     TimeSamples,
 )
 from tauto_core.scene import Scene
@@ -54,6 +56,7 @@ class Summary:
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
         self._scatter: RateScatter | None = None
+        self._air = (math.inf, -math.inf)
         self._rated = RatedTime()
         self._tally = LongitudeTally()
         self._swings = SwingTally(scene, machine)
@@ -72,6 +75,13 @@ class Summary:
         reading = batches.get(READING)
         if isinstance(reading, TimeSamples):
             self._rated.read(reading)
+        felt = batches.get(SHIP_TEMPERATURE)
+        if isinstance(felt, TemperatureSamples) and len(felt.stamp_ns):
+            low, high = self._air
+            self._air = (
+                min(low, float(felt.temperature.min())),
+                max(high, float(felt.temperature.max())),
+            )
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -84,9 +94,8 @@ class Summary:
                 self._last_reading = ends[1]
                 if self._scatter is not None:
                     self._scatter.feed(samples)
-            elif isinstance(samples, FixSamples):
-                if topic == LONGITUDE_FIX:
-                    self._tally.place(samples)
+            elif isinstance(samples, FixSamples) and topic == LONGITUDE_FIX:
+                self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
                 if topic == ESTIMATE:
@@ -110,7 +119,15 @@ class Summary:
             'propagator': self.propagator,
             **sea,
             **figures,
+            **self.air(),
         }
+
+    def air(self) -> dict[str, dict[str, float]]:
+        """Return the `air` of a result, the range of the temperature of the clock, if any."""
+        low, high = self._air
+        if low > high:
+            return {}
+        return {'air': {'lowest_celsius': low, 'highest_celsius': high}}
 
     def clock(self) -> dict[str, Any]:
         """Return the dial's reading since the start, its error and its mean rate.

@@ -566,7 +566,14 @@ def summarise_bag(path: Path) -> dict[str, Any]:
 
     bag = read_bag(path)
     summary = Summary(bag_scene(bag))
-    computed = (JOINT_STATES, PHASE, ESTIMATE, LONGITUDE_FIX, LONGITUDE_ERROR)
+    computed = (
+        JOINT_STATES,
+        PHASE,
+        ESTIMATE,
+        LONGITUDE_FIX,
+        LONGITUDE_ERROR,
+        SHIP_TEMPERATURE,
+    )
     for topics in ((OBSERVATION, READING), computed):  # the summary needs these two first
         for topic, part in bag.parts([topic for topic in topics if topic in bag]):
             summary.feed({topic: part})

@@ -14,6 +14,7 @@ from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.reference import FOLDERS, all_kinds, all_that_go, new_scene
 from tauto_core.scene.sections import kind_of, kinds_in
+from tauto_core.ship.air import AirKind
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sections import SuspensionKind
 from tauto_core.ship.weather_kind import WeatherKind
@@ -96,8 +97,8 @@ def test_every_key_of_every_kind_is_there_with_its_meaning() -> None:
         for model in kinds_in(folder)
     }
     for model in all_kinds():
-        if issubclass(model, WeatherKind | SuspensionKind) and model.rank > 1:
-            continue  # of the kinds of weather and suspension a new scene shows the first
+        if issubclass(model, WeatherKind | SuspensionKind | AirKind) and model.rank > 1:
+            continue  # of the kinds of weather, suspension and air a new scene shows the first
         text = re.sub(r'\n *#* *# ', ' ', texts.get(kind_of(model), texts['sea']))
         for name, field in model.model_fields.items():
             if name == 'gamma':

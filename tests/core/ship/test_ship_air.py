@@ -5,18 +5,21 @@ from __future__ import annotations
 import math
 import re
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tauto_core.checks.facts import scene_facts
 from tauto_core.samples import SHIP_TEMPERATURE, TemperatureSamples, join
-from tauto_core.scene import Scene, load_scene
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import ZONAL_CELSIUS, ZONAL_LATITUDES, zonal_celsius
 from tauto_core.ship.passage import Passage
-from tauto_core.voyage import ShipSource
+from tauto_core.voyage import ShipSource, sail
 
 HOUR_S, DAY_S = 3600.0, 86_400.0
 VOYAGE: dict[str, Any] = {
@@ -50,13 +53,13 @@ def integrated(scene: Scene, mean, longitude, knots_s) -> np.ndarray:
         return (mean(t) + swing - y) / (air.box_hours * HOUR_S)
 
     times = scene.log.interval * np.arange(scene.log_count)
-    y, found = [float(box(scene)[0])], np.empty(scene.log_count)
+    reached, found = float(box(scene)[0]), np.empty(scene.log_count)
     edges = sorted({0.0, *(k for k in knots_s if 0.0 < k < times[-1]), times[-1]})
     for a, b in pairwise(edges):
-        run = solve_ivp(slope, (a, b), y, 'DOP853', dense_output=True, rtol=1e-12, atol=1e-11)
         here = (times >= a) & (times <= b)
-        found[here] = run.sol(times[here])[0]
-        y = run.y[:, -1]
+        at = np.unique(np.append(times[here], b))
+        run = solve_ivp(slope, (a, b), [reached], 'DOP853', t_eval=at, rtol=1e-12, atol=1e-11)
+        found[here], reached = run.y[0, : here.sum()], float(run.y[0, -1])
     return found
 
 
@@ -137,6 +140,7 @@ def test_a_scene_without_air_has_no_temperature() -> None:
 
 
 ROUTE = {'kind': 'route', 'at': AT}
+RECORD = {'kind': 'record', 'source': 'x', 'time': [0.0, 9000.0], 'celsius': [8.0, 9.0]}
 
 
 @pytest.mark.parametrize(
@@ -161,7 +165,20 @@ ROUTE = {'kind': 'route', 'at': AT}
         ({**ROUTE, 'at': []}, VOYAGE, 'air.at: is empty'),
         (ROUTE, None, 'names places of a voyage, and the scene has none'),
         ({**ROUTE, 'celsius': 3.0}, VOYAGE, 'does not go with at'),
-        ({'kind': 'route'}, None, 'air.at: is missing, and there is no celsius'),
+        (
+            {'kind': 'route'},
+            None,
+            'air.celsius: is needed: air gives no temperatures, and there is no voyage',
+        ),
+        ({'kind': 'route'}, VOYAGE, 'voyage.date: is needed: .* voyage.date is missing'),
+        ({'kind': 'route'}, {**VOYAGE, 'date': '1761-02-30'}, "date = '1761-02-30': is not a day"),
+        ({'kind': 'route'}, {**VOYAGE, 'date': 1761}, 'voyage.date = 1761: is not a day'),
+        (ROUTE, {**VOYAGE, 'date': '1300-01-01'}, 'must lie in the years 1500 to 2999'),
+        ({**ROUTE, 'kind': 'rout'}, VOYAGE, 'unknown kind. Did you mean route'),
+        (RECORD, None, 'lasts from 0 s to 9000 s by the scene, which lasts from 0 to 864000.0 s'),
+        ({**RECORD, 'celsius': [1.0]}, None, 'has 1 values for 2 times'),
+        ({**RECORD, 'time': [0.0, 0.0]}, None, r'air.time\[1\] = 0.0: must be later'),
+        ({**RECORD, 'celsius': [8.0, 280.0]}, None, r'celsius\[1\] = 280.0: .* Write 6.85'),
         ({**ROUTE, 'box_hours': 0.0}, VOYAGE, 'box_hours = 0.0: must be greater than 0.0'),
         ({**ROUTE, 'diurnal': -1.0}, VOYAGE, 'diurnal = -1.0: must be at least 0.0'),
     ],
@@ -171,3 +188,110 @@ def test_impossible_air_is_refused(air, voyage, said) -> None:
         scene_of(air, voyage=voyage)
     found = str(error.value).replace(" (air is given, in place of the scene's)", '')
     assert re.search(said, found), found
+
+
+# -----------------------------------------------------------------------------
+# The climate over the sea.
+
+
+def test_the_climate_is_that_of_its_table_in_the_middle_of_a_month() -> None:
+    middle = (np.arange(12) + 0.5) / 12.0
+    for latitude, row in zip(ZONAL_LATITUDES, ZONAL_CELSIUS, strict=True):
+        np.testing.assert_allclose(zonal_celsius(np.full(12, latitude), middle), row, atol=1e-11)
+    # beyond the rows constant, between them linear, over the new year too
+    assert zonal_celsius(np.array([-85.0]), middle[:1]) == ZONAL_CELSIUS[0, 0]
+    found = zonal_celsius(np.array([45.0, 40.0]), np.array([1.0 / 24.0, 1.0]))
+    expected = [ZONAL_CELSIUS[11:13, 0].mean(), ZONAL_CELSIUS[11, [11, 0]].mean()]
+    np.testing.assert_allclose(found, expected, atol=1e-11)
+
+
+def test_the_climate_has_the_seasons_of_both_hemispheres_and_the_heat_of_the_tropics() -> None:
+    """Over the sea the seasons lag the Sun by about two months."""
+    warmest = np.argmax(ZONAL_CELSIUS, axis=1)
+    assert set(warmest[np.abs(ZONAL_LATITUDES - 40.0) <= 20.0]) <= {7, 8}
+    assert set(warmest[np.abs(ZONAL_LATITUDES + 40.0) <= 20.0]) <= {1, 2}
+    assert 26.0 < ZONAL_CELSIUS[np.abs(ZONAL_LATITUDES) <= 10.0].mean() < 27.5
+
+
+def test_a_voyage_has_the_climate_of_its_places_and_its_date() -> None:
+    air = {'kind': 'route', 'box_hours': 1e-3}
+    for date, month in (('1761-01-14', 0), ('1761-07-14', 6)):
+        voyage = {**VOYAGE, 'departure': [50.0, 0.0], 'date': date}
+        found = box(scene_of(air, voyage=voyage, gravity='normal'))
+        # within three days of the middle of the month, by at most 2.6 K a month
+        at = ZONAL_CELSIUS[12, month], np.interp(17.93, ZONAL_LATITUDES, ZONAL_CELSIUS[:, month])
+        np.testing.assert_allclose(found[[0, -1]], at, atol=0.6)
+
+
+# -----------------------------------------------------------------------------
+# Records.
+
+
+def recorded(tmp_path: Path, rows: str, date: str | None = None, **keys: Any) -> Scene:
+    (tmp_path / 'air.csv').write_text(rows, encoding='utf-8')
+    air = {'kind': 'record', 'path': str(tmp_path / 'air.csv'), 'box_hours': 2.0, **keys}
+    voyage = {**VOYAGE, 'sails_at': DAY_S, 'date': date}
+    return scene_of(air, 2.0, voyage=voyage)
+
+
+DAYS = 'time_s,celsius\n-3600,8\n82000,14\n160000,10\n172800,9\n'
+DATED = (
+    'time_utc,celsius\n1761-11-16T23:00,8\n1761-11-17T22:46:40,14\n1761-11-18T20:26:40,10\n'
+    '1761-11-19,9\n'
+)
+
+
+def test_a_record_is_that_of_an_integration_and_packed_into_the_scene(tmp_path) -> None:
+    scene = recorded(tmp_path, DAYS, diurnal=2.0)
+    (tmp_path / 'air.csv').unlink()
+    assert parse_scene(scene_yaml(scene), 'again') == scene
+    assert scene.voyage is not None
+    passage = Passage(scene, scene.voyage)
+
+    def mean(t):
+        return float(
+            np.interp(t, [-3600.0, 82_000.0, 160_000.0, 172_800.0], [8.0, 14.0, 10.0, 9.0])
+        )
+
+    def longitude(t):
+        return float(passage.places(np.array([round(t * 1e9)]))[1][0])
+
+    expected = integrated(scene, mean, longitude, [82_000.0, DAY_S, 160_000.0])
+    np.testing.assert_allclose(box(scene), expected, rtol=0.0, atol=2e-6)
+
+
+def test_dates_of_a_record_are_those_of_the_voyage(tmp_path) -> None:
+    by_seconds = box(recorded(tmp_path, DAYS))
+    np.testing.assert_array_equal(box(recorded(tmp_path, DATED, '1761-11-18')), by_seconds)
+    begun = recorded(tmp_path, DATED, begins='1761-11-17')
+    np.testing.assert_array_equal(box(begun), by_seconds)
+
+
+@pytest.mark.parametrize(
+    ('rows', 'said'),
+    [
+        (DAYS.replace(',14', ',287'), 'line 3, celsius = 287.0: .* Write 13.85 if 287'),
+        (DAYS.replace('82000', '-3600'), 'line 3, time_s = -3600.0: must be later than the row'),
+        (DAYS.replace('82000', '82801'), 'line 3: comes 86401 s after .*longest_gap_hours,'),
+        ('time_s,celsius\n', 'holds no rows'),
+        (DAYS.replace(',14', ','), "line 3, celsius = '': is not a finite number"),
+        (DAYS.replace('-3600', '3600'), 'lasts from 3600 s to 172800 s by the scene'),
+        (DAYS.replace('celsius', 'kelvin'), 'column celsius: is missing'),
+        (DATED.replace('1761', '1762'), 'correct voyage.date'),
+    ],
+)
+def test_impossible_records_are_refused(rows, said, tmp_path) -> None:
+    with pytest.raises(SceneError, match=said):
+        recorded(tmp_path, rows, '1761-11-18')
+
+
+def test_a_check_and_a_result_have_the_range_in_the_box() -> None:
+    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0}
+    scene = scene_of(air, 3.0, voyage=None)
+    voyage = sail(scene)
+    swing = 3.0 / math.hypot(1.0, math.tau / 4.0)
+    for found in (voyage.result['air'], scene_facts(scene)['air']):
+        assert math.isclose(found['lowest_celsius'], 12.0 - swing, abs_tol=1e-3)
+        assert math.isclose(found['highest_celsius'], 12.0 + swing, abs_tol=1e-3)
+    np.testing.assert_array_equal(voyage.temperature_celsius, box(scene))
+    assert 'air' not in sail(load_scene('ideal', duration=60.0)).result

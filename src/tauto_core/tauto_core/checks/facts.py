@@ -36,6 +36,7 @@ from tauto_core.navigation.regressors import MOTIONS
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
+from tauto_core.ship.air import BoxTemperature
 
 # -----------------------------------------------------------------------------
 # How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
@@ -341,6 +342,21 @@ def way(scene: Scene) -> dict[str, Any] | None:
     }
 
 
+def felt_air(scene: Scene) -> dict[str, float]:
+    """Return the range of the temperature in the box of the clock, for a scene with `air`.
+
+    It is looked at some 10,000 times over the scene.
+    """
+    assert scene.air is not None
+    each = np.arange(0, scene.log_count, max(scene.log_count // 10_000, 1))
+    felt = BoxTemperature(scene).at(np.append(each, scene.log_count - 1))
+    return {
+        'lowest_celsius': float(felt.min()),
+        'highest_celsius': float(felt.max()),
+        'box_hours': scene.air.box_hours,
+    }
+
+
 def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
     """Return the terms that a scene does not have; they are not in the code that runs."""
     drag, escapement, regulator = machine.drag, scene.escapement, scene.regulator
@@ -405,6 +421,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'suspension': hangs(scene, machine),
         'thread': thread(scene, machine),
         'voyage': way(scene),
+        **({} if scene.air is None else {'air': felt_air(scene)}),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,

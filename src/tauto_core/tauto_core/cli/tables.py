@@ -290,6 +290,12 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f'{significant(way["speed_m_s"])} m/s, landfall{"s" * (len(times) > 1)} after '
             f'{landfalls}',
         )
+    if air := facts.get('air'):
+        yield (
+            'air',
+            f'{air["lowest_celsius"]:.1f} to {air["highest_celsius"]:.1f} °C in the box of the '
+            f'clock, which follows the air in {air["box_hours"]:g} h',
+        )
     kept = 'with' if facts['motion_kept'] else 'without'
     logged = facts['logged_samples']
     yield 'log', f'{logged:,} samples, one every {interval:g} s, {kept} the motion'

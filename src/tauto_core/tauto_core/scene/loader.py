@@ -43,6 +43,7 @@ from tauto_core.scene.tables import is_shipped, missing_file
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
 from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
+from tauto_core.ship.airs import RecordAir
 from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
@@ -227,7 +228,7 @@ class Scene(Section):
                 'Write `voyage: …`, or leave lunars out.',
             )
         if self.air is not None:
-            yield from self.air.problems(self.voyage)
+            yield from self.air.problems(self)
         if 'gravity' in (self.drift.covariates or ()) and self.gravity != 'normal':
             yield Problem(
                 'drift.covariates',
@@ -486,6 +487,7 @@ DEFAULT_SCENE = 'measured'
 
 # Keys of a scene that name files.
 _PATHS = (
+    ('air', 'path'),
     ('trochlea', 'cam', 'path'),
     ('ship', 'recorded', 'path'),
     ('ship', 'sea', 'path'),
@@ -653,6 +655,8 @@ def checked_scene(
         for model in models:
             if kind_of(model) == ship.get('kind'):
                 content = content | {'ship': model.with_files_read(ship, origin)}
+    if isinstance(content.get('air'), dict):
+        content = content | {'air': RecordAir.with_file_read(content['air'], origin)}
     try:
         return Scene.model_validate(content)
     except ValidationError as error:

@@ -27,6 +27,7 @@ from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
 from tauto_core.scene.sections import Kind, KindIn, Section, kind_of, kinds_in
 from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.ship.airs import AirRecordFile
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
 from tauto_core.ship.sections import Rao
@@ -40,6 +41,9 @@ default is *left out*, the part is not simulated unless the key says otherwise. 
 file* is read when the scene is loaded; the scene that runs, which is also written to the bag, has
 its numbers instead.
 """
+
+_FROM_FILES: dict[str, type[Section]] = {**FILE_FORMS, 'air': AirRecordFile}
+"""The form of each section, of a sea's ship or of the scene, whose values are in a file."""
 
 
 def all_kinds() -> tuple[type[Kind], ...]:
@@ -66,7 +70,7 @@ def scenes_page() -> str:
             names = [] if kind is None or len(models) == 1 else list(get_args(kind.annotation))
             title = f'`{key}`' + ''.join(f', {" or ".join(names)}' for _ in names[:1])
             parts.append(_of_model(title, model))
-        form = FILE_FORMS.get(key.removeprefix('ship.'))
+        form = _FROM_FILES.get(key.removeprefix('ship.'))
         if form is not None:
             parts.append(_of_model(f'`{key}`, from a file', form))
             parts += [_of_model(f'`{part}`', each) for part, (each,) in _sections(form, key)]
@@ -134,7 +138,7 @@ def schema() -> dict[str, Any]:
     """Return the schema, of JSON Schema 2020-12."""
     found = Scene.model_json_schema(ref_template=_REF + '{model}')
     definitions = found['$defs']
-    for form in FILE_FORMS.values():
+    for form in _FROM_FILES.values():
         of_file = form.model_json_schema(ref_template=_REF + '{model}')
         definitions |= of_file.pop('$defs', {})
         definitions[form.__name__] = of_file
@@ -144,13 +148,15 @@ def schema() -> dict[str, Any]:
     ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
     ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
     ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
+    air = found['properties']['air']['anyOf'][0]
+    air['oneOf'].append({'$ref': f'{_REF}AirRecordFile'})
     definitions['Landfall'] = waypoint
     place = waypoint['properties']['place']
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
     # a section without `kind` is of the default kind, if there is one
     defaults = {folder.default for folder in _folders(Scene)}
     names = [each.__name__ for each in all_kinds() if kind_of(each) not in defaults]
-    for name in (*names, RecordFile.__name__):
+    for name in (*names, RecordFile.__name__, AirRecordFile.__name__):
         definitions[name].setdefault('required', []).insert(0, 'kind')
     found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
     head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}
@@ -237,6 +243,7 @@ _LEFT_OUT: dict[str, Any] = {
     'drift.coefficients.roll': {'value': 0.01, 'sigma': 0.02},
     'drift.coefficients.gravity': {'value': 1.005, 'sigma': 0.01},
     'log.motion': True,
+    'voyage.date': '1761-11-18',
     'voyage.track': 'geodesic',
     'voyage.waypoints': [[36.97, -25.1]],
     'voyage.speed': 5.0,

@@ -6,6 +6,7 @@ of one kind are dial, navigator, log, solver and voyage.
 
 from __future__ import annotations
 
+import datetime
 import math
 import pkgutil
 from collections.abc import Iterator, Mapping
@@ -27,7 +28,7 @@ from pydantic import (
     WithJsonSchema,
     WrapValidator,
 )
-from pydantic_core import CoreSchema
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, nanoseconds
@@ -375,6 +376,9 @@ WIDEST_AWARD_NMI = 60.0
 HIGHEST_LATITUDE_DEG = math.degrees(math.acos(WIDEST_AWARD_NMI / (180.0 * 60.0)))
 """89.68°; nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
 
+EARLIEST_YEAR, LATEST_YEAR = 1500, 2999
+"""Years of `voyage.date`."""
+
 SAME_PLACE_DEG = 1e-9
 """Places nearer to each other in latitude and longitude, a tenth of a millimetre, are the same."""
 
@@ -392,6 +396,16 @@ class Waypoint(Section):
         default=False,
         description='true: land is sighted, so the longitude is known and the clock is checked',
     )
+
+
+def _plain_date(value: object) -> object:
+    """Return a day of the calendar; refuse numbers and times, which pydantic reads as dates."""
+    if isinstance(value, datetime.date) and not isinstance(value, datetime.datetime):
+        return value
+    try:
+        return datetime.date.fromisoformat(value if isinstance(value, str) else '')
+    except ValueError:
+        raise PydanticCustomError('date', 'is not a day, such as 1761-11-18') from None
 
 
 class Itinerary(Section):
@@ -414,6 +428,11 @@ class Itinerary(Section):
         description='geodesic, the shortest route between places, or rhumb, a constant course '
         'between places; geodesic when left out',
     )
+    date: Annotated[datetime.date, BeforeValidator(_plain_date)] | None = Field(
+        default=None,
+        description='day on which she sails, as 1761-11-18, at Greenwich and in the Gregorian '
+        'calendar, 1500 to 2999; for the climate of the air',
+    )
     sails_at: SceneTime = Field(description='time of setting sail, from the start [s]')
     arrives_at: SceneTime | None = Field(
         default=None, description='time of landfall, from the start [s]; or give speed'
@@ -428,8 +447,28 @@ class Itinerary(Section):
         between = (each.place for each in self.waypoints or ())
         return (self.departure, *between, self.arrival)
 
+    def day_at(self, stamp_s: float, starts_at: float) -> float:
+        """Return the proleptic Gregorian ordinal of a stamp [days]; only with a `date`.
+
+        Days begin at stamps that are whole days, so that stamp 0 is midnight at Greenwich.
+
+        Args:
+            stamp_s: the stamp [s].
+            starts_at: stamp of the start of the scene [s].
+        """
+        assert self.date is not None
+        sails = math.floor((starts_at + self.sails_at) / DAY_S)
+        return self.date.toordinal() - sails + stamp_s / DAY_S
+
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys, without computing the route."""
+        if self.date is not None and not EARLIEST_YEAR <= self.date.year <= LATEST_YEAR:
+            yield Problem(
+                'voyage.date',
+                self.date.isoformat(),
+                f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}',
+                'Write year, month and day, such as 1761-11-18.',
+            )
         if self.arrives_at is None and self.speed is None:
             yield Problem(
                 'voyage.arrives_at',

@@ -15,8 +15,8 @@ from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import Problem
-from tauto_core.scene.sections import Itinerary, Kind
-from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.scene.sections import Kind
+from tauto_core.scene.times import DAY_S, NS_PER_S, nanoseconds
 from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.passage import Passage
 
@@ -67,8 +67,8 @@ class AirKind(Kind):
         """
         raise NotImplementedError
 
-    def problems(self, voyage: Itinerary | None) -> Iterator[Problem]:
-        """Yield what is wrong with it on a voyage."""
+    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
+        """Yield what is wrong with it in a scene."""
         raise NotImplementedError
 
 
@@ -81,19 +81,33 @@ class AirySurroundings(Surroundings, Protocol):
         ...
 
     @property
-    def starts_at_ns(self) -> int:
-        """Stamp of the first sample [ns]; stamp 0 is midnight at Greenwich."""
+    def starts_at(self) -> float:
+        """Stamp of the first sample [s]; stamp 0 is midnight at Greenwich."""
         ...
+
+
+def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntArray:
+    """Return times every `KNOT_S`, some beyond the end of the scene but none after `last_ns`.
+
+    So the temperature of an instant does not depend on the duration.
+    """
+    step = KNOT_S * NS_PER_S
+    needed = scene.duration_ns + 2 * scene.log_interval_ns + 2 * step
+    return np.arange(first_ns, min(last_ns, needed), step, dtype=np.int64)
 
 
 def beyond(key: str, celsius: float) -> Iterator[Problem]:
     """Yield a problem where a temperature [°C] is none that air can have."""
-    if COLDEST <= celsius <= WARMEST:
-        return
-    remedy = 'Give it in degrees Celsius.'
-    if celsius >= KELVIN_FROM:
-        remedy = f'Write {celsius - 273.15:.4g} if {celsius:g} is in kelvin.'
-    yield Problem(key, celsius, f'must lie between {COLDEST:g} and {WARMEST:g} °C', remedy)
+    if not COLDEST <= celsius <= WARMEST:
+        said = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
+        yield Problem(key, celsius, said, in_celsius(celsius))
+
+
+def in_celsius(value: float) -> str:
+    """Return the advice for a number that is no temperature of air in °C."""
+    if value < KELVIN_FROM:
+        return 'Give it in degrees Celsius.'
+    return f'Write {value - 273.15:.4g} if {value:g} is in kelvin.'
 
 
 # -----------------------------------------------------------------------------
@@ -123,9 +137,8 @@ class BoxTemperature:
         knots = [np.zeros(1, np.int64), at_ns]
         if air.diurnal and passage is not None:
             # the longitude sets the hour of noon
-            first, last = passage.sails_ns, min(passage.arrives_ns, scene.duration_ns)
-            hours = np.arange(first, last, KNOT_S * NS_PER_S, dtype=np.int64)
-            knots += [hours, np.array(passage.places_ns, np.int64)]
+            knots.append(knots_between(passage.sails_ns, passage.arrives_ns, scene))
+            knots.append(np.array(passage.places_ns, np.int64))
         knots_ns = np.unique(np.concatenate(knots))
         self._knots_ns = knots_ns
 
@@ -139,7 +152,9 @@ class BoxTemperature:
         turned = np.append(np.diff(east), 0.0)
         turned -= math.tau * np.round(turned / math.tau)
         self._pace = math.tau / DAY_S + turned / steps
-        since_midnight = (scene.starts_at_ns + knots_ns) % round(DAY_S * NS_PER_S) / NS_PER_S
+        since_midnight = (
+            (nanoseconds(scene.starts_at) + knots_ns) % round(DAY_S * NS_PER_S) / NS_PER_S
+        )
         self._phase = math.tau * (since_midnight / DAY_S - air.warmest_hour / 24.0) + east
         self._swing = air.diurnal / (1.0 + np.square(self._pace * self._lag_s))
 

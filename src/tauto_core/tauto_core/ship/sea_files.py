@@ -699,13 +699,13 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
-        read['sea'] = _read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
+        read['sea'] = section_read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
     if _holds(ship, 'rao', 'path'):
-        read['rao'] = _read(RaoFile, read_operator, ship, 'rao.path', origin)
+        read['rao'] = section_read(RaoFile, read_operator, ship, 'rao.path', origin)
     if _holds(ship, 'hull', 'path'):
-        read['hull'] = _read(HullFile, read_hull, ship, 'hull.path', origin)
+        read['hull'] = section_read(HullFile, read_hull, ship, 'hull.path', origin)
     if _holds(ship, 'roll', 'decay'):
-        read['roll'] = _read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
+        read['roll'] = section_read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
         def read_weather(asked: RecordFile) -> dict[str, Any]:
@@ -715,7 +715,7 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
             by_direction = asked.follow_route and not fixed
             return read_record(asked, by_direction=by_direction)
 
-        read['weather'] = _read(RecordFile, read_weather, ship, 'weather.path', origin)
+        read['weather'] = section_read(RecordFile, read_weather, ship, 'weather.path', origin)
     return read
 
 
@@ -723,24 +723,37 @@ def _holds(ship: dict[str, Any], section: str, key: str) -> bool:
     return isinstance(ship.get(section), dict) and key in ship[section]
 
 
-def _read(
+def section_read(
     form: type[_S],
     reader: Callable[[_S], dict[str, Any]],
     ship: dict[str, Any],
     path: str,
     origin: str,
+    prefix: str = 'ship.',
 ) -> dict[str, Any]:
-    """Return the contents of a section, from the file that its `path` names."""
+    """Return the contents of a section, from the file that its `path` names.
+
+    Args:
+        form: model of a section that names a file.
+        reader: returns the keys with the contents of the file in its place.
+        ship: what has the section, such as the ship.
+        path: path of the key that names the file, from there.
+        origin: name of the scene, for errors.
+        prefix: what precedes the path in the scene, for errors.
+
+    Raises:
+        SceneError: keys or a file that are wrong.
+    """
     section, *names = path.split('.')
     try:
         asked = form.model_validate(ship[section])
     except ValidationError as error:
         found = [
-            Problem(f'ship.{section}.{each.key}', each.value, each.problem, each.remedy)
+            Problem(f'{prefix}{section}.{each.key}', each.value, each.problem, each.remedy)
             for each in explain(error, form)
         ]
     else:
-        found = missing_file(f'ship.{path}', str(reduce(getattr, names, asked)))
+        found = missing_file(f'{prefix}{path}', str(reduce(getattr, names, asked)))
         if not found:
             return reader(asked)
     first, *further = found

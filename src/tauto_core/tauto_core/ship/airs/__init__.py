@@ -1,7 +1,8 @@
-"""The kinds of air: by the places of the voyage."""
+"""The kinds of air: by the places of the voyage or its climate, and as it was recorded."""
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
@@ -10,10 +11,77 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Itinerary, Number, Section
-from tauto_core.ship.air import AirKind, AirySurroundings, beyond
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.sections import LONGEST_TEXT, Number, OneLine, Positive, Section
+from tauto_core.scene.tables import Column, read_header, read_table, source_name, utc
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
+from tauto_core.ship.air import (
+    COLDEST,
+    WARMEST,
+    AirKind,
+    AirySurroundings,
+    beyond,
+    in_celsius,
+    knots_between,
+)
 from tauto_core.ship.passage import Passage
+
+# -----------------------------------------------------------------------------
+# The mean temperature of the air over the sea by latitude and month (theory/air.md).
+#
+# Zonal means over the sea of the monthly maps of Recommendation ITU-R P.1510-1 (2017): the air 2 m
+# above the surface in the reanalysis ERA-Interim, 1979 to 2014, every 0.75 degrees. The values are
+# those between which straight lines fit the means of all parallels best.
+
+ZONAL_LATITUDES = np.arange(-70.0, 81.0, 10.0)
+"""Latitudes of the rows of `ZONAL_CELSIUS` [degrees north]."""
+
+ZONAL_CELSIUS = np.array(
+    (
+        (-1.2, -2.3, -5.0, -9.7, -14.4, -17.4, -19.6, -19.5, -17.6, -13.4, -6.8, -1.9),
+        (1.8, 2.3, 1.9, 1.2, 0.1, -1.4, -2.8, -3.4, -3.3, -2.0, -0.4, 0.8),
+        (7.3, 7.6, 7.4, 6.6, 5.6, 4.9, 4.6, 4.4, 4.4, 4.8, 5.5, 6.5),
+        (15.8, 16.4, 16.0, 14.8, 13.5, 12.2, 11.3, 10.9, 11.0, 11.7, 12.8, 14.5),
+        (22.2, 22.9, 22.4, 21.1, 19.6, 18.2, 17.1, 16.7, 16.9, 17.6, 18.9, 20.7),
+        (25.1, 25.6, 25.7, 25.0, 23.8, 22.6, 21.7, 21.4, 21.6, 22.3, 23.2, 24.2),
+        (26.6, 26.9, 27.2, 27.3, 26.9, 26.0, 25.3, 24.9, 25.0, 25.4, 25.9, 26.3),
+        (26.4, 26.8, 27.1, 27.3, 27.1, 26.7, 26.1, 25.9, 26.0, 26.1, 26.2, 26.2),
+        (26.6, 26.5, 26.9, 27.4, 27.6, 27.4, 27.3, 27.3, 27.3, 27.3, 27.3, 27.0),
+        (23.5, 23.3, 23.7, 24.6, 25.6, 26.4, 26.7, 27.0, 27.1, 26.8, 25.8, 24.4),
+        (17.9, 17.5, 17.9, 19.0, 20.8, 23.2, 25.0, 25.6, 25.4, 23.8, 21.5, 19.4),
+        (9.4, 9.0, 9.9, 11.6, 13.9, 16.8, 20.2, 22.0, 20.5, 17.4, 14.0, 11.1),
+        (2.9, 2.5, 3.3, 4.7, 6.4, 8.7, 11.3, 13.0, 12.2, 9.2, 6.1, 4.1),
+        (-4.1, -4.5, -3.2, 0.3, 3.9, 7.1, 9.8, 10.7, 8.6, 5.1, 1.9, -1.6),
+        (-14.7, -15.1, -13.6, -8.9, -2.1, 3.0, 5.7, 5.8, 3.5, -1.5, -7.9, -12.4),
+        (-26.0, -26.3, -24.7, -19.0, -8.6, -0.9, 0.2, -0.6, -4.3, -12.6, -20.5, -24.4),
+    )
+)
+"""Mean temperature of the air over the sea [°C], from January to December."""
+
+
+def zonal_celsius(latitude_deg: FloatArray, year_part: FloatArray) -> FloatArray:
+    """Return the climate's mean temperature over the sea [°C].
+
+    It is linear in latitude between the rows, constant beyond them, and linear in time between the
+    middles of the months, which are taken as equally long.
+
+    Args:
+        latitude_deg: latitudes [degrees north], (n,).
+        year_part: time since the new year, in years, (n,).
+    """
+    row = np.clip((latitude_deg - ZONAL_LATITUDES[0]) / 10.0, 0.0, len(ZONAL_LATITUDES) - 1.0)
+    low = np.minimum(row.astype(np.int64), len(ZONAL_LATITUDES) - 2)
+    month = np.mod(year_part, 1.0) * 12.0 - 0.5
+    before = np.floor(month)
+    across, along = row - low, month - before
+    now, then = before.astype(np.int64) % 12, (before.astype(np.int64) + 1) % 12
+    south = (1.0 - along) * ZONAL_CELSIUS[low, now] + along * ZONAL_CELSIUS[low, then]
+    north = (1.0 - along) * ZONAL_CELSIUS[low + 1, now] + along * ZONAL_CELSIUS[low + 1, then]
+    return np.asarray((1.0 - across) * south + across * north)
+
+
+# -----------------------------------------------------------------------------
+# Air by the places of the voyage.
 
 
 class AirAt(Section):
@@ -29,7 +97,8 @@ class AirAt(Section):
 class RouteAir(AirKind):
     """Air by the places of the voyage; between them its temperature is linear in the time sailed.
 
-    Before the first place that is named and after the last one it is constant.
+    Before the first place that is named and after the last one it is constant. Where no
+    temperature is given, it is the mean over the sea at the ship's latitude and in the month.
     """
 
     rank = 1
@@ -37,7 +106,9 @@ class RouteAir(AirKind):
 
     kind: Literal['route'] = 'route'
     at: tuple[AirAt, ...] | None = Field(
-        default=None, description='list of {waypoint, celsius}, in the order of the voyage'
+        default=None,
+        description='list of {waypoint, celsius}, in the order of the voyage; when left out: by '
+        'latitude and month, from voyage.date',
     )
     celsius: Number | None = Field(
         default=None,
@@ -46,29 +117,44 @@ class RouteAir(AirKind):
     )
 
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
-        """Return the times at the named places, and the temperatures there."""
-        if self.at is None or scene.voyage is None:
+        """Return the times at the named places, or of the climate, and the temperatures then."""
+        if self.celsius is not None or scene.voyage is None:
             return np.zeros(1, np.int64), np.array([self.celsius], np.float64)
-        places_ns = Passage(scene, scene.voyage).places_ns
-        return (
-            np.array([places_ns[each.waypoint] for each in self.at], np.int64),
-            np.array([each.celsius for each in self.at]),
-        )
+        passage = Passage(scene, scene.voyage)
+        if self.at is not None:
+            return (
+                np.array([passage.places_ns[each.waypoint] for each in self.at], np.int64),
+                np.array([each.celsius for each in self.at]),
+            )
+        grid = knots_between(0, nanoseconds(LAST_STAMP_S), scene)
+        at_ns = np.union1d(grid, np.array(passage.places_ns, np.int64))
+        starts_at = scene.starts_at
+        days = scene.voyage.day_at(starts_at, starts_at) + at_ns / NS_PER_S / DAY_S
+        assert scene.voyage.date is not None
+        new_year = datetime.date(scene.voyage.date.year, 1, 1).toordinal()
+        return at_ns, zonal_celsius(passage.places(at_ns)[0], (days - new_year) / 365.2425)
 
-    def problems(self, voyage: Itinerary | None) -> Iterator[Problem]:
+    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
         """Yield what is wrong with its places and temperatures."""
+        voyage = scene.voyage
         if self.celsius is not None:
             yield from beyond('air.celsius', self.celsius)
             if self.at is not None:
                 yield Problem(
                     'air.celsius', self.celsius, 'does not go with at', 'Leave one of them out.'
                 )
-        elif self.at is None:
+        elif self.at is None and (voyage is None or voyage.date is None):
+            lacks = 'there is no voyage' if voyage is None else 'voyage.date is missing'
+            key = 'air.celsius' if voyage is None else 'voyage.date'
+            remedy = 'Write `celsius: …` [°C]'
+            if voyage is not None:
+                remedy = 'Write the day on which she sails, `date: 1761-11-18`, or `air.at: …`'
             yield Problem(
-                'air.at',
+                key,
                 ABSENT,
-                'is missing, and there is no celsius in its place',
-                'Write `at: [{waypoint: 0, celsius: …}, …]`, or `celsius: …`.',
+                f'is needed: air gives no temperatures, and {lacks}, from which latitude and '
+                'month would follow',
+                f'{remedy}.',
             )
         if self.at is None:
             return
@@ -102,4 +188,169 @@ class RouteAir(AirKind):
                 )
 
 
-KINDS = (RouteAir,)
+# -----------------------------------------------------------------------------
+# Air as it was recorded: a CSV file with the columns time_s or time_utc, and celsius.
+
+_SECONDS, _UTC, _CELSIUS = 'time_s', 'time_utc', 'celsius'
+_FORM = f'Give a CSV file with the columns {_SECONDS} or {_UTC}, and {_CELSIUS}.'
+_Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
+
+
+class AirRecordFile(AirKind):
+    """A record of the air from a CSV file; the scene that runs contains its rows.
+
+    Its columns are `celsius`, and `time_s` from the start of the scene or `time_utc`, such as
+    1761-11-18T12:00. Rows are in the order of their times.
+    """
+
+    kind: Literal['record'] = 'record'
+    path: OneLine = Field(description='CSV file of the record')
+    begins: OneLine | None = Field(
+        default=None,
+        description='with time_utc: UTC at the start of the scene; when left out it follows from '
+        'voyage.date, and without that it is the time of the first row',
+    )
+    longest_gap_hours: Positive = Field(
+        default=24.0, description='longest time between two rows [h]'
+    )
+
+
+def read_air(asked: AirRecordFile) -> dict[str, Any]:
+    """Return the keys of `air` with the rows of a record.
+
+    Temperatures that no air has, times that do not increase and longer gaps are refused, with the
+    line.
+    """
+    has_utc = _UTC in read_header(asked.path, remedy=_FORM)
+    if asked.begins is not None and not has_utc:
+        problem = f'needs the column {_UTC}; {_SECONDS} counts from the start of the scene'
+        raise SceneError(asked.path, 'begins', asked.begins, problem, 'Leave it out.')
+    time = _UTC if has_utc else _SECONDS
+    columns = (
+        Column(time, utc=has_utc, unit='s', rising='later than the row before'),
+        Column(_CELSIUS),
+    )
+    table = read_table(asked.path, columns, remedy=_FORM)
+    celsius = table[_CELSIUS]
+    wrong = np.flatnonzero((celsius < COLDEST) | (celsius > WARMEST))
+    if wrong.size:
+        row = int(wrong[0])
+        said, remedy = f'must lie between {COLDEST:g} and {WARMEST:g} °C', in_celsius(celsius[row])
+        raise table.refusal(row, _CELSIUS, said, remedy)
+    table.gaps(
+        time,
+        asked.longest_gap_hours * 3600.0,
+        limit='the longest, by air.longest_gap_hours,',
+        remedy='Fill the gap, or raise air.longest_gap_hours.',
+    )
+    zero_s, first_utc = 0.0, None
+    if asked.begins is not None:
+        zero_s = utc(asked.path, 'begins', asked.begins).timestamp()
+    elif has_utc:
+        zero_s = float(table[time][0])
+        first_utc = datetime.datetime.fromtimestamp(zero_s, datetime.UTC).isoformat()
+    return {
+        **asked.model_dump(exclude={'path', 'begins'}),
+        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'first_utc': first_utc,
+        'time': (table[time] - zero_s).tolist(),
+        'celsius': celsius.tolist(),
+    }
+
+
+class RecordAir(AirKind):
+    """Air as it was recorded; between the rows its temperature is linear.
+
+    A file is read when the scene is loaded; the scene that runs contains its rows.
+    """
+
+    rank = 2
+    starter: ClassVar[Mapping[str, Any]] = {
+        'source': 'a thermometer',
+        'time': [0.0, 86_400.0],
+        'celsius': [12.0, 14.0],
+    }
+
+    kind: Literal['record'] = 'record'
+    source: OneLine = Field(description='origin of the record')
+    first_utc: OneLine | None = Field(
+        default=None,
+        description='UTC of time 0; when left out, or without voyage.date, time 0 is the start of '
+        'the scene',
+    )
+    time: tuple[_Time, ...] = Field(
+        description='list of increasing times from the start of the scene, or from first_utc [s]'
+    )
+    celsius: tuple[Number, ...] = Field(
+        description='list of temperatures of the air, one for each time, -60 to 60 [°C]'
+    )
+    longest_gap_hours: Positive = Field(
+        default=24.0, description='longest time between two rows [h]'
+    )
+
+    @staticmethod
+    def with_file_read(air: dict[str, Any], origin: str) -> dict[str, Any]:
+        """Return the keys with the rows of the file that `path` names, if one is named."""
+        from tauto_core.ship.sea_files import section_read
+
+        if air.get('kind') != 'record' or 'path' not in air:
+            return air
+        return section_read(AirRecordFile, read_air, {'air': air}, 'air.path', origin, prefix='')
+
+    def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
+        """Return the times and temperatures of the rows."""
+        ahead_s = self._ahead_s(scene)
+        times = [nanoseconds(each + ahead_s) for each in self.time]
+        return np.array(times, np.int64), np.array(self.celsius)
+
+    def _ahead_s(self, scene: AirySurroundings) -> float:
+        """Return when the time 0 of the record is, from the start of the scene [s]."""
+        voyage = scene.voyage
+        if self.first_utc is None or voyage is None or voyage.date is None:
+            return 0.0
+        first = utc(self.source, 'air.first_utc', self.first_utc)
+        midnight = datetime.datetime.combine(first.date(), datetime.time(), datetime.UTC)
+        days = first.toordinal() - voyage.day_at(scene.starts_at, scene.starts_at)
+        return float(round(days * DAY_S, 3)) + (first - midnight).total_seconds()
+
+    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
+        """Yield what is wrong with its rows."""
+        if not self.time or len(self.time) != len(self.celsius):
+            yield Problem(
+                'air.celsius',
+                ABSENT,
+                f'has {len(self.celsius)} values for {len(self.time)} times',
+                'Give one for each time, and at least one.',
+            )
+            return
+        for index, celsius in enumerate(self.celsius):
+            yield from beyond(f'air.celsius[{index}]', celsius)
+        longest_s = self.longest_gap_hours * 3600.0
+        for index, (before, after) in enumerate(pairwise(self.time), 1):
+            if not 0.0 < after - before <= longest_s:
+                yield Problem(
+                    f'air.time[{index}]',
+                    after,
+                    f'must be later than the time before, {before!r} s, by at most '
+                    f'longest_gap_hours, {self.longest_gap_hours:g} h',
+                    'Sort the rows, fill the gap, or raise longest_gap_hours.',
+                )
+        if self.first_utc is not None:
+            try:
+                utc(self.source, 'air.first_utc', self.first_utc)
+            except SceneError as error:
+                yield from error.problems
+                return
+        ahead_s = self._ahead_s(scene)
+        first_s, last_s = self.time[0] + ahead_s, self.time[-1] + ahead_s
+        if first_s > 0.0 or last_s < scene.duration:
+            yield Problem(
+                'air.time',
+                [self.time[0], self.time[-1]],
+                f'lasts from {first_s:.10g} s to {last_s:.10g} s by the scene, which lasts from 0 '
+                f'to {scene.duration!r} s',
+                'Give a longer record or a shorter scene, or correct voyage.date.',
+            )
+
+
+KINDS = (RouteAir, RecordAir)
