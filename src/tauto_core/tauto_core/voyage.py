@@ -660,6 +660,7 @@ def replay(
     without = {
         OBSERVATION: 'the drift is what the scene assumes beforehand',
         SHIP_FIX: 'the ship is taken to lie where the scene begins',
+        SHIP_TEMPERATURE: 'it is taken to stay as at the start',
         SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
         'to lie still',
     }

@@ -1,6 +1,7 @@
 """The regressors of all three accelerations and of gravity, against what they stand for."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +21,7 @@ from tauto_core.samples import (
     READING,
     SHIP_FIX,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     FloatArray,
     take,
 )
@@ -312,3 +314,48 @@ def test_gravity_that_is_a_number_is_no_covariate():
     with pytest.raises(SceneError, match='names gravity, which is') as caught:
         parse_scene(SOUTH.format(**MASSLESS) + 'gravity: 9.8\n', 'test')
     assert caught.value.key == 'drift.covariates'
+
+
+# -----------------------------------------------------------------------------
+# The temperature of the box.
+
+WARM = SOUTH.replace('[gravity]{drift}', '[temperature_squared, temperature]{drift}') + (
+    'air: {{kind: route, at: [{{waypoint: 0, celsius: 6.0}}, {{waypoint: 1, celsius: 26.0}}], '
+    'diurnal: 4.0}}\n'
+)
+KNOWN = (
+    ', coefficients: {temperature: {value: -1.2e-4, sigma: 1.0e-5}, '
+    'temperature_squared: {value: 1.0e-7, sigma: 1.0e-8}}'
+)
+
+
+def test_the_integrals_of_the_temperature_are_those_of_a_line_between_samples():
+    scene = parse_scene(WARM.format(**MASSLESS | {'drift': KNOWN}), 'test')
+    samples = sail(scene).samples
+    estimate, felt = samples[ESTIMATE], samples[SHIP_TEMPERATURE]
+    warmer = np.interp(estimate.stamp_ns, felt.stamp_ns, felt.temperature - felt.temperature[0])
+    assert warmer[-1] > 15.0
+    # Simpson's rule is exact for the square of a line
+    middle = 0.5 * (warmer[1:] + warmer[:-1])
+    for name, power in (('temperature', 1), ('temperature_squared', 2)):
+        parts = 10.0 * (warmer[1:] ** power + 4.0 * middle**power + warmer[:-1] ** power)
+        grown = estimate.position[:, estimate.name.index(f'{name}_integral_s')]
+        np.testing.assert_allclose(grown[1:], np.cumsum(parts), rtol=1e-9, atol=1e-6)
+    named = dict(zip(estimate.name, estimate.position[0].tolist(), strict=True))
+    assert named['temperature_coefficient'] == -1.2e-4
+    # in kelvin, or never: refused and said
+    live = DriftStage(scene, expect_schedule=False)
+    kelvin = replace(felt, temperature=felt.temperature + 273.15)
+    live.feed({SHIP_TEMPERATURE: kelvin})
+    assert live.health()['temperature_refused'] == len(felt.stamp_ns)
+    live.feed({READING: samples[READING]})
+    (notice,) = live.notices
+    assert 'Publish sensor_msgs/Temperature on ship/temperature' in notice
+
+
+def test_a_temperature_needs_air_and_a_coefficient():
+    with pytest.raises(SceneError, match='is missing: it is not found by trial runs'):
+        parse_scene(WARM.format(**MASSLESS), 'test')
+    airless = WARM[: WARM.index('air:')].format(**MASSLESS | {'drift': KNOWN})
+    with pytest.raises(SceneError, match='and the scene has no air'):
+        parse_scene(airless, 'test')

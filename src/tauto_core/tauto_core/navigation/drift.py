@@ -347,6 +347,11 @@ _SAID = {
     'latitude_unknown': '{readings} had no place on ship/fix in the hour before; gravity was taken'
     ' as last known, at first as at the departure. Publish sensor_msgs/NavSatFix on ship/fix, or '
     'leave gravity out of drift.covariates',
+    'temperature_refused': '{samples} of ship/temperature {were} not in degrees Celsius and left '
+    'out',
+    'temperature_unknown': '{readings} had no ship/temperature in the hour before; it was taken '
+    'as last known, at first as at the start. Publish sensor_msgs/Temperature on '
+    'ship/temperature, or leave it out of drift.covariates',
     'dial_stops': 'the dial had stood still {times}; the offset was moved and reopened by that',
     'dial_settings': 'the dial was set anew {times}; the estimate began again',
     'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
@@ -401,10 +406,10 @@ class DriftStage:
     the readings on both sides. Outliers (`filtering`) are refused and counted, and so is each
     reopening of the state.
 
-    With covariates the topics of their regressors are inputs too (`ship/imu`, `ship/fix`), and
-    readings wait until these have reached them. In a live graph they wait at most until readings
-    `HELD_S` later have come. The motion is then assumed to have continued as usual, gravity to be
-    as last known, and that is counted.
+    With covariates the topics of their regressors are inputs too (`ship/imu`, `ship/fix`,
+    `ship/temperature`), and readings wait until these have reached them. In a live graph they wait
+    at most until readings `HELD_S` later have come. The motion is then assumed to have continued
+    as usual, gravity and temperature to be as last known, and that is counted.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.

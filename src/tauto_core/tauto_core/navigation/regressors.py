@@ -1,6 +1,7 @@
 """The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (theory.md, E11).
 
-Motion comes from `ship/imu`, gravity from the places of `ship/fix`.
+Motion comes from `ship/imu`, gravity from the places of `ship/fix`, the temperature
+from `ship/temperature`.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from tauto_core.navigation.longitude import BEFORE_ALL, STATUS_FIX, in_order
 from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     FixSamples,
     FloatArray,
     ImuSamples,
@@ -24,10 +26,12 @@ from tauto_core.samples import (
     JointSamples,
     Samples,
     State,
+    TemperatureSamples,
     take,
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
+from tauto_core.ship.air import COLDEST, WARMEST, BoxTemperature
 from tauto_core.ship.gravity import gravity_between
 from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
 from tauto_core.ship.six_motions import level_force
@@ -100,6 +104,9 @@ STALE_S = 3600.0
 MOTIONS = ('heave', 'roll')
 """Covariates from `ship/imu`."""
 
+HEAT = {'temperature': 1, 'temperature_squared': 2}
+"""Covariates from `ship/temperature`, and their powers of the temperature since the start."""
+
 
 class MotionRegressors(Protocol):
     """A source of the integrals of the regressors."""
@@ -108,7 +115,7 @@ class MotionRegressors(Protocol):
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """What the last results lacked, of things that change slowly: `latitude`."""
+        """What the last results lacked: `latitude`, `temperature`."""
         ...
 
     @property
@@ -316,13 +323,14 @@ class Regressors:
 
 
 # -----------------------------------------------------------------------------
-# What changes slowly: gravity by the latitude.
+# What changes slowly: gravity by the latitude, and the temperature.
 #
 # Between two samples such a quantity is a + b s after the time s, and so X is a polynomial. With
 # g_ref gravity where the dial was regulated, γ normal gravity and E Eötvös' term of the way made
 # good,
 #
-#     x_gravity = (γ - E - g_ref)/(2 g_ref).
+#     x_gravity = (γ - E - g_ref)/(2 g_ref),
+#     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
 
 
 class SlowRegressor:
@@ -475,6 +483,32 @@ class Gravity(SlowRegressor):
         return np.column_stack((0.5 * (felt / self._gravity - 1.0), 0.5 * rise / self._gravity))
 
 
+class Temperature(SlowRegressor):
+    """Temperature of the clock's box less that at the start, and its square.
+
+    Between samples it is linear. Those that no air can have, such as 293, are left out.
+    """
+
+    topic, name = SHIP_TEMPERATURE, 'temperature'
+
+    def __init__(self, scene: Scene, powers: tuple[int, ...], *, live: bool) -> None:
+        super().__init__(live=live, powers=powers)
+        self._begins = float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0])
+
+    def usable(self, samples: TemperatureSamples) -> NDArray[np.bool_]:
+        """Return which samples may be degrees Celsius."""
+        return (samples.temperature >= COLDEST) & (samples.temperature <= WARMEST)
+
+    def values(self, samples: TemperatureSamples) -> FloatArray:
+        """Return the temperature since the start [K]."""
+        return samples.temperature[:, None] - self._begins
+
+    def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
+        """Return the regressor from each sample to the next; after the last it stays."""
+        rise = np.diff(values[:, 0]) / (np.diff(stamp_ns) / NS_PER_S)
+        return np.column_stack((values[:, 0], np.append(rise, 0.0)))
+
+
 class AllRegressors:
     """Joins the integrals of several sources, in the order of the scene's covariates."""
 
@@ -526,9 +560,10 @@ def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
         sources[moves] = Regressors(scene, live=live)
     if 'gravity' in covariates:
         sources['gravity',] = Gravity(scene, live=live)
-    return (
-        next(iter(sources.values())) if len(sources) == 1 else AllRegressors(covariates, sources)
-    )
+    if felt := tuple(name for name in covariates if name in HEAT):
+        sources[felt] = Temperature(scene, tuple(HEAT[name] for name in felt), live=live)
+    only, *others = sources.values()
+    return AllRegressors(covariates, sources) if others else only
 
 
 class RecordedIntegrals:

@@ -242,6 +242,8 @@ _LEFT_OUT: dict[str, Any] = {
     'drift.coefficients.heave': {'value': 1.0, 'sigma': 0.05},
     'drift.coefficients.roll': {'value': 0.01, 'sigma': 0.02},
     'drift.coefficients.gravity': {'value': 1.005, 'sigma': 0.01},
+    'drift.coefficients.temperature': {'value': -1.2e-4, 'sigma': 1e-5},
+    'drift.coefficients.temperature_squared': {'value': 0.0, 'sigma': 1e-7},
     'log.motion': True,
     'voyage.date': '1761-11-18',
     'voyage.track': 'geodesic',

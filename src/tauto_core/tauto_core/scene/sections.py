@@ -230,7 +230,7 @@ class Lunars(Section):
     )
 
 
-Covariate: TypeAlias = Literal['heave', 'roll', 'gravity']
+Covariate: TypeAlias = Literal['heave', 'roll', 'gravity', 'temperature', 'temperature_squared']
 
 
 class CoefficientPrior(Section):
@@ -255,6 +255,14 @@ class Coefficients(Section):
     )
     gravity: CoefficientPrior | None = Field(
         default=None, description='mapping: value, sigma; when left out: from trial runs'
+    )
+    temperature: CoefficientPrior | None = Field(
+        default=None,
+        description='mapping: value, sigma [1/K]; 1.16e-5 is a second a day; needed with that '
+        'covariate',
+    )
+    temperature_squared: CoefficientPrior | None = Field(
+        default=None, description='mapping: value, sigma [1/K2]; needed with that covariate'
     )
 
 
@@ -299,12 +307,14 @@ class DriftSettings(Section):
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,
-        description='list of heave, roll, gravity: motions of the ship, and gravity by her '
-        'latitude, on which the rate is taken to depend (theory E11)',
+        description='list of heave, roll, gravity, temperature, temperature_squared: motions of '
+        'the ship, gravity by her latitude, and the temperature of the clock, on which the rate '
+        'is taken to depend (theory E11)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
-        description='mapping: heave, roll, gravity; priors of the coefficients of the covariates',
+        description='mapping: heave, roll, gravity, temperature, temperature_squared; priors of '
+        'the coefficients of the covariates',
     )
 
     def problems(self) -> Iterator[Problem]:
