@@ -18,6 +18,7 @@ from tauto_core.curves.lever_geometry import ArcLeverGeometry
 from tauto_core.machines import compile_machine
 from tauto_core.motion.closed_forms import UnevenWell
 from tauto_core.motion.real_threads import RealThreads
+from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError
 
 TIED = {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}
@@ -243,3 +244,21 @@ def test_a_level_lever_without_gimbals_loses_as_the_root_of_the_cosine_of_heel(h
 def test_what_no_lever_can_be_is_refused(thread, said):
     with pytest.raises(SceneError, match=said):
         scene_of(trochlea=trochlea(thread))
+
+
+def test_the_coach_of_1724_loses_what_its_scene_says():
+    """4.1 s on the road as assumed, 1.0 s with half of its motion."""
+    scene = load_scene('coach_1724')
+    small = compile_machine(scene).small_period
+    for share, lost in ((1.0, 4.1), (0.5, 1.0)):
+        ship = scene.ship.model_copy(
+            update={
+                name: tuple(
+                    each.model_copy(update={'amplitude': share * each.amplitude})
+                    for each in getattr(scene.ship, name)
+                )
+                for name in ('components', 'heave')
+            }
+        )
+        turned = phases(scene.model_copy(update={'ship': ship}))[-1, 0] / math.tau
+        assert scene.duration - turned * small == pytest.approx(lost, abs=0.05)

@@ -40,6 +40,7 @@ def test_the_scenes_that_ship() -> None:
         'clock_own_cam_weight',
         'clock_second_cam_force',
         'clock_sully_lever',
+        'coach_1724',
         'globe_in_oil',
         'hanging_thread_at_sea',
         'ideal',
