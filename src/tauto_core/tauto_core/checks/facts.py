@@ -36,6 +36,7 @@ from tauto_core.navigation.regressors import MOTIONS
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
+from tauto_core.scene.times import DAY_S
 from tauto_core.ship.air import BoxTemperature
 
 # -----------------------------------------------------------------------------
@@ -269,6 +270,10 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
 
     found = case_following(scene, machine)
     assert found is not None
+    turned, case = None, scene.case_of_mass
+    if case is not None and isinstance(machine, Machine):
+        omega = case.wheel_frequency(machine.inertia, machine.frequency, scene.g)
+        turned = (omega / machine.frequency - 1.0) * DAY_S
     return {
         'kind': scene.suspension.kind,
         'lengths_m': [scene.g / omega**2 for omega in scene.suspension.frequencies(scene.g)],
@@ -277,6 +282,7 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
         'step_s': felt_step_ns(scene) * 1e-9,
         'departure_rad': found.departure_rad,
         'departure': found.departure,
+        **({} if turned is None else {'turned_by_wheel_s_per_day': turned}),
     }
 
 
@@ -367,15 +373,31 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         *(('escapement',) if escapement is None else escapement.left_out()),
         *scene.ship.left_out(),
         *(() if gravity else ('apparent gravity',)),
-        *(('suspension',) if scene.suspension is None else ()),
+        *(('suspension',) if scene.suspension is None else _answer_left_out(scene, machine)),
         *(() if scene.trochlea is None else scene.trochlea.power.left_out()),
         *(() if scene.clock.is_noisy else ('clock noise',)),
         *(('voyage',) if scene.voyage is None else ()),
     ]
 
 
+def _answer_left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> tuple[str, ...]:
+    """Return what a case without a mass leaves out of a force or spring anchored in it."""
+    hung = scene.suspension
+    if hung is None or hung.mass is not None or machine.feels_gravity:
+        return ()
+    said = "the case's answer to the wheel"
+    case = hung.model_copy(update={'mass': USUAL_MASS}).case_of_mass(scene.g)
+    if not isinstance(machine, Machine) or case is None:
+        return (said,)
+    shift = case.wheel_frequency(machine.inertia, machine.frequency, scene.g) / machine.frequency
+    return (f'{said} ({(shift - 1.0) * DAY_S:+,.0f} s/day in a case of {USUAL_MASS:g} kg)',)
+
+
 # -----------------------------------------------------------------------------
 # What a scene would run: its machine, propagator, cost and accuracy, before it sails.
+
+USUAL_MASS = 10.0
+"""Mass of a case for which `scene check` says what a missing mass leaves out [kg]."""
 
 WALK_FACTOR = 5.0
 """Six runs of three hours give a random walk from few large changes, within such a factor: of the

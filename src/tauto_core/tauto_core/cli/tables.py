@@ -270,7 +270,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield (
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {periods}, '
-            f'sampled every {hung["step_s"]:g} s' + _departs(hung),
+            f'sampled every {hung["step_s"]:g} s' + _departs(hung) + _turned(hung),
         )
     if hanging := facts['thread']:
         low, high = hanging['fair_lengths_m']
@@ -347,6 +347,12 @@ def _swing_words(swing: dict[str, Any]) -> str:
         f'{said} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
         f'departure falls e-fold in {span(swing["time_constant_s"])}'
     )
+
+
+def _turned(hung: dict[str, Any]) -> str:
+    """Return what the case's answer does to the rate of the wheel that turns it."""
+    shift = hung.get('turned_by_wheel_s_per_day')
+    return '' if shift is None else f'; the wheel turns it, and gains {shift:+,.1f} s/day'
 
 
 def _departs(hung: dict[str, Any]) -> str:

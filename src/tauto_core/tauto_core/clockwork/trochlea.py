@@ -78,23 +78,33 @@ class TrochleaStage:
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = scene.clock.nominal_period or self._machine.small_period
-        self._buffer = MotionBuffer(
-            apparent_vertical=self._machine.follows_apparent_vertical,
-            apparent_gravity=self._machine.feels_gravity,
-            plane='ship' if scene.trochlea is None else scene.trochlea.thread_plane,
-            still=self._still,
-            step_ns=felt_step_ns(scene),
-            max_gap_s=None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S),
-            stride=samples_a_piece(scene, steps_in(self._propagator)),
-            smooth=anchor == 'scene' and scene.ship.is_computed,
-            by_samples=self._propagator.name == 'forced_harmonic',
-            unbalanced=getattr(self._machine, 'imbalance', None) is not None,
-        )
+        max_gap_s = None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S)
+        stride = samples_a_piece(scene, steps_in(self._propagator))
+        smooth = anchor == 'scene' and scene.ship.is_computed
         self._suspension: Suspension | None = None
-        if scene.suspension is not None:
-            from tauto_core.ship.suspension import Suspension
+        if scene.suspension is not None and scene.suspension.mass is not None:
+            from tauto_core.ship.suspension import BearingBuffer
 
-            self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
+            self._buffer: MotionBuffer = BearingBuffer(
+                scene, scene.suspension, max_gap_s=max_gap_s, stride=stride, smooth=smooth
+            )
+        else:
+            self._buffer = MotionBuffer(
+                apparent_vertical=self._machine.follows_apparent_vertical,
+                apparent_gravity=self._machine.feels_gravity,
+                plane='ship' if scene.trochlea is None else scene.trochlea.thread_plane,
+                still=self._still,
+                step_ns=felt_step_ns(scene),
+                max_gap_s=max_gap_s,
+                stride=stride,
+                smooth=smooth,
+                by_samples=self._propagator.name == 'forced_harmonic',
+                unbalanced=getattr(self._machine, 'imbalance', None) is not None,
+            )
+            if scene.suspension is not None:
+                from tauto_core.ship.suspension import Suspension
+
+                self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
         self._noise = DialNoise(scene) if scene.clock.is_noisy else None
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None

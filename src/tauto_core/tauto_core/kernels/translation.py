@@ -288,7 +288,7 @@ class Scope:
         return known(self.out, *args, **keywords)
 
 
-UNROLLED, UNROLLED_TO_PICK = 2, 16
+UNROLLED, UNROLLED_TO_PICK = 3, 16
 """Most rounds of a loop of known length that is unrolled: any loop, and one whose variable picks
 items of a tuple, which are then known."""
 

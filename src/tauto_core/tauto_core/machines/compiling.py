@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 import numpy as np
@@ -18,7 +18,7 @@ from tauto_core.machines.sections import (
 )
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
-from tauto_core.machines.trochlea import Machine, SlackThreadError
+from tauto_core.machines.trochlea import CaseOfMass, Machine, SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
 from tauto_core.scene.times import DAY_S
@@ -157,6 +157,10 @@ class SceneParts(Protocol):
         """Impulses."""
 
     @property
+    def case_of_mass(self) -> CaseOfMass | None:
+        """The hung case that the wheel turns."""
+
+    @property
     def lies_still(self) -> bool:
         """Whether the ship does not move."""
 
@@ -183,6 +187,8 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     with naming(scene.name, 'trochlea'):
         parts = trochlea.parts(scene.g, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
+    if scene.case_of_mass is not None and isinstance(machine, Machine):
+        machine = replace(machine, case=scene.case_of_mass)
     # else the tilt of the apparent vertical changes the angle
     is_known = scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0
     released = machine.release_angle

@@ -30,6 +30,46 @@ class SlackThreadError(TautoError):
     """A swing in which the thread would have to push."""
 
 
+class CaseOfMass(NamedTuple):
+    """A hung case so light that the wheel turns it (theory G5).
+
+    Attributes:
+        mass: M of the case with all in it, the wheel as a mass at its axle [kg].
+        link: e of an axle in its bearing [m]; 0 in gimbals.
+        depth: of its centre of gravity below the axle's centre or the pivots [m].
+        gyration_radius: k about its centre of gravity [m].
+        damping: c/(k² + l²) of gimbals [1/s].
+    """
+
+    mass: float
+    link: float
+    depth: float
+    gyration_radius: float
+    damping: float
+
+    def wheel_frequency(self, inertia: float, frequency: float, gravity: float) -> float:
+        """Return ω of small swings of a wheel that turns the case, undamped [rad/s].
+
+        It is that of the mode in which most of the energy is in the thread: with M and K of the
+        links (E3.1) in (θ, φ), or of φ alone in gimbals, and I/M for the wheel's ψ.
+        """
+        e, c, share = self.link, self.depth, inertia / self.mass
+        square, stiffness = self.gyration_radius**2, share * frequency**2
+        masses = np.diag([e * e, c * c + square, share])
+        masses[0, 1] = masses[1, 0] = e * c
+        springs = np.diag([gravity * e, gravity * c + stiffness, stiffness])
+        springs[1, 2] = springs[2, 1] = -stiffness
+        first = 0 if e else 1
+        values, modes = np.linalg.eig(
+            np.linalg.solve(masses[first:, first:], springs[first:, first:])
+        )
+        twist = (modes[-1] - modes[-2]) ** 2
+        in_thread = (
+            stiffness * twist / np.einsum('im,ij,jm->m', modes, springs[first:, first:], modes)
+        )
+        return math.sqrt(float(values[np.argmax(in_thread)]))
+
+
 @dataclass(frozen=True)
 class Machine:
     """A trochlea as numbers.
@@ -48,6 +88,7 @@ class Machine:
         escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
+        case: the case that it turns; None if that is taken as heavy.
     """
 
     inertia: float
@@ -62,6 +103,7 @@ class Machine:
     escapement: EscapementKind | None
     release_angle: float
     imbalance: Imbalance | None = None
+    case: CaseOfMass | None = None
 
     limited_by: ClassVar[str] = 'the cam, whose range is'
 

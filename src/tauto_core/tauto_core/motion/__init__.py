@@ -68,18 +68,19 @@ def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
     if not isinstance(machine, Machine):
         well = isinstance(machine, LeverMachine) and _swings_freely(machine)
         return 'action_angle' if still and undriven and well else 'collocation'
-    if still and machine.is_harmonic and undriven:
+    if still and machine.is_harmonic and undriven and machine.case is None:
         return 'harmonic'
     if _stays_linear(machine) and (still or not machine.pulling_mass):
         return 'forced_harmonic'
-    if not still or not undriven or machine.imbalance is not None:
+    stepped = machine.imbalance is not None or machine.case is not None
+    if not still or not undriven or stepped:
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
 
 
 def _stays_linear(machine: Machine) -> bool:
     """Return whether the wheel on land is a linear oscillator below critical damping."""
-    if not machine.is_linear or machine.escapement is not None:
+    if not machine.is_linear or machine.escapement is not None or machine.case is not None:
         return False
     drag = machine.drag
     if drag is None:
@@ -143,6 +144,10 @@ def make_collocation(
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
+        if machine.case is not None:
+            from tauto_core.motion.hung_wheel import HungCollocation
+
+            return HungCollocation(machine, machine.case, tolerance)
         from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)

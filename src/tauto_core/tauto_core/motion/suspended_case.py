@@ -214,7 +214,7 @@ class CaseNodes(Protocol):
     delta: FloatArray
 
 
-class _CaseNumbers(NamedTuple):
+class AxleNumbers(NamedTuple):
     """The constants of the equations [m]: e, c, k, and B and B′ of the modes."""
 
     e: float
@@ -224,7 +224,7 @@ class _CaseNumbers(NamedTuple):
     B_prime: float
 
 
-class SuspendedCase(_CaseNumbers, System):
+class SuspendedCase(AxleNumbers, System):
     """The case as `system.System`."""
 
     @property
@@ -251,7 +251,7 @@ class SuspendedCase(_CaseNumbers, System):
         theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
         sway, lift = load(nodes.sway), load(nodes.lift)
-        contact, sin_theta, cos_theta, sin_delta, cos_delta = _contact(
+        contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
             self, theta, delta, rates, sway, lift
         )
         # the division in the contact force takes longest, so that little waits for it
@@ -287,7 +287,7 @@ class SuspendedCase(_CaseNumbers, System):
         """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
-        contact = _contact(self, theta, phi - theta, rates, at.drive.value, at.gravity)[0]
+        contact = contact_force(self, theta, phi - theta, rates, at.drive.value, at.gravity)[0]
         margin = OVER - max(abs(theta), abs(phi - theta))
         return Instant(
             angle=theta,
@@ -309,8 +309,8 @@ def _angles(system: SuspendedCase, q: Numeric, other: Numeric) -> NumericPair:
 
 
 @inlined
-def _contact(
-    system: SuspendedCase,
+def contact_force(
+    system: AxleNumbers,
     theta: Numeric,
     delta: Numeric,
     rates: NumericPair,

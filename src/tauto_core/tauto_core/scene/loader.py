@@ -23,6 +23,7 @@ from pydantic_core import PydanticCustomError
 
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
+from tauto_core.machines.trochlea import CaseOfMass
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 from tauto_core.scene.refuse import NO_KEY, SECTIONS, Times, explain, out_of_proportion
 from tauto_core.scene.sections import (
@@ -144,8 +145,14 @@ class Scene(Section):
     @property
     def lies_still(self) -> bool:
         """Whether nothing moves the clock: neither waves nor gravity that changes on the way."""
-        weight = self.trochlea is not None and self.trochlea.power.pull.pulling_mass > 0.0
-        return self.ship.lies_still and not (self.gravity == 'normal' and weight)
+        feels = self.trochlea is not None and self.trochlea.power.pull.pulling_mass > 0.0
+        feels = feels or (self.suspension is not None and self.suspension.mass is not None)
+        return self.ship.lies_still and not (self.gravity == 'normal' and feels)
+
+    @property
+    def case_of_mass(self) -> CaseOfMass | None:
+        """The hung case that the wheel turns; None if it is taken as heavy."""
+        return None if self.suspension is None else self.suspension.case_of_mass(self.g)
 
     @property
     def step_ns(self) -> int:
@@ -200,17 +207,7 @@ class Scene(Section):
         ).problems()
         yield from self.ship.problems()
         yield from self.drift.problems()
-        if self.suspension is not None:
-            yield from self.suspension.problems(still=self.lies_still)
-            plane = None if self.trochlea is None else self.trochlea.plane
-            if self.suspension.plane and plane not in (None, self.suspension.plane):
-                yield Problem(
-                    'trochlea.plane',
-                    plane,
-                    f'does not go with suspension.kind {self.suspension.kind}, which holds it '
-                    f'{self.suspension.plane}',
-                    'Leave it out.',
-                )
+        yield from self._suspension_problems()
         if self.voyage is None and self.gravity == 'normal':
             yield Problem(
                 'gravity',
@@ -256,6 +253,32 @@ class Scene(Section):
                 )
         if self.solver is not None:
             yield from self.solver.problems()
+
+    def _suspension_problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the suspension, or between it and the trochlea."""
+        if self.suspension is None:
+            return
+        yield from self.suspension.problems(still=self.lies_still)
+        plane = None
+        if self.trochlea is not None:
+            plane, weight = self.trochlea.plane, self.trochlea.power.pull.pulling_mass
+            drag = self.trochlea.parts(self.g, self.drag, self.escapement).drag
+            yield from self.suspension.not_of_mass(self.trochlea.inertia, weight, drag)
+            if self.suspension.mass is not None and self.trochlea.imbalance is not None:
+                yield Problem(
+                    'suspension.mass',
+                    self.suspension.mass,
+                    'does not go with trochlea.imbalance, by which the axle shakes the case',
+                    'Leave one of them out.',
+                )
+        if self.suspension.plane and plane not in (None, self.suspension.plane):
+            yield Problem(
+                'trochlea.plane',
+                plane,
+                f'does not go with suspension.kind {self.suspension.kind}, which holds it '
+                f'{self.suspension.plane}',
+                'Leave it out.',
+            )
 
     def _regulator_problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the trochlea, or with the regulator in its place."""

@@ -188,15 +188,15 @@ MOST_STEP_PARTS = 64
 def felt_parts(scene: Scene) -> int:
     """Return the number of equal parts into which a step of ship/imu is divided for the clock.
 
-    1 without a suspension; otherwise the least number that divides the step into whole nanoseconds
-    and keeps the turn of the fast mode within LARGEST_TURN, and where angles may be large that of
-    the slow mode within LARGEST_SLOW_TURN.
+    1 without a suspension, or where case and wheel move together; otherwise the least number that
+    divides the step into whole nanoseconds and keeps the turn of the fast mode within
+    LARGEST_TURN, and where angles may be large that of the slow mode within LARGEST_SLOW_TURN.
 
     Raises:
         SceneError: a mode is too fast for that.
     """
     hung = scene.suspension
-    if hung is None:
+    if hung is None or hung.mass is not None:
         return 1
     step_s = scene.step_ns / NS_PER_S
     slow, *_, fast = 2 * hung.frequencies(scene.g)

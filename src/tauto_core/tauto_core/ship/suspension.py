@@ -12,7 +12,7 @@ the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from tauto_core.motion.forcing import beyond_small_angles, lifted_off
 from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, GimbalsMotion
 from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
 from tauto_core.scene import Scene
-from tauto_core.ship.buffer import MotionBuffer, felt_step_ns
+from tauto_core.ship.buffer import MotionBuffer, SamplePieces, felt_step_ns
 from tauto_core.ship.imu import attitude, contiguous, imu_from_roll, message
 from tauto_core.ship.sections import SuspensionKind
 from tauto_core.ship.six_motions import force_in_plane
@@ -264,6 +264,15 @@ class BearingBuffer(MotionBuffer):
             self._turns, self._last_roll = kernels.unwrap(
                 new['roll'], self._turns, self._last_roll
             )
+
+    def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
+        """Return ÿ, g + z̈ and −ρ over each span, for a wheel that turns the case."""
+        found = {'neutral': self.fitted('sway', pieces), 'gravity': self.fitted('lift', pieces)}
+        if self._rolls:
+            found['tilt'] = -self.fitted('roll', pieces, self._data['roll_rate'])
+        if piece is not None:
+            found = {name: coefficients[piece] for name, coefficients in found.items()}
+        return found
 
     def first(self) -> tuple[float, ...]:
         """Return ÿ and g + z̈ at the first sample at hand [m/s2], and ρ and ρ̇ where they act."""

@@ -1,0 +1,158 @@
+"""The wheel and the case of finite mass that it turns: against DOP853 and the eigenvalues."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.machines import Machine, compile_machine
+from tauto_core.motion import Forcing, make_collocation
+from tauto_core.samples import JOINT_STATES, Batches, JointSamples, join
+from tauto_core.scene import SceneError, load_scene
+from tauto_core.voyage import sail
+
+G, INERTIA, OMEGA, MASS, L, K = 9.81, 4e-4, math.tau, 10.0, 0.05, 0.12
+GIMBALS = {'kind': 'gimbals', 'depth': L, 'gyration_radius': K, 'mass': MASS}
+AXLE = GIMBALS | {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005}
+STILL = {'kind': 'still'}
+ROLLS = {
+    'kind': 'components',
+    'components': [{'amplitude': 0.2, 'period': 4.3, 'phase': 1.0}],
+    'rate': 20.0,
+    'height': 3.0,
+}
+
+
+def scene_of(suspension, ship=STILL, power=None, **changes):
+    return load_scene(
+        'ideal',
+        gravity=G,
+        duration=20.0,
+        trochlea={
+            'inertia': INERTIA,
+            'cam': {'kind': 'hole', 'lever_rate': INERTIA * OMEGA**2 / 2.0},
+            'thread': {'kind': 'hole', 'distance': 0.3},
+            'power': power or {'kind': 'force', 'force': 2.0},
+            'release_angle': 0.6,
+        },
+        suspension=suspension,
+        ship=ship,
+        clock={},
+        log={'interval': 1.0},
+        **changes,
+    )
+
+
+def ship_at(t, ship):
+    """ÿ, g + z̈ and ρ̇."""
+    if ship is STILL:
+        return 0.0, G, 0.0
+    wave, height = ship['components'][0], ship['height']
+    frequency = math.tau / wave['period']
+    turn = frequency * t + wave['phase']
+    rho, rho1 = wave['amplitude'] * math.cos(turn), -wave['amplitude'] * frequency * math.sin(turn)
+    rho2 = -(frequency**2) * rho
+    sway = -height * (rho2 * math.cos(rho) - rho1**2 * math.sin(rho))
+    return sway, G - height * (rho2 * math.sin(rho) + rho1**2 * math.cos(rho)), rho1
+
+
+@pytest.mark.parametrize('ship', [STILL, ROLLS], ids=['still', 'rolls'])
+@pytest.mark.parametrize('hung', [GIMBALS | {'damping_ratio': 0.1}, AXLE], ids=['gimbals', 'axle'])
+def test_case_and_wheel_follow_dop853(hung, ship):
+    """Also with viscous drag, which turns the case too."""
+    viscous = 2e-4
+    scene = scene_of(hung, ship, drag={'viscous': viscous})
+    batches: list[Batches] = []
+    sail(scene, watch=batches.append)
+    found = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
+    wheel = join([each for each in found if isinstance(each, JointSamples)])
+    square = K * K + L * L
+    damping = 0.2 * math.sqrt(G * L / square) if hung['kind'] == 'gimbals' else 0.0
+    e = 0.015
+
+    def slopes(t, y):
+        psi, phi, theta, psi1, phi1, theta1 = y
+        sway, lift, rho1 = ship_at(t, ship)
+        psi2 = -(OMEGA**2) * (psi - phi) - viscous / INERTIA * (psi1 - phi1)
+        torque = -INERTIA * psi2 / MASS
+        if hung['kind'] == 'gimbals':
+            turned = L * (lift * math.sin(phi) + sway * math.cos(phi))
+            return psi1, phi1, 0.0, psi2, (torque - turned) / square - damping * (phi1 - rho1), 0.0
+        delta = phi - theta
+        pressed = lift * math.cos(theta) - sway * math.sin(theta)
+        pressed += e * theta1**2 + L * phi1**2 * math.cos(delta)
+        # N/M = pressed + c φ̈ sin δ and k²φ̈ = Q/M − (N/M) c sin δ, solved for φ̈
+        phi2 = (torque - pressed * L * math.sin(delta)) / (K * K + (L * math.sin(delta)) ** 2)
+        across = -lift * math.sin(theta) - sway * math.cos(theta)
+        across += L * phi1**2 * math.sin(delta) - L * phi2 * math.cos(delta)
+        return psi1, phi1, theta1, psi2, phi2, across / e
+
+    sway, lift, _ = ship_at(0.0, ship)
+    tilt = math.atan2(-sway, lift)
+    times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
+    start = [0.6 + tilt, tilt, tilt, 0.0, 0.0, 0.0]
+    wanted = solve_ivp(
+        slopes, (0.0, 20.0), start, 'DOP853', times, rtol=1e-12, atol=1e-14, max_step=0.02
+    )
+    theta = wanted.y[0] - wanted.y[1]
+    # at sea the one-sided windows at the start err by 1e-11
+    np.testing.assert_allclose(wheel.position[:, 0], theta, rtol=0, atol=2e-10)
+
+
+@pytest.mark.parametrize(('depth', 'shift'), [(0.05, 376.0), (0.1, -1380.0)])
+def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth, shift):
+    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848; the roots of the quadratic count."""
+    machine = compile_machine(scene_of(GIMBALS | {'depth': depth}))
+    assert isinstance(machine, Machine)
+    assert machine.case is not None
+    found = machine.case.wheel_frequency(INERTIA, machine.frequency, G)
+    square = K * K + depth * depth
+    share, case = INERTIA / (MASS * square), G * depth / square
+    roots = np.sqrt(np.roots([1.0, -(OMEGA**2 * (1.0 + share) + case), OMEGA**2 * case]))
+    assert np.min(np.abs(roots - found)) < 1e-12 * found
+    assert (found / OMEGA - 1.0) * 86400.0 == pytest.approx(shift, abs=2.0)
+
+
+def test_an_impulse_adds_its_energy_to_wheel_and_case_together():
+    """In gimbals without damping on land the energy grows by that of each impulse."""
+    energy = 1e-5
+    escapement = {'kind': 'impulse', 'energy': energy, 'angle': 0.1}
+    scene = scene_of(GIMBALS | {'mass': 0.5}, escapement=escapement)
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    engine, n = make_collocation(machine), 200
+    ends = (np.arange(n) + 1) * 50_000_000
+    spans = np.full(n, 0.05), np.zeros(n), np.ones(n), ends, np.ones(n, bool)
+    forcing = Forcing(*spans)
+    engine.release(forcing)
+    engine.advance(forcing)
+    state = engine.state()
+    (psi_x, _, psi_y, _), (phi, _, phi_y, _) = state['planes']
+    square = K * K + L * L
+    omega_c = math.sqrt(G * L / square)
+    psi1, phi1 = engine._omegas[0] * psi_y, omega_c * phi_y
+    total = 0.5 * INERTIA * (psi1**2 + OMEGA**2 * psi_x**2)
+    total += 0.5 * 0.5 * square * phi1**2 + 0.5 * G * L * (1.0 - math.cos(phi))
+    before = 0.5 * INERTIA * OMEGA**2 * 0.36
+    assert state['given'] > 15
+    assert total - before == pytest.approx(state['given'] * energy, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ('suspension', 'changes', 'key', 'said'),
+    [
+        (GIMBALS | {'mass': 0.0}, {}, 'suspension.mass', 'greater than'),
+        (GIMBALS | {'mass': 0.01}, {}, 'suspension.mass', 'as hard to turn'),
+        (GIMBALS | {'friction_angle': 0.01}, {}, 'suspension.friction_angle', 'suspension.mass'),
+        (GIMBALS, {'power': {'kind': 'weight', 'mass': 0.2}}, 'suspension.mass', 'hangs'),
+        (AXLE, {'drag': {'coulomb': 1e-6}}, 'suspension.mass', 'friction'),
+    ],
+)
+def test_cases_whose_answer_is_not_known_are_refused(suspension, changes, key, said):
+    with pytest.raises(SceneError) as caught:
+        scene_of(suspension, **changes)
+    assert caught.value.key == key
+    assert said in str(caught.value)
