@@ -322,6 +322,66 @@ class Reference:
         return Motion(angle, rate, torque, half_turns, fraction, speed, beats.astype(np.int64))
 
 
+class HotReference(Reference):
+    """DOP853 of I ψ̈ + İ ψ̇ + t (F + m d²h/dt²) = −drag, with t, I, F and c₁ of the instant."""
+
+    def _numbers(self, t: float) -> tuple[float, float]:
+        felt, forcing = self._forcing.temperatures, self._forcing
+        assert felt is not None
+        row = int(felt.interval[self._k])
+        span_s = (forcing.end[self._k] - forcing.begin[self._k]) * forcing.length_s[self._k]
+        self._since_s = float(forcing.end_ns[self._k]) * 1e-9 - float(span_s) + t
+        u = (self._since_s - felt.begin_s[row]) / felt.interval_s
+        first, last = felt.celsius[row].tolist()
+        delta = first + u * (last - first) - self._machine.heat.at_celsius
+        return delta, (last - first) / felt.interval_s
+
+    def _instant(self, t: float, y: FloatArray, d: float) -> _Instant:
+        machine, forcing, heat, drag = (
+            self._machine,
+            self._forcing,
+            self._machine.heat,
+            self._machine.drag,
+        )
+        delta, per_s = self._numbers(t)
+        tilt, still = self._channel(forcing.tilt, t), forcing.gravity is None
+        gravity = machine.gravity if still else self._channel(forcing.gravity, t)[0]
+        line = self._channel(forcing.neutral, t)
+        grown, grown_cam = 1.0 + heat.wheel * delta, 1.0 + heat.cam * delta
+        arm, slope, lift = (grown_cam * each for each in self._lever(float(y[0])))
+        inertia = machine.inertia * grown * grown
+        kept_s = heat.leaves * (
+            (delta + heat.at_celsius - heat.middle) ** 2 - (heat.at_celsius - heat.middle) ** 2
+        )
+        kept = (1.0 + (kept_s - heat.takes * delta) / 86400.0) ** 2
+        spring = (1.0 + heat.force * delta) * (machine.force + machine.stiffness * lift)
+        pull = kept * (spring + machine.pulling_mass * gravity)
+        felt, felt_rate = y.tolist()
+        carried, rate = machine.carried_mass, felt_rate + tilt[1]
+        ride = carried * (
+            slope * felt_rate**2 + 2.0 * heat.cam * per_s / grown_cam * arm * felt_rate
+        )
+        against = inertia * line[2] + (pull + ride) * arm
+        if machine.imbalance is not None:  # on land
+            moment, direction = machine.imbalance
+            against += moment * grown * gravity * math.sin(float(y[0]) + direction)
+        against += 2.0 * machine.inertia * grown * heat.wheel * per_s * (felt_rate + line[1])
+        if drag is not None:
+            thin = math.exp(
+                -heat.oil.rate * delta / (1.0 + heat.oil.per_kelvin * delta)
+                + heat.thickening * self._since_s
+            )
+            against += thin * drag.viscous * rate
+            against += d * (drag.quadratic * rate * rate + drag.coulomb)
+        if machine.escapement is not None:
+            against += self._now.pallet * machine.escapement.recoil
+        mass = inertia + carried * arm * arm
+        bend = -against / mass
+        tension = pull + ride + carried * arm * bend
+        of_case = felt + tilt[0], rate, bend + tilt[2]
+        return _Instant(felt, felt_rate, bend, *of_case, mass, -tension * arm, tension)
+
+
 def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:
     """Return how often a value passes zero upwards and downwards.
 

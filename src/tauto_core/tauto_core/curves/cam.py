@@ -24,8 +24,10 @@ from typing import ClassVar, NamedTuple, TypeAlias
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting
+from tauto_core.curves.materials import NamedMaterial
 from tauto_core.curves.numerics import (
     ArrayFunction,
     bisect,
@@ -691,6 +693,10 @@ class CamKind(Kind):
     corrects: ClassVar[str] = ''
 
     kind: str
+    material: NamedMaterial | None = Field(
+        default=None,
+        description='a name, or mapping: expansion; trochlea.material when left out',
+    )
 
     def made(self, setting: Setting) -> Cam:
         """Return the cam for an ideal thread.

@@ -11,6 +11,7 @@ from pydantic import Field, Strict
 
 from tauto_core.curves.cam import Pull
 from tauto_core.curves.numerics import gauss_rule
+from tauto_core.machines.heat import OILS, NamedOil
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
@@ -48,6 +49,14 @@ class DragKind(Kind):
     viscous: NonNegative = Field(default=0.0, description='c₁ [N m s]')
     quadratic: NonNegative = Field(default=0.0, description='c₂ [N m s2]')
     coulomb: NonNegative = Field(default=0.0, description='c₀ [N m]')
+    oil: NamedOil | None = Field(
+        default=None,
+        description=f'{", ".join(sorted(OILS))}, or mapping: thins_per_kelvin; by which c₁ '
+        'changes with temperature; when left out it does not',
+    )
+    thickens_per_month: Annotated[float, Strict(), Field(ge=0.0, le=10.0)] = Field(
+        default=0.0, description='part by which c₁ grows in a month as the oil ages, 0 to 10'
+    )
 
     def law(self, inertia: float) -> DragLaw | None:
         """Return the torque of this kind besides the three terms, over I; None if there is none.

@@ -7,14 +7,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
+from tauto_core.curves.materials import MATERIALS, NamedMaterial, material
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.machines.drags import Drag
+from tauto_core.machines.heat import (
+    COLDEST,
+    HOTTEST,
+    Compensation,
+    Heat,
+    thickening_per_s,
+    thinning,
+)
 from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, Imbalance, PowerKind
 from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
@@ -79,6 +88,18 @@ class Trochlea(Section):
         'pitches: free, any; vertical, held upright by gimbals; ship, athwart and fixed to her; '
         'when left out free for a weight on a vertical thread, else ship',
     )
+    at_celsius: Number = Field(
+        default=20.0,
+        description=f'temperature for which the numbers hold, {COLDEST:g} to {HOTTEST:g} [°C]',
+    )
+    material: NamedMaterial | None = Field(
+        default=None,
+        description=f'of wheel and cam: {", ".join(sorted(MATERIALS))}, or mapping: expansion; '
+        'when left out they do not grow with temperature',
+    )
+    compensation: Compensation | None = Field(
+        default=None, description='mapping: takes, leaves, middle'
+    )
 
     imbalance: Unbalanced | None = Field(
         default=None, description='mapping: moment, direction; balanced when left out'
@@ -96,6 +117,7 @@ class Trochlea(Section):
         escapement: EscapementKind | None = None,
     ) -> Parts:
         """Return the parts of a machine; friction of resting teeth is part of the drag."""
+        heat = self._heat(drag)
         friction = 0.0 if escapement is None else escapement.friction
         if friction:
             drag = (drag or Drag()).with_friction(friction)
@@ -108,7 +130,27 @@ class Trochlea(Section):
             drag,
             escapement,
             None if self.imbalance is None else self.imbalance.as_numbers,
+            heat,
         )
+
+    def _heat(self, drag: DragKind | None) -> Heat:
+        wheel, taken = material(self.material), self.compensation
+        heat = Heat(
+            self.at_celsius,
+            wheel.expansion,
+            wheel.expansion
+            if self.cam.material is None
+            else material(self.cam.material).expansion,
+            material(getattr(self.power, 'material', None)).force,
+            middle=self.at_celsius,
+        )
+        if drag is not None:
+            oil, thickening = drag.oil, thickening_per_s(drag.thickens_per_month)
+            heat = replace(heat, oil=thinning(oil, self.at_celsius), thickening=thickening)
+        if taken is None:
+            return heat
+        middle = self.at_celsius if taken.middle is None else taken.middle
+        return replace(heat, takes=taken.takes, leaves=taken.leaves, middle=middle)
 
     def made_cam(self, gravity: float) -> Cam:
         """Return the cam for the thread of this trochlea.
@@ -162,6 +204,7 @@ class Trochlea(Section):
                 'balanced in its equations',
                 'Leave out trochlea.imbalance, or use thread kind vertical or hole.',
             )
+        yield from self._heat_problems(drag)
         if self.plane == 'free' and not self.thread.upright:
             yield Problem(
                 'trochlea.plane',
@@ -181,6 +224,45 @@ class Trochlea(Section):
                 'leaves the wheel at rest for ever on a ship that lies still',
                 'Release it at an angle other than 0 rad'
                 + (f', or give it a recoil above {friction!r} N m.' if recoil else '.'),
+            )
+
+    def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:
+        """Yield what is wrong with temperature and materials."""
+        if not COLDEST <= self.at_celsius <= HOTTEST:
+            kelvin = self.at_celsius - 273.15
+            meant = f'Write at_celsius: {kelvin:.6g}, if kelvin are meant.'
+            yield Problem(
+                'trochlea.at_celsius',
+                self.at_celsius,
+                f'must lie in [{COLDEST:g}, {HOTTEST:g}] °C',
+                meant if COLDEST <= kelvin <= HOTTEST else 'Give the temperature in °C.',
+            )
+            return
+        spring = getattr(self.power, 'material', None)
+        if spring is not None and material(spring).modulus is None:
+            known = (name for name, each in MATERIALS.items() if each.modulus is not None)
+            yield Problem(
+                'trochlea.power.material',
+                spring if isinstance(spring, str) else spring.model_dump(exclude_none=True),
+                'has no modulus: how the force of a spring changes is not known',
+                f'Use {", ".join(known)}, or mapping: expansion, modulus.',
+            )
+        heat = self._heat(drag)
+        if self.thread.moves_the_weight and (heat.feels_temperature or heat.thickening):
+            stated = {
+                'trochlea.material': self.material,
+                'trochlea.cam.material': self.cam.material,
+                'trochlea.compensation': self.compensation,
+                'drag.oil': None if drag is None else drag.oil,
+                'drag.thickens_per_month': None if drag is None else drag.thickens_per_month,
+            }
+            key, value = next((key, value) for key, value in stated.items() if value)
+            yield Problem(
+                key,
+                value if isinstance(value, str | float) else value.model_dump(exclude_none=True),
+                f'does not go with trochlea.thread.kind {self.thread.kind}, whose equations know '
+                'no heat yet',
+                'Leave it out, or use thread kind vertical or hole.',
             )
 
     def _not_corrected(self, gravity: float) -> Problem:

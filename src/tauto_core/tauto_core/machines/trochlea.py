@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, NamedTuple
 
@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
 from tauto_core.curves.numerics import gauss_sums, integrate
+from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, Imbalance, PowerKind, Regulator
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, Problem, SceneError, TautoError
@@ -89,6 +90,7 @@ class Machine:
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
         case: the case that it turns; None if that is taken as heavy.
+        heat: how the numbers change with temperature and age; they hold at `heat.at_celsius`.
     """
 
     inertia: float
@@ -104,8 +106,36 @@ class Machine:
     release_angle: float
     imbalance: Imbalance | None = None
     case: CaseOfMass | None = None
+    heat: Heat = NO_HEAT
 
     limited_by: ClassVar[str] = 'the cam, whose range is'
+
+    def at_celsius(self, celsius: float, time_s: float = 0.0) -> Machine:
+        """Return the machine as it is at a temperature [°C], a time after the start [s].
+
+        It does not change with temperature any more. Its cam is the same: the growth of the lever
+        arm is in masses, force and stiffness (G2.5 in heat.md), so that angles, rates, periods and
+        torques are those of the hot machine.
+        """
+        factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
+        inertia, carried, weight, force, stiffness, viscous = (float(each) for each in factors)
+        drag = self.drag
+        if drag is not None:
+            drag = drag.model_copy(update={'viscous': drag.viscous * viscous})
+        imbalance = self.imbalance
+        if imbalance is not None:
+            imbalance = imbalance._replace(moment=imbalance.moment * math.sqrt(inertia))
+        return replace(
+            self,
+            inertia=self.inertia * inertia,
+            carried_mass=self.carried_mass * carried,
+            pulling_mass=self.pulling_mass * weight,
+            force=self.force * force,
+            stiffness=self.stiffness * stiffness,
+            drag=drag,
+            imbalance=imbalance,
+            heat=Heat(celsius),
+        )
 
     @cached_property
     def frequency(self) -> float:
@@ -384,6 +414,7 @@ class Parts(NamedTuple):
         drag: torques against the motion in the case, including the friction of resting teeth.
         escapement: the escapement.
         imbalance: that of the wheel.
+        heat: how the machine changes with temperature and age.
     """
 
     inertia: float
@@ -394,6 +425,7 @@ class Parts(NamedTuple):
     drag: DragKind | None
     escapement: EscapementKind | None
     imbalance: Imbalance | None = None
+    heat: Heat = NO_HEAT
 
 
 class ThreadKind(Kind):
@@ -469,6 +501,7 @@ class ThreadKind(Kind):
             escapement=parts.escapement,
             release_angle=parts.release_angle,
             imbalance=parts.imbalance,
+            heat=parts.heat,
         )
 
     def problems(

@@ -68,12 +68,12 @@ def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
     if not isinstance(machine, Machine):
         well = isinstance(machine, LeverMachine) and _swings_freely(machine)
         return 'action_angle' if still and undriven and well else 'collocation'
-    if still and machine.is_harmonic and undriven and machine.case is None:
+    steady = not machine.heat.acts and machine.case is None
+    if steady and still and machine.is_harmonic and undriven:
         return 'harmonic'
-    if _stays_linear(machine) and (still or not machine.pulling_mass):
+    if steady and _stays_linear(machine) and (still or not machine.pulling_mass):
         return 'forced_harmonic'
-    stepped = machine.imbalance is not None or machine.case is not None
-    if not still or not undriven or stepped:
+    if not (steady and still and undriven) or machine.imbalance is not None:
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
 

@@ -114,6 +114,25 @@ class Window:
 
 
 @dataclass(frozen=True)
+class Temperatures:
+    """The clock's temperature over the log intervals of n spans: linear within each of them.
+
+    Attributes:
+        celsius: temperature where each of m intervals begins, and where it ends [°C], (m, 2).
+        begin_s: time from the start of the run at which they begin [s], (m,).
+        interval_s: length of a log interval [s].
+        interval: interval in which each span lies, (n,).
+        place: where in it the piece of the span begins, as a part of its length, (n,).
+    """
+
+    celsius: FloatArray
+    begin_s: FloatArray
+    interval_s: float
+    interval: IntArray
+    place: FloatArray
+
+
+@dataclass(frozen=True)
 class Forcing:
     """n consecutive spans and the polynomials that hold over them.
 
@@ -132,6 +151,7 @@ class Forcing:
         window: the neutral line by its samples; None where coefficients are wanted.
         lean: coefficients of x^j of the apparent vertical's direction less γ, β − γ [rad]; None
             where it is zero, or nothing asks for it.
+        temperatures: those of the clock; None where the machine does not feel them.
     """
 
     length_s: FloatArray
@@ -144,6 +164,7 @@ class Forcing:
     gravity: FloatArray | None = None
     window: Window | None = None
     lean: FloatArray | None = None
+    temperatures: Temperatures | None = None
 
 
 def check_powers(forcing: Forcing, most: int) -> None:

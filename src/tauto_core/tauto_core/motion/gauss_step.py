@@ -144,7 +144,8 @@ class Work(Protocol):
         expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
         quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
             last Legendre coefficient.
-        piece: the polynomials of the ship's motion, a power of x in each row of eight (`system`).
+        piece: the polynomials of the ship's motion, a power of x in each row of eight (`system`);
+            of sixteen where heat changes the machine, whose numbers stand in the other half.
         u, v, k1, k2, x, y, d1, d2: those of the stages, a row for each plane; k1 and k2 are
             the slopes of u and v, d1 and d2 stay zero unless a system writes them.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
@@ -183,7 +184,9 @@ class Work(Protocol):
     right: FloatArray
 
 
-def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[np.void]:
+def make_work(
+    planes: int, nodes: Sequence[str], stages: int = SIZE, columns: int = SIZE
+) -> NDArray[np.void]:
     """Return the record of a system of so many planes, with rows of its own at the nodes.
 
     Rows begin at cache lines: one that lies across two costs twice the time.
@@ -199,7 +202,7 @@ def make_work(planes: int, nodes: Sequence[str], stages: int = SIZE) -> NDArray[
     own = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
     kind = np.dtype(
         [
-            ('piece', 'f8', (MOST_POWERS, SIZE)),
+            ('piece', 'f8', (MOST_POWERS, columns)),
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
             *([('nodes', own)] if nodes else []),
             ('end', PLANE, (planes,)),

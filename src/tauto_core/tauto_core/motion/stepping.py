@@ -41,6 +41,7 @@ from tauto_core.motion.gauss_step import (
     make_work,
     sum_exactly,
 )
+from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.passages import APART, WatchRide, ahead, count_step, in_step, passages
 from tauto_core.motion.phase import since_start
 from tauto_core.motion.system import (
@@ -406,12 +407,13 @@ class Stepped(ABC):
         nodes: tuple[str, ...],
         stages: int,
         tolerance: Tolerance,
+        columns: int = SIZE,
     ) -> None:
         self._inertia, self._release_angle = machine.inertia, machine.release_angle
         self.order = 2 * stages
         self._tolerance = tolerance
         self._state = np.zeros((), state_type(planes))
-        self._work = make_work(planes, nodes, stages)
+        self._work = make_work(planes, nodes, stages, columns)
         self._start_angle = 0.0
 
     @abstractmethod

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import PLANE, Omega, Planes, Work, inside
-from tauto_core.motion.lanes import Lanes, filled, fma, lane, load, lowest, width
-from tauto_core.samples import FloatArray
+from tauto_core.motion.lanes import SIZE, Lanes, Numeric, filled, fma, lane, load, lowest, width
+from tauto_core.samples import FloatArray, IntArray
 
 # -----------------------------------------------------------------------------
 # The motion of the ship: at an instant, and at the nodes of a step.
@@ -29,6 +29,48 @@ from tauto_core.samples import FloatArray
 DRIVE, DRIVE_RATE, DRIVE_BEND, TILT, TILT_RATE, TILT_BEND, APPARENT_GRAVITY, LEAN = range(8)
 """Columns of a piece: the drive and the tilt, each with two time derivatives; gravity, lean."""
 
+HEAT_POWERS = 4
+"""Powers of x of a number of the machine over a log interval: a cubic."""
+
+
+class HotNumbers(NamedTuple):
+    """The numbers of a machine that heat changes, over its inertia I, as columns of a piece.
+
+    Attributes:
+        carried, force, stiffness, weight, viscous: as in `wells.PerInertia`.
+        share: I where the machine's numbers hold, over I; what acts on the wheel and does not
+            feel heat itself changes by it.
+        growth: İ/I [1/s].
+    """
+
+    carried: Numeric
+    force: Numeric
+    stiffness: Numeric
+    weight: Numeric
+    viscous: Numeric
+    share: Numeric
+    growth: Numeric
+
+
+HOT, HOT_NUMBERS = SIZE, 7
+"""First column of `HotNumbers`, and how many; columns beyond `SIZE` are there where heat acts."""
+
+
+class HotPieces(NamedTuple):
+    """The numbers of the machine over log intervals, and where in them the pieces lie.
+
+    Attributes:
+        terms: coefficients of u^j, u from 0 to 1 over an interval: a row of `HotNumbers` for each
+            power of each interval, (intervals · HEAT_POWERS, SIZE).
+        interval: the interval of each span, (n,).
+        begin, size: u where the piece of a span begins, and its length in u, (n,).
+    """
+
+    terms: FloatArray
+    interval: IntArray
+    begin: FloatArray
+    size: FloatArray
+
 
 class ForcingPieces(NamedTuple):
     """ForcingPieces of forcing; a channel is None where it is absent.
@@ -36,6 +78,7 @@ class ForcingPieces(NamedTuple):
     Attributes:
         length_s: length of each piece [s], (n,).
         drive, tilt, gravity, lean: coefficients of x^j of the channels of `Outside`, (n, powers).
+        hot: the numbers of the machine, where heat changes them.
     """
 
     length_s: FloatArray
@@ -43,6 +86,7 @@ class ForcingPieces(NamedTuple):
     tilt: FloatArray | None
     gravity: FloatArray | None
     lean: FloatArray | None = None
+    hot: HotPieces | None = None
 
 
 class StepPlace(NamedTuple):
@@ -79,12 +123,14 @@ class Outside(NamedTuple):
         tilt: τ, the angle of the neutral line in the case [rad]; absent for a suspended case.
         gravity: the apparent gravity [m/s2]: g_eff of a machine, g + z̈ of a suspended case.
         lean: β − γ, the apparent vertical less the drive of an unbalanced wheel [rad].
+        hot: the machine's numbers; None where heat does not change them.
     """
 
     drive: ChannelAt
     tilt: ChannelAt
     gravity: float
     lean: float = 0.0
+    hot: HotNumbers | None = None
 
 
 @compiled
@@ -110,6 +156,20 @@ def _set_channel(
         above, above_rate = coefficient, rate
 
 
+@inlined
+def _set_hot(hot: HotPieces, k: int, work: Work) -> None:
+    """Fill the columns of the machine's numbers: p(begin + size · x) of each polynomial p(u)."""
+    row, b, s, size = hot.interval[k] * HEAT_POWERS, hot.begin[k], hot.size[k], width(work.piece)
+    for i in range(HOT_NUMBERS):
+        a0, a1 = hot.terms[row, i], hot.terms[row + 1, i]
+        a2, a3 = hot.terms[row + 2, i], hot.terms[row + 3, i]
+        place = HOT + i
+        work.piece[place] = a0 + b * (a1 + b * (a2 + b * a3))
+        work.piece[place + size] = s * (a1 + b * (2.0 * a2 + 3.0 * b * a3))
+        work.piece[place + 2 * size] = s * s * (a2 + 3.0 * b * a3)
+        work.piece[place + 3 * size] = s * s * s * a3
+
+
 @compiled
 def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
     """Lay out piece k, of at most `MOST_POWERS`; return its length [s] and its powers.
@@ -120,6 +180,9 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
     drive, tilt, gravity = pieces.drive, pieces.tilt, pieces.gravity
     per_s = 1.0 / pieces.length_s[k]
     terms = max(_terms(drive), _terms(tilt), _terms(gravity))
+    if pieces.hot is not None:
+        terms = max(terms, HEAT_POWERS)
+        _set_hot(pieces.hot, k, work)
     terms += terms % 2
     _set_channel(drive, k, DRIVE, per_s, terms, work)
     if tilted:
@@ -146,11 +209,23 @@ def outside_at(terms: int, x: float, work: Work) -> Outside:
         odd = fma(odd, square, load(work.piece, j + 1))
         even = fma(even, square, load(work.piece, j))
     all_ = fma(odd, x, even)
+    hot = None
+    if width(work.piece) > SIZE:
+        hot = HotNumbers(
+            lane(all_, HOT),
+            lane(all_, HOT + 1),
+            lane(all_, HOT + 2),
+            lane(all_, HOT + 3),
+            lane(all_, HOT + 4),
+            lane(all_, HOT + 5),
+            lane(all_, HOT + 6),
+        )
     return Outside(
         ChannelAt(lane(all_, DRIVE), lane(all_, DRIVE_RATE), lane(all_, DRIVE_BEND)),
         ChannelAt(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
         lane(all_, APPARENT_GRAVITY),
         lane(all_, LEAN),
+        hot,
     )
 
 

@@ -7,10 +7,12 @@ w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (E2 in machine_at_sea.md) 
 the ship's motion is needed:
 
     q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
-    ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I               θ̇ = q̇ + τ̇
+    ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I − w İ/I       θ̇ = q̇ + τ̇
 
 with t(q) the lever arm [m], t′ = dt/dq, pull = F/I, γ the neutral line, τ = γ − α_c its tilt in
 the case, θ = q + τ, d the sign of θ̇ and s that of the last impulse, both constant between events.
+Where heat changes the machine (heat.md), t(q) stays as it is and the numbers over I are those of
+the instant; else İ is absent.
 
 A heavy weight on a linear lever arm has a `shape` (`arc_shape`): there the coordinate is the arc
 s of the well and the momentum p = ṡ + γ̇n, n = dϑ/ds. Below, x and w are the coordinate and the
@@ -55,7 +57,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.system import Mode
+from tauto_core.motion.system import HotNumbers, Mode
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -482,6 +484,8 @@ class PerInertia(NamedTuple):
         recoil: R/I [rad/s2].
         law: of a further drag, over I.
         imbalance: that of the wheel.
+        share: factor of the torque of that law, where heat changes I.
+        growth: İ/I [1/s], where heat changes I.
     """
 
     carried: float | None
@@ -495,6 +499,43 @@ class PerInertia(NamedTuple):
     recoil: float | None
     law: DragLaw | None = None
     imbalance: UnbalancedWheel | None = None
+    share: float | None = None
+    growth: float | None = None
+
+
+@inlined
+def _hot_imbalance(cold: UnbalancedWheel | None, grown: Numeric) -> UnbalancedWheel | None:
+    """Return an imbalance over I: its arm is a length of the wheel, whose growth is 1/grown."""
+    if cold is None:
+        return None
+    still, weight = cold.still, cold.weight
+    return UnbalancedWheel(
+        None if still is None else still * grown,
+        None if weight is None else weight * grown,
+        cold.direction,
+    )
+
+
+@inlined
+def hot_numbers(cold: PerInertia, hot: HotNumbers) -> PerInertia:
+    """Return what acts on the wheel where heat changes it, at an instant or at the nodes."""
+    share = hot.share
+    impulse = cold.impulse
+    return PerInertia(
+        carried=None if cold.carried is None else hot.carried,
+        force=None if cold.force is None else hot.force,
+        stiffness=None if cold.stiffness is None else hot.stiffness,
+        weight=None if cold.weight is None else hot.weight,
+        viscous=None if cold.viscous is None else hot.viscous,
+        quadratic=None if cold.quadratic is None else cold.quadratic * share,
+        coulomb=None if cold.coulomb is None else cold.coulomb * share,
+        impulse=None if impulse is None else Impulse(impulse.energy * share, impulse.ebb),
+        recoil=None if cold.recoil is None else cold.recoil * share,
+        law=cold.law,
+        imbalance=_hot_imbalance(cold.imbalance, square_root(share)),
+        share=share,
+        growth=hot.growth,
+    )
 
 
 @inlined
@@ -532,7 +573,8 @@ def resistance(per_inertia: PerInertia, rate: Numeric, mode: Mode) -> Numeric:
     d = mode.direction
     drag = term(per_inertia.viscous, rate) + term(per_inertia.quadratic, d * (rate * rate))
     drag = drag + term(per_inertia.coulomb, d) + term(per_inertia.recoil, mode.pallet)
-    return drag + law_torque(per_inertia.law, rate, mode)
+    law = law_torque(per_inertia.law, rate, mode)
+    return drag + (law if per_inertia.share is None else per_inertia.share * law)
 
 
 @inlined

@@ -45,11 +45,15 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE_RATE,
+    HEAT_POWERS,
+    HOT,
     LEAN,
     NOWHERE,
     TILT_RATE,
     Beyond,
     ForcingPieces,
+    HotNumbers,
+    HotPieces,
     Instant,
     Mode,
     Outside,
@@ -75,6 +79,7 @@ from tauto_core.motion.wells import (
     arc_of,
     arc_shape,
     excess,
+    hot_numbers,
     kick,
     lever_arm,
     mass_of,
@@ -96,6 +101,20 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 """Rows of γ̇, γ̈, τ̇, g_eff and β − γ at the nodes."""
 
+HOT_NODES = *WHEEL_NODES, *HotNumbers._fields
+"""The rows where heat changes the wheel."""
+
+HEAT_AT = 0.0, 0.25, 0.75, 1.0
+"""Parts of a log interval at which a cubic has the numbers of the machine: Chebyshev's."""
+
+HEAT_TO_POWERS = (
+    (1.0, 0.0, 0.0, 0.0),
+    (-19.0 / 3.0, 8.0, -8.0 / 3.0, 1.0),
+    (32.0 / 3.0, -56.0 / 3.0, 40.0 / 3.0, -16.0 / 3.0),
+    (-16.0 / 3.0, 32.0 / 3.0, -32.0 / 3.0, 16.0 / 3.0),
+)
+"""The cubic's coefficients, by rows, from its values there."""
+
 
 class WheelNodes(Protocol):
     """The rows WHEEL_NODES of `work.nodes`; those of absent channels are not set."""
@@ -108,12 +127,16 @@ class WheelNodes(Protocol):
 
 
 class FeltChannels(NamedTuple):
-    """Which channels of the ship's motion act: True, or None, which is known when compiling."""
+    """Which channels of the ship's motion act: True, or None, which is known when compiling.
+
+    `heat` says whether the numbers of the wheel are to be taken from the forcing.
+    """
 
     line: bool | None
     tilt: bool | None
     gravity: bool | None
     lean: bool | None = None
+    heat: bool | None = None
 
 
 @compiled
@@ -130,6 +153,55 @@ def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> 
         store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
     if felt.lean is not None:
         store(nodes.lean, 0, column_at(LEAN, terms, x, work))
+    if felt.heat is not None:
+        store(nodes.carried, 0, column_at(HOT, HEAT_POWERS, x, work))
+        store(nodes.force, 0, column_at(HOT + 1, HEAT_POWERS, x, work))
+        store(nodes.stiffness, 0, column_at(HOT + 2, HEAT_POWERS, x, work))
+        store(nodes.weight, 0, column_at(HOT + 3, HEAT_POWERS, x, work))
+        store(nodes.viscous, 0, column_at(HOT + 4, HEAT_POWERS, x, work))
+        store(nodes.share, 0, column_at(HOT + 5, HEAT_POWERS, x, work))
+        store(nodes.growth, 0, column_at(HOT + 6, HEAT_POWERS, x, work))
+
+
+@inlined
+def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
+    """Return the wheel with its numbers at the nodes of a step; as it is without heat."""
+    if wheel.felt.heat is None:
+        return wheel
+    rows = work.nodes
+    hot = HotNumbers(
+        load(rows.carried),
+        load(rows.force),
+        load(rows.stiffness),
+        load(rows.weight),
+        load(rows.viscous),
+        load(rows.share),
+        load(rows.growth),
+    )
+    return _with_numbers(wheel, hot)
+
+
+@inlined
+def wheel_now(wheel: Wheel, at: Outside) -> Wheel:
+    """Return the wheel with its numbers at an instant; as it is without heat."""
+    if wheel.felt.heat is None or at.hot is None:
+        return wheel
+    return _with_numbers(wheel, at.hot)
+
+
+@inlined
+def _with_numbers(wheel: Wheel, hot: HotNumbers) -> Wheel:
+    felt = wheel.felt
+    return Wheel(
+        hot_numbers(wheel.per_inertia, hot),
+        wheel.lever,
+        wheel.shape,
+        FeltChannels(felt.line, felt.tilt, felt.gravity, felt.lean),
+        wheel.impulse,
+        wheel.pace,
+        wheel.range,
+        wheel.gravity,
+    )
 
 
 @inlined
@@ -172,13 +244,16 @@ def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
         most = term(per_inertia.imbalance.still, 1.0) + term(per_inertia.imbalance.weight, weight)
         against = against + largest(zeros + most)
     lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
+    if per_inertia.share is not None:
+        lost = largest(zeros + lost)
     return reach <= wheel.range and lowest(zeros + pull) > lost
 
 
 @compiled
-def beyond(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
+def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     """Return whether the step leaves the range: by rough bounds if they are enough."""
     edge = slack = NOWHERE
+    wheel = wheel_at_nodes(cold, work)
     reach = largest(load(work.x))
     within = reach <= SURELY_WITHIN * wheel.range
     if _surely_within(wheel, omega, work):
@@ -285,7 +360,8 @@ class Wheel(NamedTuple):
     @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the plane."""
-        per_inertia, felt, nodes = self.per_inertia, self.felt, work.nodes
+        per_inertia = wheel_at_nodes(self, work).per_inertia
+        felt, nodes = self.felt, work.nodes
         square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
         x, w = load(work.x), omega[0] * load(work.y)
         line_rate = row_or_zero(felt.line, nodes.line_rate)
@@ -314,6 +390,8 @@ class Wheel(NamedTuple):
             pushed = x * fma(arc_speed, line_rate * n_slope, excess_square)
             pushed = fma(-n, resistance(per_inertia, rate, mode), pushed)
             store(work.d1, 0, -(line_rate * n))
+        if per_inertia.growth is not None:
+            pushed = pushed - per_inertia.growth * w
         store(work.d2, 0, pushed * per_omega)
 
     def coordinates(self, work: Work) -> Lanes:
@@ -350,26 +428,28 @@ class Wheel(NamedTuple):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the wheel at an instant."""
-        tilt, w = at.tilt, omega[0] * planes[0].y
-        q, speed = angle_and_speed(self, planes[0].x, w, at.drive.rate, mode.side)
+        wheel, tilt, w = wheel_now(self, at), at.tilt, omega[0] * planes[0].y
+        q, speed = angle_and_speed(wheel, planes[0].x, w, at.drive.rate, mode.side)
         rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
+        # İψ̇ is left out of ϑ̈, from which no motion is computed: a part of 1e-8 or less
         acceleration, tension = _pushed(
-            self.per_inertia,
+            wheel.per_inertia,
             arm,
             mode,
             speed,
             rate,
             at.drive.bend,
             at.gravity,
-            unbalanced(self.per_inertia, q - at.lean, at.gravity),
+            unbalanced(wheel.per_inertia, q - at.lean, at.gravity),
         )
+        share = wheel.per_inertia.share
         return Instant(
             angle=q + tilt.value,
             rate=rate,
             bend=acceleration + tilt.bend,
             tension=tension,
             margin=self.range - abs(q),
-            torque=-tension * arm.t,
+            torque=-tension * arm.t if share is None else -tension * arm.t / share,
             coordinate=q,
             speed=speed,
             acceleration=acceleration,
@@ -377,11 +457,14 @@ class Wheel(NamedTuple):
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return the time derivatives of coordinate and momentum: q̇ and ẇ, or ṡ and ṗ."""
-        per_inertia, q, speed = self.per_inertia, now.coordinate, now.speed
+        per_inertia, q, speed = wheel_now(self, at).per_inertia, now.coordinate, now.speed
         t, t_prime, lift = lever_arm(self.lever, mode.side, q)
         pull = pull_of(per_inertia, lift, at.gravity)
         against = pull * t + resistance(per_inertia, now.rate, mode)
         against = against + unbalanced(per_inertia, q - at.lean, at.gravity)
+        if per_inertia.growth is not None:
+            momentum = speed * mass_of(per_inertia.carried, t) + at.drive.rate
+            against = against + per_inertia.growth * momentum
         if self.shape is None:
             return (Plane(speed, ride(per_inertia.carried, t, t_prime, speed) - against),)
         k = self.shape.k
@@ -395,7 +478,7 @@ class Wheel(NamedTuple):
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle, held by friction or about to go."""
-        set_off_or_hold(self, omega, angle, at, state)
+        set_off_or_hold(wheel_now(self, at), omega, angle, at, state)
 
     def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case; return the fraction at which it breaks loose, or 1.
@@ -403,32 +486,25 @@ class Wheel(NamedTuple):
         The torque is looked at twice as often as a step has nodes, or at the end alone where it is
         constant.
         """
-        state, work = run.state, run.work
-        angle, mode, coulomb = (
-            state.held_angle,
-            mode_of(state),
-            term(self.per_inertia.coulomb, 1.0),
-        )
-        probes = (
-            1
-            if self.felt.line is None and self.felt.gravity is None
-            else 2 * width(work.fractions)
-        )
+        state, work, felt = run.state, run.work, self.felt
+        angle, mode = state.held_angle, mode_of(state)
+        steady = felt.line is None and felt.gravity is None and felt.heat is None
+        probes = 1 if steady else 2 * width(work.fractions)
         for i in range(1, probes + 1):
             b = i / probes
             at = outside_at(place.terms, place.begin + b * place.size, work)
-            if abs(holding_torque(self, mode, angle, at)) > coulomb:
+            if _is_loose(self, mode, angle, at):
                 a = (i - 1) / probes
                 for _ in range(LOOSE_BISECTIONS):
                     middle = 0.5 * (a + b)
                     at = outside_at(place.terms, place.begin + middle * place.size, work)
-                    loose = abs(holding_torque(self, mode, angle, at)) > coulomb
+                    loose = _is_loose(self, mode, angle, at)
                     a, b = (a, middle) if loose else (middle, b)
                 at = outside_at(place.terms, place.begin + b * place.size, work)
-                set_off_or_hold(self, run.omega, angle, at, state)
+                set_off_or_hold(wheel_now(self, at), run.omega, angle, at, state)
                 return b
         at = outside_at(place.terms, place.begin + place.size, work)
-        _place_at_rest(self, run.omega, angle, at, state)
+        _place_at_rest(wheel_now(self, at), run.omega, angle, at, state)
         return 1.0
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
@@ -444,14 +520,15 @@ class Wheel(NamedTuple):
         self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum."""
-        per_inertia, q = self.per_inertia, now.coordinate
+        wheel, q = wheel_now(self, at), now.coordinate
+        per_inertia = wheel.per_inertia
         if per_inertia.impulse is None:
             return
         t = lever_arm(self.lever, mode.side, q).t
         given, d = state.given, mode.direction
         speed = now.speed + kick(per_inertia.impulse, per_inertia.carried, t, now.rate, d, given)
         plane = state.planes[0]
-        _, momentum = coordinate_and_momentum(self, q, speed, at.drive.rate, mode.side)
+        _, momentum = coordinate_and_momentum(wheel, q, speed, at.drive.rate, mode.side)
         plane.y = momentum / omega[0]
         plane.y_rest = 0.0
 
@@ -553,6 +630,13 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
     pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
     pulled = pulled + unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
     return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
+
+
+@inlined
+def _is_loose(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> bool:
+    """Return whether friction no longer holds the wheel at θ = angle."""
+    now = wheel_now(wheel, at)
+    return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
 
 
 # -----------------------------------------------------------------------------
@@ -747,15 +831,18 @@ class Collocation(Stepped):
 
     def __init__(self, machine: Machine, tolerance: float | None = None) -> None:
         self._machine = machine
+        self._hot = hot = machine.heat.acts
         self._omega = reference_frequency(machine)
-        self._shape = arc_shape(machine)
+        # the arc is a coordinate that does not change with time where M(ϑ)/I does not
+        self._shape = arc_shape(machine) if not hot or machine.heat.keeps_shape else None
         stages = stages_of(machine, self._shape)
         factor = error_factor(machine, self._shape)
         # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
         # 2^8 times; a factor of two is left to spare.
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
         allowed = tolerance_of(tolerance, factor, coarsen)
-        super().__init__(machine, 1, WHEEL_NODES, stages, allowed)
+        rows, columns = (HOT_NODES, 2 * SIZE) if hot else (WHEEL_NODES, SIZE)
+        super().__init__(machine, 1, rows, stages, allowed, columns)
         self.longest_step_s = longest_step(
             machine, self._shape, self._omega, factor=factor, tolerance=allowed.step
         )
@@ -794,7 +881,7 @@ class Collocation(Stepped):
             law=drag.law(inertia),
             imbalance=_imbalance(machine, still=forcing.gravity is None),
         )
-        channels = forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
+        channels = forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean, self._hot or None
         wheel = Wheel(
             per_inertia,
             machine.cam.lever,
@@ -806,6 +893,51 @@ class Collocation(Stepped):
             gravity=machine.gravity,
         )
         return Moved(wheel, (self._omega,))
+
+    def _outside(self, forcing: Forcing) -> ForcingPieces:
+        """Return the pieces of the forcing, with the machine's numbers where heat changes them."""
+        pieces, given = super()._outside(forcing), forcing.temperatures
+        if not self._hot:
+            return pieces
+        if given is None:
+            raise ValueError(
+                'Forcing.temperatures is missing. Give them, or a machine whose heat does not act'
+            )
+        machine, heat = self._machine, self._machine.heat
+        # the numbers of `HotNumbers` at the nodes of a cubic, which include both ends
+        first, last = given.celsius[:, 0], given.celsius[:, 1]
+        per_s = (last - first) / given.interval_s
+        at_nodes = []
+        for node in HEAT_AT:
+            celsius = first + node * (last - first)
+            factors = heat.factors(celsius, given.begin_s + node * given.interval_s)
+            share = 1.0 / factors.inertia
+            per_inertia = share / machine.inertia
+            force, weight = machine.force * factors.force, machine.pulling_mass * factors.weight
+            if forcing.gravity is None:
+                force = force + weight * machine.gravity
+            at_nodes.append(
+                HotNumbers(
+                    per_inertia * machine.carried_mass * factors.carried,
+                    per_inertia * force,
+                    per_inertia * machine.stiffness * factors.stiffness,
+                    per_inertia * weight,
+                    per_inertia
+                    * (machine.drag.viscous if machine.drag else 0.0)
+                    * factors.viscous,
+                    share,
+                    heat.inertia_growth(celsius, per_s),
+                )
+            )
+        terms = np.zeros((len(first), HEAT_POWERS, SIZE))
+        for j, row in enumerate(HEAT_TO_POWERS):
+            for i, values in enumerate(zip(*at_nodes, strict=True)):
+                terms[:, j, i] = sum(
+                    weight * value for weight, value in zip(row, values, strict=True)
+                )
+        size = forcing.length_s / given.interval_s
+        hot = HotPieces(terms.reshape(-1, SIZE), given.interval, given.place, size)
+        return pieces._replace(hot=hot)
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.

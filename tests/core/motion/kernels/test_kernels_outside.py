@@ -19,10 +19,10 @@ from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, newton
 @entry
 def at_instant(forcing, k, x, work, out):
     length, terms = set_piece(forcing, k, True, work)
-    line, tilt, gravity, _ = outside_at(terms, x, work)
-    out[0], out[1], out[2] = line
-    out[3], out[4], out[5] = tilt
-    out[6], out[7] = gravity, length
+    at = outside_at(terms, x, work)
+    out[0], out[1], out[2] = at.drive
+    out[3], out[4], out[5] = at.tilt
+    out[6], out[7] = at.gravity, length
 
 
 def found(forcing, k, x, work):

@@ -11,8 +11,15 @@ from typing import Literal
 from pydantic import Field
 
 from tauto_core.curves.cam import Pull
+from tauto_core.curves.materials import NamedMaterial
 from tauto_core.machines.parts import PowerKind
 from tauto_core.scene.sections import Flag, NonNegative, Positive
+
+OF_SPRING = Field(
+    default=None,
+    description='material of the spring, a name or mapping: expansion, modulus; when left out its '
+    'force does not change with temperature',
+)
 
 
 class ForcePower(PowerKind):
@@ -24,6 +31,7 @@ class ForcePower(PowerKind):
 
     kind: Literal['force'] = 'force'
     force: Positive = Field(description='pull in the thread [N]')
+    material: NamedMaterial | None = OF_SPRING
 
     @property
     def pull(self) -> Pull:
@@ -64,6 +72,7 @@ class SpringPower(PowerKind):
     kind: Literal['spring'] = 'spring'
     force: Positive = Field(description='pull at zero draw [N]')
     stiffness: NonNegative = Field(description='stiffness [N/m]')
+    material: NamedMaterial | None = OF_SPRING
 
     @property
     def pull(self) -> Pull:
@@ -88,6 +97,7 @@ class WeightAndSpringPower(PowerKind):
     stiffness: Positive = Field(
         description='stiffness of the spring, which is slack at rest [N/m]'
     )
+    material: NamedMaterial | None = OF_SPRING
 
     @property
     def pull(self) -> Pull:

@@ -1,0 +1,117 @@
+"""Materials by name, or by their numbers: how lengths and springs change with temperature.
+
+Every number of the tables is at room temperature and has its source beside it.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+from pydantic import (
+    Field,
+    PlainSerializer,
+    Strict,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+)
+from pydantic_core import PydanticCustomError
+
+from tauto_core.scene.sections import Section
+
+
+class Material(Section):
+    """A material by its numbers."""
+
+    expansion: Annotated[float, Strict(), Field(ge=-1e-4, le=1e-3)] = Field(
+        default=0.0, description='linear expansion, −1e-4 to 1e-3 [1/K]'
+    )
+    modulus: Annotated[float, Strict(), Field(ge=-1e-2, le=1e-2)] | None = Field(
+        default=None,
+        description='relative change of the shear modulus, −1e-2 to 1e-2 [1/K]; springs need it',
+    )
+
+    @property
+    def force(self) -> float:
+        """β, relative change of the force of a helical spring, G d⁴/8D³n times its draw [1/K].
+
+        That of the shear modulus G, and the expansion of d⁴/D³.
+        """
+        return (self.modulus or 0.0) + self.expansion
+
+
+# CRC: CRC Handbook of Chemistry and Physics, thermal properties of pure metals, 25 °C.
+MATERIALS = {
+    # Kaye & Laby, Tables of Physical and Chemical Constants: brass with 34 % of zinc, 18.9e-6
+    'brass': Material(expansion=18.9e-6),
+    # the same, mild steel, some 11.5e-6; the modulus, some −2.4e-4, as of uncompensated springs
+    'steel': Material(expansion=11.5e-6, modulus=-2.4e-4),
+    'copper': Material(expansion=16.5e-6),  # CRC
+    'gold': Material(expansion=14.2e-6),  # CRC
+    'iron': Material(expansion=11.8e-6),  # CRC
+    'lead': Material(expansion=28.9e-6),  # CRC
+    'platinum': Material(expansion=8.8e-6),  # CRC
+    'silver': Material(expansion=18.9e-6),  # CRC
+    'zinc': Material(expansion=30.2e-6),  # CRC
+    # C. É. Guillaume, Nobel lecture, 1920: 36 % of nickel, about 1.2e-6
+    'invar': Material(expansion=1.2e-6),
+}
+
+
+def unknown_name(what: str, name: str, names: Iterable[str]) -> PydanticCustomError:
+    """Return the error of a name that is in no table, with the nearest one."""
+    known = list(names)
+    near = difflib.get_close_matches(name, known, 1)
+    said = f'is not {what} that is known'
+    said += f'; did you mean {near[0]}?' if near else ''
+    return PydanticCustomError('unknown', '{said} (there are {known})', {
+        'said': said, 'known': ', '.join(sorted(known))
+    })  # fmt: skip
+
+
+def _named(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
+    if not isinstance(value, str):
+        return numbers(value)
+    if value not in MATERIALS:
+        raise unknown_name('a material', value, MATERIALS)
+    return value
+
+
+if TYPE_CHECKING:
+    NamedMaterial: TypeAlias = str | Material
+else:
+    NamedMaterial = Annotated[
+        Material,
+        WrapValidator(_named),
+        PlainSerializer(
+            lambda value: (
+                value
+                if isinstance(value, str)
+                else value.model_dump(exclude_none=True, exclude_unset=True)
+            )
+        ),
+        WithJsonSchema(
+            {
+                'anyOf': [
+                    {'enum': sorted(MATERIALS)},
+                    {
+                        'type': 'object',
+                        'properties': {
+                            'expansion': {'type': 'number'},
+                            'modulus': {'type': 'number'},
+                        },
+                        'additionalProperties': False,
+                    },
+                ]
+            }
+        ),
+    ]
+
+
+def material(named: str | Material | None) -> Material:
+    """Return a material by its name or numbers; one that does not change where none is given."""
+    if named is None:
+        return Material()
+    return MATERIALS[named] if isinstance(named, str) else named

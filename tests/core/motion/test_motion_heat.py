@@ -1,0 +1,201 @@
+"""Machines whose numbers change with temperature, against a full integration of them.
+
+The reference takes the printed equation (G2.5 in heat.md): the cam grows, I changes and İψ̇
+acts, the spring and the oil change continuously. The engine has them as numbers over I.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from reference_propagator import HotReference
+from test_motion_systems import at_sea, on_land
+
+from tauto_core.curves.cam import smooth_lever
+from tauto_core.curves.cams.table import Fitted
+from tauto_core.machines import Machine, compile_machine
+from tauto_core.machines.heat import NO_HEAT, Heat
+from tauto_core.motion import Forcing, make_propagator
+from tauto_core.motion.forcing import Temperatures
+
+INVOLUTE: dict[str, Any] = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'thread': {'kind': 'vertical'},
+}
+WEIGHT = {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.322}}
+OILED = {'drag': {'viscous': 1.25e-5, 'oil': {'thins_per_kelvin': 0.035}}}
+KEPT_GOING = {**OILED, 'escapement': {'kind': 'impulse', 'energy': 1.23052e-4}}
+MACHINES: dict[str, Any] = {
+    'steel spring, brass wheel': (
+        {
+            **INVOLUTE,
+            'power': {'kind': 'force', 'force': 3.158, 'material': 'steel'},
+            'material': 'brass',
+        },
+        {},
+    ),
+    'all of steel': (
+        {
+            **INVOLUTE,
+            'power': {'kind': 'spring', 'force': 3.158, 'stiffness': 50.0, 'material': 'steel'},
+            'material': 'steel',
+        },
+        {},
+    ),
+    'brass, a weight': ({**WEIGHT, 'material': 'brass'}, {}),
+    'cam of steel': (
+        {**WEIGHT, 'cam': {**INVOLUTE['cam'], 'material': 'steel'}, 'material': 'brass'},
+        {},
+    ),
+    'unbalanced, of zinc': (
+        {
+            **INVOLUTE,
+            'power': {'kind': 'force', 'force': 3.158},
+            'material': 'zinc',
+            'imbalance': {'moment': 2e-4, 'direction': 0.4},
+        },
+        {},
+    ),
+    'oil': ({**WEIGHT, 'material': 'brass'}, KEPT_GOING),
+    'oil of a table that ages': (
+        {**WEIGHT, 'material': 'brass'},
+        {'drag': {'viscous': 1.25e-5, 'oil': 'sperm', 'thickens_per_month': 9.0}},
+    ),
+    'recoil and air': (
+        {**WEIGHT, 'material': 'zinc'},
+        {
+            'drag': {'viscous': 1e-5, 'quadratic': 1e-5, 'oil': {'thins_per_kelvin': 0.05}},
+            'escapement': {
+                'kind': 'impulse',
+                'energy': 1e-4,
+                'angle': 0.1,
+                'rest': {'recoil': 1e-4},
+            },
+        },
+    ),
+    'compensated': (
+        {
+            **INVOLUTE,
+            'power': {'kind': 'force', 'force': 3.158, 'material': 'steel'},
+            'material': 'brass',
+            'compensation': {'takes': -10.7, 'leaves': -0.01, 'middle': 15.0},
+        },
+        {},
+    ),
+}
+
+
+def machine(name: str) -> Machine:
+    trochlea, sections = MACHINES[name]
+    made = compile_machine(scene_of(trochlea={**trochlea, 'release_angle': 1.0}, **sections))
+    assert isinstance(made, Machine)
+    return replace(made, heat=replace(made.heat, varies=True))
+
+
+def warmed(forcing: Forcing, interval_s: float, celsius: np.ndarray) -> Forcing:
+    """Give spans the temperatures at the ends of their log intervals."""
+    log_ns = round(interval_s * 1e9)
+    interval = (forcing.end_ns - 1) // log_ns
+    end_s = (forcing.end_ns - interval * log_ns) * 1e-9
+    temperatures = Temperatures(
+        celsius=np.stack([celsius[:-1], celsius[1:]], axis=1),
+        begin_s=np.arange(len(celsius) - 1) * interval_s,
+        interval_s=interval_s,
+        interval=interval,
+        place=(end_s - forcing.end * forcing.length_s) / interval_s,
+    )
+    return replace(forcing, temperatures=temperatures)
+
+
+def phase_s(moved: Machine, motion: Any) -> np.ndarray:
+    """What a dial shows [s]."""
+    return 0.5 * moved.small_period * (motion.half_turns + motion.fraction)
+
+
+def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
+    """Largest error of the reading, and of what heat does to it at the end [s]."""
+    readings = []
+    cold = replace(moved, heat=NO_HEAT)
+    for engine in (make_propagator(moved, still=forcing.neutral is None), HotReference(moved)):
+        engine.release(forcing)
+        readings.append(phase_s(moved, engine.advance(forcing)))
+    engine = make_propagator(cold, still=forcing.neutral is None)
+    if engine.name == 'forced_harmonic':
+        return float(np.max(np.abs(readings[0] - readings[1]))), math.nan
+    engine.release(forcing)
+    effect = readings[1] - phase_s(moved, engine.advance(forcing))
+    return float(np.max(np.abs(readings[0] - readings[1]))), float(np.abs(effect[-1]))
+
+
+@pytest.mark.parametrize('swings', [12.0, 12.37])
+@pytest.mark.parametrize('name', MACHINES)
+def test_a_clock_on_land_that_warms_and_cools_reads_as_in_a_full_integration(
+    name: str, swings: float
+) -> None:
+    """Also where logged instants keep step with the swing.
+
+    By rounding, but for the cubic in a log interval that stands for the oil's exponential: at 18 K
+    in one interval 2e-4 of the effect at most, and by the fourth power less where it is less.
+    """
+    moved = machine(name)
+    interval_s = round(swings * moved.small_period, 9)
+    spans, changes = on_land(4, interval_s), np.array([0.0, 13.0, 6.0, -12.0, -12.0])
+    error_s, effect_s = compared(moved, warmed(spans, interval_s, 20.0 + changes))
+    assert effect_s > 1e-4
+    if moved.drag is None:
+        assert error_s < 1e-10
+        return
+    assert error_s < 3e-4 * effect_s
+    smaller_s, effect_s = compared(moved, warmed(spans, interval_s, 20.0 + changes / 4.0))
+    assert smaller_s < 0.01 * error_s
+
+
+@pytest.mark.parametrize('name', ['brass, a weight', 'cam of steel', 'oil', 'all of steel'])
+def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> None:
+    moved = machine(name)
+    forcing = warmed(at_sea(moved, 40.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
+    error_s, effect_s = compared(moved, forcing)
+    assert error_s < 1e-11 + 1e-4 * effect_s * (moved.drag is not None)
+
+
+def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:
+    """θ̈ = −ω²(θ + 0.1 θ³) from 1 rad, ω up by 1e-3 over 320 periods: 4.831e-4 of the phase.
+
+    Time warped by ω alone would give 5.000e-4 (the action in mpmath: dlnΩ/dlnω = 0.9663).
+    """
+    law = smooth_lever(
+        lambda q: 0.005 * (q + 0.1 * q**3), lambda q: 0.005 * (0.5 * q * q + 0.025 * q**4), 3.0
+    )
+    heat = Heat(force=1e-4)
+    still = Machine(
+        4e-4, 0.0, 0.0, 3.158, 0.0, 9.80665, Fitted('cubic', law, math.inf), False, None, None, 1.0
+    )
+    moved = replace(still, heat=heat)
+    step_s = round(moved.period(1.0) / 200.0, 9)
+    interval_s = round(6400.0 * step_s, 9)
+    celsius = 20.0 + (((1.0 + 1e-4 * np.arange(11)) ** 2) - 1.0) / heat.force
+    engine = make_propagator(moved, still=True)
+    forcing = warmed(on_land(64_000, step_s), interval_s, celsius)
+    engine.release(forcing)
+    motion = engine.advance(forcing)
+    # the time of 320 turns: at turning points the phase does not depend on the amplitude
+    turned = float(np.interp(640.0, motion.half_turns + motion.fraction, forcing.end_ns * 1e-9))
+    assert 320.0 * moved.period(1.0) / turned - 1.0 == pytest.approx(4.831e-4, abs=3e-7)
+
+
+def test_spans_within_an_interval_change_nothing() -> None:
+    """Halves of each interval, as where the ship is sampled, and the whole of it."""
+    moved = machine('cam of steel')
+    celsius = np.array([20.0, 30.0, 15.0])
+    ends = []
+    for parts in (1, 2):
+        forcing = warmed(on_land(2 * parts, 12.0 / parts), 12.0, celsius)
+        engine = make_propagator(moved, still=True)
+        engine.release(forcing)
+        ends.append(engine.advance(forcing).angle[-1])
+    assert ends[0] == pytest.approx(ends[1], abs=1e-11)
