@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
@@ -23,12 +24,20 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_collocation, propagator_name, steps_in
-from tauto_core.samples import PHASE, SHIP_IMU, Batches, FloatArray
+from tauto_core.samples import (
+    PHASE,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    Batches,
+    FloatArray,
+    TemperatureSamples,
+)
 from tauto_core.scene import Scene, Solver
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.scene.times import LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
@@ -393,6 +402,9 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         if PHASE in batches:
             said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
 
+    box = BoxTemperature(scene) if SHIP_TEMPERATURE in stage.inputs else None
+    warm, log_ns = 0, scene.log_interval_ns
+
     # The result does not depend on the chunks.
     while not cut:
         began_s = time.thread_time()
@@ -400,7 +412,14 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         if not len(imu.stamp_ns):
             take(stage.finish())
             break
-        take(stage.feed({SHIP_IMU: imu}))
+        batches: Batches = {SHIP_IMU: imu}
+        if box is not None:
+            last = -((scene.starts_at_ns - int(imu.stamp_ns[-1])) // log_ns)
+            logs = np.arange(warm, last + 1)
+            warm, none = last + 1, np.zeros(len(logs))
+            stamps = scene.starts_at_ns + logs * log_ns
+            batches[SHIP_TEMPERATURE] = TemperatureSamples(stamps, '', box.at(logs), none)
+        take(stage.feed(batches))
         took_s, moved_s = time.thread_time() - began_s, len(imu.stamp_ns) * step_s
         spent_s += limit.charge(took_s, work * moved_s, may_compile=reached_s < COMPILED_S)
         reached_s += moved_s
@@ -607,7 +626,7 @@ def forecast(
         return _forecast_in_fluid(scene, machine, motion)
     still, swing_s = scene.lies_still, _swing_s(machine)
     name, steps = _propagation(scene, machine, swing_s)
-    nominal_s = scene.clock.nominal_period or machine.small_period
+    nominal_s = nominal_period_s(scene, machine)
     run_s = _run_s(scene, name, motion, scene.duration / swing_s, steps)
     step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
     rounding_s = _rounding_s(scene.duration, step_s, nominal_s)

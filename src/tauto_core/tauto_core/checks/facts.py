@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from tauto_core.checks.cost import (
     tolerance,
 )
 from tauto_core.checks.readiness import check_scene, oddities
+from tauto_core.clockwork.dial import at_departure, nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
@@ -30,6 +31,7 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import answers
+from tauto_core.machines.heat import NO_HEAT
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.navigation.regressors import MOTIONS
@@ -244,6 +246,7 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
         'recoil turns round at each impulse': bool(
             machine.escapement and machine.escapement.recoil
         ),
+        'heat and age change its numbers on the way': machine.heat.acts,
     }
     return [words for words, present in found.items() if present] or [
         'the thread goes slack in the swing'
@@ -377,6 +380,7 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
         *(() if scene.trochlea is None else scene.trochlea.power.left_out()),
         *(() if scene.clock.is_noisy else ('clock noise',)),
         *(('voyage',) if scene.voyage is None else ()),
+        *(() if scene.air is None else _cold_parts(scene, machine)),
     ]
 
 
@@ -391,6 +395,23 @@ def _answer_left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> tuple
         return (said,)
     shift = case.wheel_frequency(machine.inertia, machine.frequency, scene.g) / machine.frequency
     return (f'{said} ({(shift - 1.0) * DAY_S:+,.0f} s/day in a case of {USUAL_MASS:g} kg)',)
+
+
+def _cold_parts(scene: Scene, machine: AnyMachine | FluidPendulum) -> Iterator[str]:
+    """Yield what the heat of the air does not reach in a scene."""
+    heat = machine.heat if isinstance(machine, Machine) else NO_HEAT
+    if not (heat.feels_temperature and scene.trochlea):
+        yield 'what heat does to the machine (trochlea.material and others)'
+        return
+    pull = scene.trochlea.power.pull
+    if not heat.wheel and not heat.cam:
+        yield 'expansion of wheel and cam'
+    if not heat.force and (pull.force or pull.stiffness):
+        yield 'heat in the spring'
+    if machine.drag is not None and machine.drag.viscous and not heat.oil.rate:
+        yield 'heat in the oil'
+    if scene.suspension is not None:
+        yield 'heat in the suspension'
 
 
 # -----------------------------------------------------------------------------
@@ -448,7 +469,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
         'small_period_s': machine.small_period,
-        'nominal_period_s': scene.clock.nominal_period or machine.small_period,
+        'nominal_period_s': nominal_period_s(scene, machine),
         **_regulator_facts(scene, machine),
         'steady_swing': _steady_swing(scene, machine),
         **({'covariates': _covariates(scene)} if scene.drift.covariates else {}),
@@ -482,10 +503,10 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
     """
     if not isinstance(machine, Machine | LeverMachine):
         return None
-    found = steady_swing(machine)
+    found = steady_swing(cast(Machine | LeverMachine, at_departure(scene, machine)))
     if isinstance(found, NoSteadySwing):
         return {'why': found.why}
-    nominal = scene.clock.nominal_period or machine.small_period
+    nominal = nominal_period_s(scene, machine)
     settling = found.time_constant
     return {
         'amplitude_rad': found.amplitude,

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tauto_core.machines import AnyMachine, FluidPendulum, Machine
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S
+from tauto_core.ship.air import BoxTemperature
 
 # -----------------------------------------------------------------------------
 # The reading of the dial, with whole half turns and the fraction kept apart.
@@ -33,6 +35,22 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
     return np.asarray(
         half_turns * whole + blocks * whole_block + np.rint(small).astype(np.int64), np.int64
     )
+
+
+def at_departure(scene: Scene, machine: AnyMachine | FluidPendulum) -> AnyMachine | FluidPendulum:
+    """Return the machine at the temperature of the clock at the start of the scene."""
+    if scene.air is None or not isinstance(machine, Machine):
+        return machine
+    return machine.at_celsius(float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
+
+
+def nominal_period_s(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
+    """Return the time by which the dial advances in a full swing [s].
+
+    Where the scene does not state it the dial is regulated for small swings of the machine in the
+    gravity and at the temperature of the start.
+    """
+    return scene.clock.nominal_period or at_departure(scene, machine).small_period
 
 
 # -----------------------------------------------------------------------------

@@ -17,17 +17,25 @@ from typing import ClassVar, cast
 import numpy as np
 
 from tauto_core.clockwork.dial import DialSetting
-from tauto_core.clockwork.trochlea import TrochleaStage
+from tauto_core.clockwork.trochlea import (
+    MOST_CELSIUS,
+    NOTHING_YET,
+    WHEEL_FRAME,
+    TrochleaStage,
+)
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     Batches,
     ImuSamples,
+    IntArray,
     JointSamples,
     Samples,
     State,
+    TemperatureSamples,
     TimeSamples,
     join,
     same,
@@ -129,6 +137,65 @@ class Limits:
         self._felt_ns, self._tilt = state['felt_ns'], state['tilt']
 
 
+class HeldTemperature:
+    """Temperatures at the logged instants of a run, from a thermometer with stamps of its own.
+
+    When the first motion sample after a logged instant comes, the temperature of the next instant
+    is set to the thermometer's last value by then; before any it is `trochlea.at_celsius`. So
+    nothing waits for the thermometer, and the clock follows it by one to two log intervals.
+
+    Args:
+        scene: the scene to simulate.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._log_ns = scene.log_interval_ns
+        at_celsius = 20.0 if scene.trochlea is None else scene.trochlea.at_celsius
+        self._stamps, self._celsius = np.array([NOTHING_YET]), np.array([at_celsius])
+        self._origin_ns, self._next = 0, 0
+
+    def hear(self, felt: TemperatureSamples) -> None:
+        """Take values of the thermometer; those that are no temperatures are left out."""
+        stamps = np.concatenate([self._stamps, felt.stamp_ns])
+        celsius = np.concatenate([self._celsius, felt.temperature])
+        known = np.abs(celsius) < MOST_CELSIUS
+        order = np.argsort(stamps[known], kind='stable')
+        self._stamps, self._celsius = stamps[known][order], celsius[known][order]
+
+    def begin(self, origin_ns: int) -> None:
+        """Begin a run, whose first logged instant is `origin_ns`."""
+        self._origin_ns, self._next = origin_ns, 0
+
+    def during(self, stamps_ns: IntArray) -> TemperatureSamples:
+        """Return the temperatures that motion samples need, which come next in the run."""
+        since, log_ns = stamps_ns - self._origin_ns, self._log_ns
+        wanted = np.arange(self._next, max(-(-int(since[-1]) // log_ns) + 1, self._next))
+        # the first sample after the logged instant before
+        decided = stamps_ns[np.searchsorted(since, (wanted - 1) * log_ns, 'right')]
+        heard = np.searchsorted(self._stamps, decided, 'right') - 1
+        celsius = self._celsius[heard]
+        if len(wanted):
+            self._next = int(wanted[-1]) + 1
+            self._stamps, self._celsius = self._stamps[heard[-1] :], self._celsius[heard[-1] :]
+        return TemperatureSamples(
+            self._origin_ns + wanted * log_ns, WHEEL_FRAME, celsius, np.zeros(len(wanted))
+        )
+
+    def state(self) -> State:
+        """Return the values heard, and the run."""
+        return {
+            'stamps': self._stamps,
+            'celsius': self._celsius,
+            'origin_ns': self._origin_ns,
+            'next': self._next,
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._stamps, self._celsius = np.array(state['stamps']), np.array(state['celsius'])
+        self._origin_ns, self._next = state['origin_ns'], state['next']
+
+
 class LiveTrochlea:
     """A TrochleaStage for motion with stamps of its own: anchored at the first stamp.
 
@@ -139,7 +206,6 @@ class LiveTrochlea:
         SceneError: the machine cannot be built, or its suspension.
     """
 
-    inputs: ClassVar[tuple[str, ...]] = TrochleaStage.inputs
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
     def __init__(self, scene: Scene) -> None:
@@ -148,6 +214,8 @@ class LiveTrochlea:
         self._continuity = Continuity(scene.step_ns, max(gap_ns, 2 * scene.step_ns * still))
         self._stage = TrochleaStage(scene, anchor='first')
         self._fresh = self._stage.state()
+        felt = SHIP_TEMPERATURE in self._stage.inputs
+        self._thermometer = HeldTemperature(scene) if felt else None
         self._limits = Limits(scene)
         self._run: _RunState | None = None
         self._shown: _Shown | None = None
@@ -155,6 +223,11 @@ class LiveTrochlea:
         self._counts = {'dial_stops': 0, 'dial_settings': 0, 'runs_failed': 0}
         self._trouble = ''
         self._news: list[str] = []
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The motion, and the temperature where the machine feels it."""
+        return self._stage.inputs
 
     @property
     def trouble(self) -> str:
@@ -173,8 +246,13 @@ class LiveTrochlea:
         return news
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take motion samples; return the samples that are known by now."""
-        imu = batches.get(SHIP_IMU)
+        """Take motion samples; return the samples that are known by now.
+
+        Temperatures are taken as they come, and nothing waits for them (`HeldTemperature`).
+        """
+        imu, felt = batches.get(SHIP_IMU), batches.get(SHIP_TEMPERATURE)
+        if self._thermometer is not None and isinstance(felt, TemperatureSamples):
+            self._thermometer.hear(felt)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
             return {}
         before, heard = self.state(), len(self._news)
@@ -214,7 +292,10 @@ class LiveTrochlea:
                     self._believe(self._stage.finish(), said)
                 self._begin(int(part.imu.stamp_ns[0]))
             self._limits.feel(part.imu)
-            self._believe(self._stage.feed({SHIP_IMU: part.imu}), said)
+            moved: Batches = {SHIP_IMU: part.imu}
+            if self._thermometer is not None:
+                moved[SHIP_TEMPERATURE] = self._thermometer.during(part.imu.stamp_ns)
+            self._believe(self._stage.feed(moved), said)
         refused = REFUSALS[reasons[-1] - 1] if reasons[-1] else ''
         self._trouble = (
             refused and f'the dial stands still: what comes on ship/imu cannot be used ({refused})'
@@ -224,6 +305,8 @@ class LiveTrochlea:
         """Release the wheel again, and account for the time since the last reading."""
         self._stage.restore(self._fresh)
         self._limits.begin()
+        if self._thermometer is not None:
+            self._thermometer.begin(origin_ns)
         shown = self._shown
         if shown is None or origin_ns <= shown.stamp_ns:
             setting = shown.setting.again(origin_ns) if shown else DialSetting(origin_ns)
@@ -278,6 +361,7 @@ class LiveTrochlea:
             'refused': dict(self._refused),
             'counts': dict(self._counts),
             'trouble': self._trouble,
+            **({'thermometer': self._thermometer.state()} if self._thermometer else {}),
         }
 
     def restore(self, state: State) -> None:
@@ -290,6 +374,8 @@ class LiveTrochlea:
         self._shown = shown and _Shown(**{**shown, 'setting': DialSetting.of(shown['setting'])})
         self._refused, self._counts = dict(state['refused']), dict(state['counts'])
         self._trouble = state['trouble']
+        if self._thermometer is not None:
+            self._thermometer.restore(state['thermometer'])
 
     def health(self) -> dict[str, int]:
         """Return counters of samples refused or left out, gaps bridged, and stops of the dial."""

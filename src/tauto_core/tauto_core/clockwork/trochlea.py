@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 
-from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns
-from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
+from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns, nominal_period_s
+from tauto_core.machines import AnyMachine, FluidPendulum, Machine, compile_machine
 from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
-from tauto_core.motion import Motion, make_propagator, steps_in
+from tauto_core.machines.heat import Heat
+from tauto_core.motion import Forcing, Motion, make_propagator, steps_in
+from tauto_core.motion.forcing import Temperatures
 from tauto_core.samples import (
     JOINT_STATES,
     PHASE,
     READING,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     Batches,
     FloatArray,
     ImuSamples,
@@ -25,6 +29,7 @@ from tauto_core.samples import (
     PlanarImu,
     Samples,
     State,
+    TemperatureSamples,
     TimeSamples,
     same,
 )
@@ -32,7 +37,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
-from tauto_core.ship.imu import screen
+from tauto_core.ship.imu import message, part_of, screen
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -40,8 +45,80 @@ if TYPE_CHECKING:
 
 WHEEL_NAMES = ('wheel',)
 BODY_NAMES = ('body',)
+NOTHING_YET = -(2**63)
+"""Stamp of the last temperature where none has come."""
+
+MOST_CELSIUS = 100.0
+"""What is hotter or colder than this is no temperature of a clock [°C]."""
+
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 WHEEL_FRAME = 'clock_case'
+
+
+class Warmth:
+    """The temperatures of the clock at the logged instants that are known and still needed.
+
+    Args:
+        heat: how the machine changes.
+        log_ns: time between logged instants [ns].
+    """
+
+    def __init__(self, heat: Heat, log_ns: int) -> None:
+        self.varies = heat.varies and heat.feels_temperature
+        self.known_ns = NOTHING_YET
+        self._log_ns, self._at_celsius = log_ns, heat.at_celsius
+        self._celsius, self._first = np.empty(0), 0
+
+    def add(self, felt: TemperatureSamples) -> None:
+        """Take the temperatures of the next logged instants.
+
+        PropagationError: a stamp that does not follow the last one by a log interval, or what is
+        no temperature.
+        """
+        if not len(felt.stamp_ns):
+            return
+        first_ns = int(felt.stamp_ns[0])
+        expected_ns = first_ns if self.known_ns == NOTHING_YET else self.known_ns + self._log_ns
+        stamps = expected_ns + self._log_ns * np.arange(len(felt.stamp_ns))
+        wrong = (felt.stamp_ns != stamps) | ~(np.abs(felt.temperature) < MOST_CELSIUS)
+        if np.any(wrong):
+            at = int(np.argmax(wrong))
+            raise PropagationError(
+                f'ship/temperature has {felt.temperature[at]:.6g} °C at {felt.stamp_ns[at]} ns; '
+                f'the next logged instant is {stamps[at]} ns, and temperatures lie within '
+                f'±{MOST_CELSIUS:g} °C. Send one for each logged instant, in °C',
+                float((stamps[at] - first_ns) * 1e-9),
+            )
+        self._celsius = np.concatenate([self._celsius, felt.temperature])
+        self.known_ns = int(stamps[-1])
+
+    def over(self, forcing: Forcing) -> Temperatures:
+        """Return the temperatures over the spans, and forget those before them."""
+        logs = (forcing.end_ns - 1) // self._log_ns
+        first, last = int(logs[0]), int(logs[-1])
+        if self.varies:
+            self._celsius, self._first = self._celsius[first - self._first :], first
+            ends = self._celsius[: last - first + 2]
+        else:
+            ends = np.full(last - first + 2, self._at_celsius)
+        log_s = self._log_ns * 1e-9
+        end_s = np.asarray((forcing.end_ns - logs * self._log_ns) * 1e-9, np.float64)
+        return Temperatures(
+            celsius=np.stack([ends[:-1], ends[1:]], axis=1),
+            begin_s=np.asarray(np.arange(first, last + 1) * log_s, np.float64),
+            interval_s=log_s,
+            interval=logs - first,
+            place=(end_s - forcing.end * forcing.length_s) / log_s,
+        )
+
+    def state(self) -> State:
+        """Return the temperatures."""
+        return {'known_ns': self.known_ns, 'first': self._first, 'celsius': self._celsius.copy()}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self.known_ns, self._first = state['known_ns'], state['first']
+        self._celsius = np.array(state['celsius'])
 
 
 class TrochleaStage:
@@ -62,7 +139,6 @@ class TrochleaStage:
         SceneError: the machine cannot be built, or its suspension.
     """
 
-    inputs: ClassVar[tuple[str, ...]] = (SHIP_IMU,)
     outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, READING)
 
     def __init__(
@@ -75,9 +151,11 @@ class TrochleaStage:
         self._anchor = anchor
         self._still = scene.lies_still
         self._machine = compile_machine(scene) if machine is None else machine
+        heat = self._machine.heat if isinstance(self._machine, Machine) else None
+        self._warmth = Warmth(heat, scene.log_interval_ns) if heat and heat.acts else None
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
-        self._nominal_s = scene.clock.nominal_period or self._machine.small_period
+        self._nominal_s = nominal_period_s(scene, self._machine)
         max_gap_s = None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S)
         stride = samples_a_piece(scene, steps_in(self._propagator))
         smooth = anchor == 'scene' and scene.ship.is_computed
@@ -110,19 +188,30 @@ class TrochleaStage:
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
         self._last_stamp: int | None = None
+        self._waiting: list[ImuSamples | PlanarImu] = []
         self._released = False
         self._refused: dict[str, int] = {}
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The motion, and the temperature where the machine feels it."""
+        felt = self._warmth is not None and self._warmth.varies
+        return (SHIP_IMU, SHIP_TEMPERATURE) if felt else (SHIP_IMU,)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take motion samples; return the samples that are known by now.
 
         Raises:
             PropagationError: slack thread, edge of the cam, a case that leaves its bearing, a
-                gap in the motion, a start that is not the scene's.
+                gap in the motion, a start that is not the scene's, temperatures that are not of
+                the logged instants.
         """
+        warmth, felt = self._warmth, batches.get(SHIP_TEMPERATURE)
+        if warmth is not None and isinstance(felt, TemperatureSamples):
+            warmth.add(felt)
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples | PlanarImu) or not len(imu.stamp_ns):
-            return {}
+            return self._move(None) if self._waiting else {}
         if isinstance(imu, ImuSamples):
             imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
             for name, number in refused.items():
@@ -139,15 +228,41 @@ class TrochleaStage:
                     (first_ns - starts_at) * 1e-9,
                 )
             self._origin_ns = first_ns
-        self._last_stamp, origin_ns = int(imu.stamp_ns[-1]), self._origin_ns
-        if self._suspension is None:
-            self._buffer.add(imu, origin_ns)
-        else:
-            self._feel(self._suspension.feed(imu, origin_ns))
+        self._last_stamp = int(imu.stamp_ns[-1])
+        return self._move(imu)
+
+    def _move(self, imu: ImuSamples | PlanarImu | None) -> Batches:
+        """Advance over more motion, as far as the temperature is known."""
+        moved, origin_ns = [] if imu is None else [imu], self._origin_ns or 0
+        if self._warmth is not None and self._warmth.varies:
+            felt, moved, self._waiting = [*self._waiting, *moved], [], []
+            for part in felt:
+                known = int(np.searchsorted(part.stamp_ns, self._warmth.known_ns, 'right'))
+                if known:
+                    moved.append(part_of(part, slice(0, known)))
+                if known < len(part.stamp_ns):
+                    self._waiting.append(part_of(part, slice(known, None)))
+        if not moved:
+            return {}
+        for part in moved:
+            if self._suspension is None:
+                self._buffer.add(part, origin_ns)
+            else:
+                self._feel(self._suspension.feed(part, origin_ns))
         return self._advance(final=False)
 
     def finish(self) -> Batches:
-        """Return the remaining samples, interpolated with one-sided windows."""
+        """Return the remaining samples, interpolated with one-sided windows.
+
+        PropagationError: the temperature ends before the motion.
+        """
+        if self._waiting:
+            late_s = (int(self._waiting[0].stamp_ns[0]) - (self._origin_ns or 0)) * 1e-9
+            raise PropagationError(
+                'ship/temperature ends before ship/imu does. Send a temperature for each logged '
+                'instant, up to the first after the motion',
+                late_s,
+            )
         if self._suspension is not None:
             self._feel(self._suspension.finish(self._origin_ns or 0))
         return self._advance(final=True)
@@ -161,6 +276,8 @@ class TrochleaStage:
         forcing = self._buffer.forcing(self._log_ns, self._end_ns, final=final)
         if forcing is None:
             return {}
+        if self._warmth is not None:
+            forcing = replace(forcing, temperatures=self._warmth.over(forcing))
         parts: list[tuple[IntArray, Motion]] = []
         if not self._released:
             self._released = True
@@ -202,6 +319,9 @@ class TrochleaStage:
 
     def state(self) -> State:
         """Return all that the next output depends on."""
+        waiting = [
+            message(each) if isinstance(each, PlanarImu) else each for each in self._waiting
+        ]
         return {
             'origin_ns': self._origin_ns,
             'last_stamp': self._last_stamp,
@@ -211,6 +331,7 @@ class TrochleaStage:
             'propagator': self._propagator.state(),
             **({'suspension': self._suspension.state()} if self._suspension else {}),
             **({'noise': self._noise.state()} if self._noise else {}),
+            **({'waiting': waiting, 'warmth': self._warmth.state()} if self._warmth else {}),
         }
 
     def restore(self, state: State) -> None:
@@ -225,6 +346,9 @@ class TrochleaStage:
             self._suspension.restore(state['suspension'])
         if self._noise is not None:
             self._noise.restore(state['noise'])
+        if self._warmth is not None:
+            self._waiting = list(state['waiting'])
+            self._warmth.restore(state['warmth'])
 
     def health(self) -> dict[str, int]:
         """Return the numbers of samples refused, by reason, or left out, and of gaps bridged."""

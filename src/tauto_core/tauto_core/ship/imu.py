@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -290,6 +290,20 @@ def message(imu: PlanarImu) -> ImuSamples:
     return imu_samples(
         imu.stamp_ns, imu.roll, imu.roll_rate, acceleration, heave, imu.height, imu.gravity
     )
+
+
+def part_of(imu: ImuSamples | PlanarImu, which: slice) -> ImuSamples | PlanarImu:
+    """Return a part of some samples; accelerations are computed once, when a part needs them."""
+    if isinstance(imu, ImuSamples):
+        return take(imu, which)
+    whole = cache(imu.accelerations)
+
+    def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
+        bend, up = whole()
+        return None if bend is None else bend[which], None if up is None else up[which]
+
+    stamps, roll, rate = imu.stamp_ns[which], imu.roll[which], imu.roll_rate[which]
+    return replace(imu, stamp_ns=stamps, roll=roll, roll_rate=rate, accelerations=accelerations)
 
 
 def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None:

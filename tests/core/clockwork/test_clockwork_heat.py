@@ -1,0 +1,187 @@
+"""The clock's stage where the machine feels the temperature of its box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from tauto_core.clockwork import LiveTrochlea, TrochleaStage
+from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.machines import compile_machine
+from tauto_core.samples import (
+    JOINT_STATES,
+    READING,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    Batches,
+    TemperatureSamples,
+)
+from tauto_core.scene import Scene, parse_scene
+from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.ship.air import BoxTemperature
+from tauto_core.voyage import ShipSource
+
+SEA = """
+name: warm
+duration: 120.0
+trochlea:
+  inertia: 0.0004
+  material: brass
+  cam: {kind: involute, base_radius: 0.005}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.322}
+  release_angle: 0.8
+drag: {viscous: 1.25e-5, oil: olive}
+escapement: {kind: impulse, energy: 0.000123052}
+ship:
+  kind: components
+  components: [{amplitude: 0.1, period: 9.1, phase: 0.3}]
+  heave: [{amplitude: 0.5, period: 7.3, phase: 0.3}]
+air: {kind: route, celsius: 15.0, diurnal: 10.0, box_hours: 0.02}
+log: {interval: 6.0}
+"""
+
+
+def scene_of(text: str = SEA, **changes: Any) -> Scene:
+    content = yaml.safe_load(text) | changes
+    kept = {name: value for name, value in content.items() if value is not None}
+    return parse_scene(yaml.safe_dump(kept), 'warm')
+
+
+HUNG = {
+    'kind': 'axle',
+    'support_radius': 0.32,
+    'axle_radius': 0.02,
+    'depth': 0.3,
+    'gyration_radius': 0.3,
+}
+
+
+def sailed(scene: Scene, chunk: int, *, apart: bool = False, anew: bool = False) -> np.ndarray:
+    """Readings and angles of a stage that is fed in random chunks."""
+    source, stage, said = ShipSource(scene, as_messages=anew), TrochleaStage(scene), []
+    rng = np.random.default_rng(chunk)
+    while batches := source.produce(int(rng.integers(1, 2 * chunk))):
+        felt = {topic: batches[topic] for topic in stage.inputs if topic in batches}
+        parts = [{topic: felt[topic]} for topic in felt] if apart else [felt]
+        said += [stage.feed(part) for part in parts]
+        if anew:
+            state, stage = stage.state(), TrochleaStage(scene)
+            stage.restore(state)
+    said.append(stage.finish())
+    rows = [
+        (each[READING].time_ref_ns, each[JOINT_STATES].position[:, 0]) for each in said if each
+    ]
+    return np.array([np.concatenate(column) for column in zip(*rows, strict=True)])
+
+
+@pytest.mark.parametrize('suspension', [None, HUNG])
+def test_any_split_of_motion_and_temperature_gives_the_same_bits(suspension: Any) -> None:
+    scene = scene_of(suspension=suspension)
+    whole = sailed(scene, 10_000)
+    assert whole.shape[1] == scene.log_count
+    np.testing.assert_array_equal(sailed(scene, 31), whole)
+    np.testing.assert_array_equal(sailed(scene, 50, apart=True), whole)
+    np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
+
+
+def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
+    drag = {'viscous': 1.25e-5, 'oil': 'olive', 'thickens_per_month': 10.0}
+    aged = scene_of(air=None, drag=drag)
+    assert TrochleaStage(aged).inputs == (SHIP_IMU,)
+    fresh = scene_of(air=None)
+    difference_ns = (sailed(aged, 100) - sailed(fresh, 5000))[0]
+    # more drag, a narrower swing, a shorter period under a weight whose inertia counts
+    assert difference_ns[0] == 0.0
+    assert 1.0 < difference_ns[-1] < 1e5
+
+
+def test_without_air_materials_cost_nothing_and_change_nothing() -> None:
+    named, plain = yaml.safe_load(SEA), yaml.safe_load(SEA)
+    del plain['trochlea']['material'], plain['drag']['oil']
+    scenes = [scene_of(yaml.safe_dump(content), air=None) for content in (named, plain)]
+    np.testing.assert_array_equal(*(sailed(scene, 5000) for scene in scenes))
+
+
+def test_air_that_the_machine_does_not_feel_changes_nothing() -> None:
+    plain = yaml.safe_load(SEA)
+    del plain['trochlea']['material'], plain['drag']['oil']
+    airy, airless = scene_of(yaml.safe_dump(plain)), scene_of(yaml.safe_dump(plain), air=None)
+    assert TrochleaStage(airy).inputs == (SHIP_IMU,)
+    np.testing.assert_array_equal(sailed(airy, 5000), sailed(airless, 5000))
+
+
+def test_a_dial_is_regulated_for_the_temperature_of_its_start() -> None:
+    scene = scene_of()
+    machine = compile_machine(scene)
+    first = float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0])
+    assert first < 10.0
+    warmer = machine.at_celsius(first).small_period / machine.small_period - 1.0
+    assert warmer == pytest.approx(0.5 * 18.9e-6 * (first - 20.0), rel=1e-3)
+    assert nominal_period_s(scene, machine) == machine.at_celsius(first).small_period
+    stated = scene_of(clock={'nominal_period': 1.0})
+    assert nominal_period_s(stated, machine) == 1.0
+
+
+def test_temperatures_off_the_grid_or_missing_are_refused() -> None:
+    scene = scene_of()
+    source = ShipSource(scene).produce(10_000)
+    felt = source[SHIP_TEMPERATURE]
+    assert isinstance(felt, TemperatureSamples)
+    late = TemperatureSamples(felt.stamp_ns + 5, '', felt.temperature, felt.variance)
+    stage = TrochleaStage(scene)
+    stage.feed({SHIP_TEMPERATURE: felt})
+    with pytest.raises(PropagationError, match='the next logged instant'):
+        stage.feed({SHIP_TEMPERATURE: late})
+    kelvin = TemperatureSamples(felt.stamp_ns, '', felt.temperature + 273.15, felt.variance)
+    with pytest.raises(PropagationError, match='in °C'):
+        TrochleaStage(scene).feed({SHIP_TEMPERATURE: kelvin})
+    stage = TrochleaStage(scene)
+    assert stage.feed({SHIP_IMU: source[SHIP_IMU]}) == {}
+    with pytest.raises(PropagationError, match='ends before ship/imu'):
+        stage.finish()
+
+
+def live(scene: Scene, chunk: int, felt: TemperatureSamples | None, *, anew: bool = False) -> Any:
+    """Readings of a clock on a live sensor, with the thermometer's samples up to each batch."""
+    source, clock, said, heard = ShipSource(scene), LiveTrochlea(scene), [], -(2**63)
+    while batches := source.produce(chunk):
+        fed: Batches = {SHIP_IMU: batches[SHIP_IMU]}
+        if felt is not None:
+            until = int(batches[SHIP_IMU].stamp_ns[-1])
+            new = (felt.stamp_ns > heard) & (felt.stamp_ns <= until)
+            heard = until
+            fed[SHIP_TEMPERATURE] = TemperatureSamples(
+                felt.stamp_ns[new], '', felt.temperature[new], felt.variance[new]
+            )
+        said.append(clock.feed(fed))
+        if anew:
+            state, clock = clock.state(), LiveTrochlea(scene)
+            clock.restore(state)
+    said.append(clock.finish())
+    return np.concatenate([each[READING].time_ref_ns for each in said if each])
+
+
+def test_a_live_clock_does_not_wait_for_its_thermometer() -> None:
+    """Without one it stays at the temperature of its numbers; with one any split is the same."""
+    scene = scene_of(clock={'nominal_period': 1.0})
+    assert LiveTrochlea(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
+    silent = live(scene, 64, None)
+    cold = live(scene_of(air=None, clock={'nominal_period': 1.0}), 64, None)
+    # the same machine, once through the kernels of one that changes
+    assert np.max(np.abs(silent - cold)) <= 1
+    stamps = scene.starts_at_ns + np.array([-5, 13, 29, 60]) * 10**9
+    felt = TemperatureSamples(stamps, '', np.array([25.0, 5.0, np.nan, 8.0]), np.zeros(4))
+    warm = live(scene, 64, felt)
+    assert len(warm) == len(silent)
+    assert np.max(np.abs(warm - silent)) > 1000
+    np.testing.assert_array_equal(live(scene, 7, felt), warm)
+    np.testing.assert_array_equal(live(scene, 500, felt, anew=True), warm)
+
+
+def test_a_case_that_the_wheel_turns_is_refused_where_heat_changes_the_wheel() -> None:
+    with pytest.raises(SceneError, match=r'suspension\.mass = 10\.0: does not go with heat'):
+        scene_of(suspension={**HUNG, 'mass': 10.0})
