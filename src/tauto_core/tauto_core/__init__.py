@@ -7,7 +7,8 @@
     voyage.plot('error', 'error.png')
 
 `load` reads a scene, `new_scene` writes one to start from, `check` says what would run, `sail`
-sails it, `replay` reads a bag. `cam` gives a curve, `isochronism` its periods, `cut` its drawing;
+sails it, `replay` reads a bag, `budget` says why the clock's rate is what it is. `cam` gives a
+curve, `isochronism` its periods, `cut` its drawing;
 `design` finds what is left out of a wheel's design, and `claims` checks Euler's papers. `compare`
 sends several clocks through one sea, `fleet` many ships on one voyage; `plot` and `report` draw.
 `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`. Other modules
@@ -20,6 +21,7 @@ from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.api import (
+        budget,
         cam,
         check,
         check_bag,
@@ -47,6 +49,7 @@ __all__ = [
     'TautoError',
     'Voyage',
     '__version__',
+    'budget',
     'cam',
     'check',
     'check_bag',

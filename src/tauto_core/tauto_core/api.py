@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.bags import Recovered, Soundness
+    from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
     from tauto_core.euler import Claim
@@ -175,6 +176,47 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
     loaded = load(scene, **overrides)
     with naming(_origin(scene), loaded.name):
         return scene_facts(loaded)
+
+
+def budget(
+    scene: str | Path | Scene,
+    *,
+    jobs: int = 2,
+    out: str | Path | None = None,
+    anyway: bool = False,
+    **overrides: object,
+) -> Budget:
+    """Return why the rate of a scene's clock is what it is.
+
+    Each cause at sea is switched off in turn: the motions of the ship, gravity that changes, heat.
+    Dial, amplitude, drag and escapement are found on land.
+
+    Args:
+        scene: as for `load`.
+        jobs: number of parallel processes.
+        out: file to keep it in, ending in .json; or the folder of the scene's voyage, whose
+            `report` then shows it.
+        anyway: sail machines and ships beyond all that are known, too.
+        overrides: as for `load`.
+
+    Returns:
+        `rows`, one a cause; their `sum` and `interaction` make the `whole`. `rough` has what the
+        numbers leave open that nobody knows well, and `worth` what small changes do.
+
+    Raises:
+        UsageError: a clock without a rate, arguments out of range, or a place where nothing can
+            be kept.
+        TautoError: a bad scene, or an event that ends the motion.
+    """
+    from tauto_core.ensembles.budget import account, place_of
+    from tauto_core.ensembles.workers import Crew
+
+    loaded = load(scene, **overrides)
+    place = None if out is None else place_of(path('out', out), loaded)
+    found = account(loaded, Crew(whole('jobs', jobs)), origin=_origin(scene), anyway=anyway)
+    if place is not None:
+        found.write(place)
+    return found
 
 
 def isochronism(

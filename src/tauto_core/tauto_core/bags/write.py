@@ -386,7 +386,10 @@ CUT_SHORT = {'cut_short': True}
 """The metadata of a bag whose recording ended before the voyage did."""
 
 _METADATA_VERSION = 9
-_OF_A_BAG = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS)  # .tmp: of Tauto 0.2.0
+BUDGET = 'budget.json'
+"""File in which the budget of a voyage's rate is kept beside it; it goes when the bag is replaced.
+"""
+_OF_A_BAG = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS, BUDGET)  # .tmp: of Tauto 0.2.0
 _EMPTY_START_NS = 2**63 - 1
 _SEQUENCE_MASK = 2**32 - 1
 

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from tauto_core.results import SIGNS, answer, groups
 from tauto_core.scene.times import DAY_S, LEGIBLE
-from tauto_core.wording import counted, figure, printed, significant, span, with_sigma
+from tauto_core.wording import counted, figure, least, printed, significant, span, with_sigma
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -476,6 +476,59 @@ def _case(row: Row) -> str:
 
 
 # -----------------------------------------------------------------------------
+# The budget of a rate: its causes, what is open, what small changes are worth.
+
+
+def budget_rows(facts: Section) -> list[tuple[str, str, str, str]]:
+    """Return cause, rate, miles and where it was found of each row of a budget, as text."""
+    said = []
+    for row in (*facts['rows'], facts['sum'], facts['interaction'], facts['whole']):
+        side = 'east' if row['east_nmi'] > 0.0 else 'west'
+        miles = figure(abs(row['east_nmi']), 'nmi')
+        rate, sigma = row['rate_s_per_day'], row['sigma_s_per_day']
+        # a sigma finer than a thousandth of a second a day says nothing
+        fine = not sigma or sigma < least('s/day')
+        shown = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
+        said.append(
+            (row['cause'], shown, f'{miles} {side}' if row['east_nmi'] else '0', row['found'])
+        )
+    return said
+
+
+def budget_tables(facts: Section) -> list[RenderableType]:
+    """Return a budget (`Budget.facts`) as texts and tables."""
+    whole = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
+    causes = _of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')
+    rows = budget_rows(facts)
+    for place, cells in enumerate(rows):
+        causes.add_row(*cells, end_section=place == len(rows) - 4)
+    found: list[RenderableType] = [
+        Text(f'{facts["scene"]}: why the rate is {whole} s/day', style='italic'),
+        causes,
+        Text(f'{facts["sailed"]}.'),
+    ]
+    if facts['rough']:
+        spread = figure(facts['rough_s_per_day'], 's/day')
+        found.append(Text(f'\nleft open by what nobody knows well: ± {spread} s/day'))
+        rough = _of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
+        for each in facts['rough']:
+            unit = f' {each["unit"]}' if each['unit'] else ''
+            rough.add_row(
+                each['key'],
+                f'{significant(each["least"])}{unit}',
+                figure(each['least_s_per_day'], 's/day', signed=True),
+                f'{significant(each["most"])}{unit}',
+                figure(each['most_s_per_day'], 's/day', signed=True),
+            )
+        found.append(rough)
+    found.append(Text('\nwhat small changes are worth, on land'))
+    worth = _of_fleet('', 'change', 's/day')
+    for each in facts['worth']:
+        worth.add_row(each['what'], figure(each['rate_s_per_day'], 's/day', signed=True))
+    return [*found, worth]
+
+
+# -----------------------------------------------------------------------------
 # A fleet: how often is the longitude found?
 
 _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
@@ -548,7 +601,7 @@ def fleet_tables(result: Answers) -> list[Table]:
 
 
 def _of_fleet(title: str, *columns: str) -> Table:
-    table = WholeTable(title=title, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
+    table = WholeTable(title=title or None, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
     first, *others = columns
     table.add_column(first)
     for name in others:

@@ -342,6 +342,54 @@ def compare(
 
 
 # -----------------------------------------------------------------------------
+# `tauto budget`: why the rate of a clock is what it is.
+
+
+def budget(
+    scene: SceneName,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='FILE|BAG',
+            help='Keep it in a file (.json), or in the folder of the voyage, whose report then '
+            'shows it.',
+        ),
+    ] = None,
+    duration: Duration = None,
+    settings: Settings = None,
+    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
+    anyway: Anyway = False,
+    as_json: AsJson = False,
+) -> None:
+    """Say why a clock's rate is what it is.
+
+    Each cause at sea is switched off in turn, in the same waves: the motions of the ship, gravity
+    that changes on the way, heat. Dial, amplitude, drag and escapement are found on land. Then
+    come how far numbers that nobody knows well may change the rate, and what small changes are
+    worth.
+    """
+    from tauto_core.ensembles.budget import account, place_of
+    from tauto_core.ensembles.workers import Crew
+    from tauto_core.scene import load_scene
+
+    crew = Crew(jobs)
+    loaded = load_scene(scene, **given_values(settings, duration))
+    place = None if out is None else place_of(out, loaded)
+    say_oddities(loaded, scene, anyway=anyway)
+    with ended_by_sigterm(), progress_bar(loaded.name) as progress:
+        found = account(loaded, crew, progress, origin=scene, anyway=anyway)
+    if place is not None:
+        found.write(place)
+        say(f'wrote {place}')
+    if as_json:
+        typer.echo(json.dumps(found.facts(), allow_nan=False))
+        return
+    from tauto_core.cli.tables import budget_tables
+
+    print_rich(*budget_tables(found.facts()))
+
+
+# -----------------------------------------------------------------------------
 # `tauto fleet`: many voyages of one scene; how often is the longitude found?
 
 

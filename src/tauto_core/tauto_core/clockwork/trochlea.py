@@ -317,6 +317,11 @@ class TrochleaStage:
             READING: TimeSamples(stamps, WHEEL_FRAME, reading, same(DIAL, len(stamps))),
         }
 
+    @property
+    def nominal_s(self) -> float:
+        """Time by which the dial advances in a full swing [s]."""
+        return self._nominal_s
+
     def state(self) -> State:
         """Return all that the next output depends on."""
         waiting = [

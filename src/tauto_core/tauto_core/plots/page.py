@@ -15,6 +15,7 @@ import numpy as np
 
 from tauto_core.curves import Cam
 from tauto_core.curves.fluid import coordinates
+from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
@@ -27,7 +28,7 @@ from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
-from tauto_core.wording import span
+from tauto_core.wording import figure, span, with_sigma
 
 if TYPE_CHECKING:
     from bokeh.model import Model
@@ -229,6 +230,9 @@ def report_html(voyage: Voyage, command: str) -> str:
         for label, value, unit in content:
             cells = f'<td>{escape(label)}</td><td class="value">{escape(value)}</td>'
             rows.append(f'<tr>{cells}<td>{escape(unit)}</td></tr>')
+    kept = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
+    if kept:
+        parts.insert(0, _budget(kept))
     programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
     made = [
         f'tauto_core {tauto_version()} (code {code()})',
@@ -251,6 +255,34 @@ def report_html(voyage: Voyage, command: str) -> str:
         animation=json.dumps(animation(voyage), separators=(',', ':'), allow_nan=False),
         scene=escape(scene_yaml(voyage.scene)),
         made=f'<code>{escape(command)}</code><br>{escape(", ".join(made))}',
+    )
+
+
+def _budget(facts: dict[str, Any]) -> str:
+    """Return the budget that is kept with a voyage as a section, a bar for each cause."""
+    every = (*facts['rows'], facts['sum'], facts['interaction'], facts['whole'])
+    widest = max((abs(row['rate_s_per_day']) for row in every), default=0.0) or 1.0
+    rows = []
+    for row in every:
+        rate, sigma = row['rate_s_per_day'], row['sigma_s_per_day']
+        east = row['east_nmi']
+        cells = (
+            row['cause'],
+            with_sigma(rate, sigma) if sigma else figure(rate, 's/day', signed=True),
+            f'{figure(abs(east), "nmi")} {"east" if east > 0.0 else "west"}',
+            row['found'],
+        )
+        bar = f'<meter min="0" max="1" value="{abs(rate) / widest:.4f}"></meter>'
+        rows.append(''.join(f'<td>{escape(cell)}</td>' for cell in cells) + f'<td>{bar}</td>')
+    head = '<th>cause</th><th>s/day</th><th>nmi at the end</th><th>found</th><th></th>'
+    table = ''.join(f'<tr>{row}</tr>' for row in rows)
+    words = (
+        f'{facts["sailed"]}. Numbers that nobody knows well leave ± '
+        f'{figure(facts["rough_s_per_day"], "s/day")} s/day open.'
+    )
+    return (
+        '<section id="budget"><h2>Why the rate is what it is</h2>'
+        f'<table><tr>{head}</tr>{table}</table><p class="note">{escape(words)}</p></section>'
     )
 
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
+import numpy as np
 from pydantic import Field
 
 from tauto_core.scene.errors import Problem
@@ -80,6 +81,40 @@ class Channels:
     warnings: tuple[str, ...] = ()
     six: SixMotions[Harmonics] | SixMotions[Fades] | None = None
 
+    def moves(self) -> tuple[tuple[str, ...], ...]:
+        """Return the motions that a clock may feel, those together that only make sense together.
+
+        A measured force has the roll in it. The clock of a ship with a hull feels her yaw by the
+        same way as her pitch.
+        """
+        if self.six is not None:
+            return (('heave',), ('sway',), ('surge',), ('roll',), ('pitch', 'yaw'))
+        if self.force_z is not None:
+            return (('roll', 'force_y', 'force_z'),)
+        return tuple((name,) for name in ('heave', 'roll') if getattr(self, name) is not None)
+
+    def without(self, names: Collection[str]) -> Channels:
+        """Return the same with some motions switched off; a force keeps its mean."""
+        own = [name for name in ('roll', 'heave', 'force_y', 'force_z') if name in names]
+        changed: dict[str, Any] = {name: _quiet(name, getattr(self, name)) for name in own}
+        if self.six is not None:
+            six: dict[str, Any] = {
+                each.name: _quiet(each.name, getattr(self.six, each.name))
+                for each in fields(self.six)
+                if each.name in names
+            }
+            changed['six'] = replace(self.six, **six)
+        return replace(self, **changed)
+
+
+def _quiet(name: str, motion: Harmonics | Fades | None) -> Harmonics | Fades | None:
+    """Return a motion without its waves."""
+    if isinstance(motion, Fades):
+        return replace(motion, of=lambda _: None)
+    zero = np.zeros(1)
+    mean = motion.mean if motion is not None and name.startswith('force') else 0.0
+    return None if motion is None else Harmonics(zero, zero + 1.0, zero, mean)
+
 
 class WorstSea(NamedTuple):
     """A sea in which the simulation may err most.
@@ -96,6 +131,22 @@ class WorstSea(NamedTuple):
     figures: dict[str, Any] | None
     ship: ShipKind
     lasts_s: float
+
+
+class RoughlyKnown(NamedTuple):
+    """A number of a ship that nobody knows well.
+
+    Attributes:
+        key: its key in the scene.
+        unit: of the values, or ''.
+        values: the least and the largest that it may have.
+        ships: the ship with each of them.
+    """
+
+    key: str
+    unit: str
+    values: tuple[float, float]
+    ships: tuple[ShipKind, ShipKind]
 
 
 class ShipKind(Kind):
@@ -171,6 +222,11 @@ class ShipKind(Kind):
         Their channels are harmonics.
         """
         return (WorstSea('the only sea', None, self, scene.duration),)
+
+    def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
+        """Yield the numbers of the ship that nobody knows well, and how far they may lie off."""
+        del scene
+        return iter(())
 
     @property
     def roll_scales(self) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import fields
 from typing import Any
 
@@ -132,21 +133,30 @@ class ShipMotion:
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
     still sends one constant sample per log interval.
 
+    Args:
+        scene: the scene.
+        without: motions of `Channels` that are switched off, or `gravity`, which then is that of
+            the start everywhere: the same voyage for who asks what they do to the clock.
+
     Attributes:
         total: number of samples in all.
         metadata: origin of the motion: kind, and spectrum, pass-band, seed ... where they apply.
         warnings: anything odd about measured motion, or left out of a sea.
+        moves: the motions that may be switched off, see `Channels.moves`.
 
     Raises:
         MotionDataError: measured motion that cannot be used.
         SceneError: a sea whose waves are too short for `ship.rate` or lie outside `ship.rao`.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, without: Collection[str] = ()) -> None:
         self._scene = scene
         self._starts_at_ns, self._step_ns = scene.starts_at_ns, scene.step_ns
         self._next = 0
         channels = scene.ship.channels(scene)
+        self.moves = channels.moves()
+        if without:
+            channels = channels.without(without)
         if channels.roll is not None:
             # The allocator keeps the memory that a chunk of samples frees for the next one. Memory
             # returned to the system has to be mapped again page by page, and each page costs as
@@ -163,7 +173,8 @@ class ShipMotion:
         self._force_z = _sampled(channels.force_z, scene)
         self._gravity: GravityOnTheWay | None = None
         # a measured force has the gravity of its own place
-        if scene.gravity == 'normal' and scene.voyage is not None and channels.force_z is None:
+        changes = scene.gravity == 'normal' and 'gravity' not in without
+        if changes and scene.voyage is not None and channels.force_z is None:
             self._gravity = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
         six = channels.six
         self._six: list[SampledHarmonics | SampledFades] | None = None
@@ -176,7 +187,10 @@ class ShipMotion:
         self._orders = (0, 1, 2) if with_bend else (0, 1)
         # so far from overflow that no sample can be refused
         self._is_planar = True
-        if channels.roll is not None:
+        if six is not None and channels.roll is not None:
+            # all her seas are answered once, so that what a hull refuses is refused at the start
+            channels.roll.most(0)
+        elif channels.roll is not None:
             angle, rate, bend = (channels.roll.most(order) for order in range(3))
             force = scene.g + (0.0 if channels.heave is None else channels.heave.most(2))
             force += abs(scene.ship.height) * (bend + rate * rate)

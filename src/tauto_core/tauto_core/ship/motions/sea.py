@@ -8,7 +8,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
 import numpy as np
 from pydantic import Field, Strict, field_validator, model_validator
@@ -17,7 +17,13 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, KindIn, key_of_place
 from tauto_core.scene.times import DAY_S, NS_PER_S
-from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings, WorstSea
+from tauto_core.ship.motion_kind import (
+    Channels,
+    RoughlyKnown,
+    ShipKind,
+    Surroundings,
+    WorstSea,
+)
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.sea import band_hz, elevation, height_and_period, roll_answer
 from tauto_core.ship.sections import (
@@ -48,10 +54,25 @@ from tauto_core.ship.weather_kind import (
 if TYPE_CHECKING:
     from tauto_core.ship.hull import ClockPlace, Hull, HullCoefficients, HullError
 
+DAMPING_PARTS = (0.5, 1.5)
+"""Parts of the damping of a roll between which it may lie: bilges, keel and sails vary it."""
+
+GYRATION_PARTS = (0.88, 1.12)
+"""Parts of the radius of gyration in pitch: 0.22 to 0.28 of the length around 0.25."""
+
+CENTRE_PART = 0.08
+"""Part of the beam by which the centre of gravity may lie off, a metre on 12.6 m; at most by half
+of the metacentric height.
+"""
+
 MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which
 are second derivatives, between eight samples.
 """
+
+
+Drawn: TypeAlias = tuple[Sea | SpectrumTable, int, int]
+"""A sea, the seed and the stream with which its waves are drawn."""
 
 
 @dataclass(frozen=True)
@@ -260,6 +281,33 @@ class SeaShip(ShipKind):
         met = 2.0 * math.pi / moved.period
         return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
 
+    def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
+        """Yield the damping of the roll, and of a hull how her weights lie (theory G7)."""
+        if self.roll is not None:
+            least, most = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
+            yield RoughlyKnown(
+                'ship.roll.damping_ratio',
+                '',
+                (least, most),
+                (self._with('roll', damping_ratio=least), self._with('roll', damping_ratio=most)),
+            )
+        if self.hull is None or self.roll is None:
+            return
+        hull = _made_hull(self.hull, self.roll, scene.g)
+        k_yy = 0.25 * hull.coefficients.length if self.hull.k_yy is None else self.hull.k_yy
+        # a ship with half of her metacentric height is as tender as any that sails
+        aside = min(CENTRE_PART * hull.coefficients.beam, 0.5 * hull.gm)
+        for key, least, most in (
+            ('k_yy', GYRATION_PARTS[0] * k_yy, GYRATION_PARTS[1] * k_yy),
+            ('centre_of_gravity', hull.z_g - aside, hull.z_g + aside),
+        ):
+            ships = self._with('hull', **{key: least}), self._with('hull', **{key: most})
+            yield RoughlyKnown(f'ship.hull.{key}', 'm', (least, most), ships)
+
+    def _with(self, section: str, **values: float) -> Self:
+        changed = getattr(self, section).model_copy(update=values)
+        return self.model_copy(update={section: changed})
+
     @property
     def roll_scales(self) -> bool:
         """False where roll, sway and yaw belong together."""
@@ -412,6 +460,18 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
     return made
 
 
+ANSWERS_KEPT = 1024
+"""Seas whose answers are kept in memory, 9 kB each: a passage asks for each of them many times."""
+
+
+@lru_cache(maxsize=ANSWERS_KEPT)
+def _answered(
+    keys: HullSection, roll: Roll, place: ClockPlace, course: Encounter, sea: Drawn
+) -> SixMotions[Harmonics]:
+    """Return the motions of a hull in one sea."""
+    return hull_answer(elevation(*sea), _made_hull(keys, roll, course.gravity), place, course)
+
+
 def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
     """Return the refusal of a hull or an operator in the keys of a scene."""
     found = error.problem
@@ -499,8 +559,9 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
 
     place = _place_of_clock(ship)
     try:
-        if ship.hull is not None:
-            six = hull_answer(waves, _hull_of(scene, ship), place, course)
+        if ship.hull is not None and ship.roll is not None:
+            sea = (ship.sea, scene.seed, stream)
+            six = _answered(ship.hull, ship.roll, place, course, sea)
             return SeaMotion(met, six.roll, six.heave, six=six)
         assert ship.rao is not None  # a scene has roll or rao
         found = operator_answer(waves, ship.rao, course, heave=ship.heave)

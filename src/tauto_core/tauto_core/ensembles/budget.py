@@ -1,0 +1,548 @@
+"""The budget of a clock's rate: why it is what it is, how well that is known, what changes it.
+
+Each cause at sea is switched off in turn, and the same stretches of the same voyage are sailed
+again: the sea comes from the seed, so that what the two have in common cancels. Dial, amplitude,
+drag and escapement are found on land, from the steady swing.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from contextlib import closing, suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from tauto_core.bags.write import BUDGET
+from tauto_core.checks.readiness import check_known, check_scene
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.ensembles.workers import Crew, run_each
+from tauto_core.files import check_place, write_output
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    HangingMachine,
+    Machine,
+    NoSteadySwing,
+    SteadySwing,
+    compile_machine,
+    rate_s_per_day,
+    steady_swing,
+)
+from tauto_core.navigation import Route
+from tauto_core.navigation.longitude import ARCMIN_PER_S
+from tauto_core.samples import PHASE, SHIP_IMU, Batches, FloatArray, JointSamples
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import Argument, PropagationError, TautoError, UsageError, naming
+from tauto_core.scene.times import DAY_S, LOOKAHEAD, NS_PER_S
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.motions.still import StillShip
+from tauto_core.voyage import CHUNK, ShipSource, bag_scene
+from tauto_core.wording import span
+
+STRETCHES, FEWEST_STRETCHES = 240, 24
+"""Stretches of a long voyage that are sailed, and how few where each has to be long."""
+
+THINNED = 3
+"""Every so many stretches show how much a number matters that nobody knows well."""
+
+STRETCH_S, SETTLE_S = 1800.0, 600.0
+"""Least length of a stretch, and of the time sailed before it counts [s]."""
+
+SETTLINGS = 8.0
+"""Time constants of the amplitude before a stretch counts: e⁻⁸ is left of how it began."""
+
+CHEEK_M, WEIGHT_KG, AMPLITUDE_RAD = 1e-5, 1e-4, 0.1
+"""The small things whose worth is told."""
+
+_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class BudgetRow:
+    """What one cause does to the rate.
+
+    Attributes:
+        cause: its name.
+        rate_s_per_day: the rate with it less that without it, positive where the clock gains.
+        sigma_s_per_day: standard deviation, since only stretches were sailed; None: on land, or
+            the whole voyage was sailed.
+        east_nmi: how far east that would put the ship at the end of the scene.
+        found: `land` or `sea`.
+    """
+
+    cause: str
+    rate_s_per_day: float
+    sigma_s_per_day: float | None
+    east_nmi: float
+    found: str
+
+
+@dataclass(frozen=True)
+class RoughRow:
+    """What is left open by a number that nobody knows well.
+
+    Attributes:
+        key: of the number in the scene.
+        unit: of the values.
+        least: smallest value that was tried.
+        most: largest one.
+        least_s_per_day: change of the whole rate with the smallest.
+        most_s_per_day: with the largest.
+    """
+
+    key: str
+    unit: str
+    least: float
+    most: float
+    least_s_per_day: float
+    most_s_per_day: float
+
+    @property
+    def half_range(self) -> float:
+        """Half of the range of the rate [s/day]."""
+        ends = (0.0, self.least_s_per_day, self.most_s_per_day)
+        return 0.5 * (max(ends) - min(ends))
+
+
+@dataclass(frozen=True)
+class Worth:
+    """The change of the rate on land by a small change: `what`, and [s/day]."""
+
+    what: str
+    rate_s_per_day: float
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The budget of a clock's rate; `sum` + `interaction` = `whole`.
+
+    Attributes:
+        scene: name of the scene.
+        duration_s: its length [s].
+        latitude_deg: where the ship is at the end, for the miles.
+        stretches: number of stretches sailed; 1 of the length of the scene: all of it.
+        stretch_s: length of each [s].
+        settle_s: time sailed before each begins to count [s].
+        rows: the causes.
+        sum: of all rows.
+        interaction: what the causes do only together.
+        whole: the rate with all of them.
+        rough: what the numbers leave open that nobody knows well.
+        rough_s_per_day: root of the summed squares of their half ranges.
+        worth: what small things are worth.
+    """
+
+    scene: str
+    duration_s: float
+    latitude_deg: float
+    stretches: int
+    stretch_s: float
+    settle_s: float
+    rows: tuple[BudgetRow, ...]
+    sum: BudgetRow
+    interaction: BudgetRow
+    whole: BudgetRow
+    rough: tuple[RoughRow, ...]
+    rough_s_per_day: float
+    worth: tuple[Worth, ...]
+
+    def __str__(self) -> str:
+        """Return the causes as lines of text."""
+        rows = (*self.rows, self.sum, self.interaction, self.whole)
+        return '\n'.join(f'{row.cause:14}{row.rate_s_per_day:+12.3f} s/day' for row in rows)
+
+    @property
+    def sailed(self) -> str:
+        """What was sailed, in words."""
+        if self.settle_s == 0.0:
+            return f'all of the {span(self.duration_s)} sailed'
+        return (
+            f'{self.stretches} stretches of {span(self.stretch_s)} sailed, evenly spread over '
+            f'{span(self.duration_s)}, each after {span(self.settle_s)} to settle'
+        )
+
+    def facts(self) -> dict[str, Any]:
+        """Return all of it as one object, ready for JSON."""
+        return {'format': _FORMAT, 'sailed': self.sailed, **asdict(self)}
+
+    def write(self, file: Path) -> None:
+        """Write `facts` to a file; one that cannot be written is an OutputError."""
+        write_output(file, json.dumps(self.facts(), allow_nan=False, indent=1).encode())
+
+
+@dataclass(frozen=True)
+class Job:
+    """Stretches of one voyage to be sailed.
+
+    Attributes:
+        scene: the scene.
+        without: motions or gravity switched off, see `ShipMotion`.
+        begins_ns: when each stretch begins to settle, from the start [ns].
+        settle_ns: time until it counts [ns]; 0: the voyage is sailed as `sail` does.
+        stretch_ns: time for which it counts [ns].
+    """
+
+    scene: Scene
+    without: tuple[str, ...]
+    begins_ns: tuple[int, ...]
+    settle_ns: int
+    stretch_ns: int
+
+
+def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
+    """Return the mean frequency of the swing in each stretch of a job [1/s].
+
+    Raises:
+        PropagationError: an event that ends the motion.
+    """
+    scene, machine = job.scene, compile_machine(job.scene)
+    source = ShipSource(scene, ShipMotion(scene, job.without), says_scene=False, as_messages=False)
+    log_ns, found = scene.log_interval_ns, []
+    for number, begin_ns in enumerate(job.begins_ns):
+        first = begin_ns // scene.step_ns
+        source.restore({'produced': first, 'motion': {'next': first}})
+        stage = TrochleaStage(scene, 'first' if job.settle_ns else 'scene', machine)
+        left = (job.settle_ns + job.stretch_ns) // scene.step_ns + 1 + 2 * LOOKAHEAD
+        said: list[Batches] = []
+        while left > 0 and source.produced < source.total:
+            batches = source.produce(min(left, CHUNK))
+            left -= len(batches[SHIP_IMU].stamp_ns)
+            said.append(stage.feed({t: batches[t] for t in stage.inputs if t in batches}))
+            if len(job.begins_ns) == 1:
+                tell(source.produced / source.total)
+        said.append(stage.finish())
+        phases = [batch[PHASE] for batch in said if PHASE in batch]
+        half_turns = np.concatenate(
+            [each.position[:, 1:3] for each in phases if isinstance(each, JointSamples)]
+        )
+        ends = job.settle_ns // log_ns, (job.settle_ns + job.stretch_ns) // log_ns
+        # whole half turns and the fraction apart, so that a long voyage loses no digits
+        turned = half_turns[ends[1]] - half_turns[ends[0]]
+        found.append(0.5 * float(turned.sum()) / (job.stretch_ns / NS_PER_S))
+        tell((number + 1.0) / len(job.begins_ns))
+    return np.array(found)
+
+
+def account(
+    scene: Scene,
+    crew: Crew,
+    progress: Callable[[float], None] | None = None,
+    *,
+    origin: str | None = None,
+    anyway: bool = False,
+) -> Budget:
+    """Return the budget of a scene's rate.
+
+    Args:
+        scene: the scene.
+        crew: the processes on which stretches are sailed.
+        progress: called with the fraction done, from 0 to 1.
+        origin: file or name that the user gave, for errors; None: the scene's name.
+        anyway: sail machines and ships beyond all that are known, too.
+
+    Raises:
+        TautoError: a bad scene, a clock that has no rate, or an event that ends the motion.
+    """
+    with naming(origin or scene.name, scene.name):
+        if not anyway:
+            check_known(scene)
+        machine, motion = check_scene(scene)
+        if isinstance(machine, FluidPendulum):
+            raise UsageError(
+                f'{scene.name}: a body in a fluid does not go to sea, and its rate has no causes '
+                'to be told apart. Use a scene with a trochlea'
+            )
+        swing = _steady(scene.name, machine)
+    nominal_s = TrochleaStage(scene, machine=machine).nominal_s
+    plan = _plan(scene, machine, swing)
+    jobs = {'': plan}
+    for moves in motion.moves:
+        jobs[' and '.join(n for n in moves if not n.startswith('force'))] = _without(plan, *moves)
+    if scene.gravity == 'normal' and machine.feels_gravity:
+        jobs['gravity'] = _without(plan, 'gravity')
+    if getattr(scene, 'air', None) is not None:
+        jobs['heat'] = replace(plan, scene=plan.scene.model_copy(update={'air': None}))
+    causes = list(jobs)[1:]
+    if swing is None:  # a thread that swings: what it does on land is sailed
+        still = {'ship': StillShip(), 'gravity': scene.g, 'air': None, 'suspension': None}
+        jobs[_ON_LAND] = replace(plan, scene=plan.scene.model_copy(update=still))
+    rough = list(scene.ship.known_roughly(scene))
+    for each in rough:
+        for value, ship in zip(each.values, each.ships, strict=True):
+            changed = plan.scene.model_copy(update={'ship': ship})
+            thinned = replace(plan, scene=changed, begins_ns=plan.begins_ns[::THINNED])
+            jobs[f'{each.key} = {value:.4g}'] = thinned
+    rates = {
+        name: DAY_S * (nominal_s * each - 1.0)
+        for name, each in _sailed(jobs, crew, progress).items()
+    }
+    whole = rates['']
+    end_ns = np.array([scene.starts_at_ns + scene.duration_ns])
+    latitude_deg = float(Route(scene).fixes(end_ns).latitude[0])
+    east = -scene.duration / DAY_S * ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
+
+    def row(cause: str, rate: FloatArray | float) -> BudgetRow:
+        if isinstance(rate, float):
+            return BudgetRow(cause, rate, None, east * rate, 'land')
+        mean = float(np.mean(rate))
+        return BudgetRow(cause, mean, _sigma(rate), east * mean, 'sea')
+
+    on_land = _on_land(machine, swing, nominal_s)
+    if swing is None:
+        on_land['drag, escapement'] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
+    at_sea = {cause: whole - rates[cause] for cause in causes}
+    rows = (
+        *(row(cause, rate) for cause, rate in on_land.items()),
+        *(row(cause, rate) for cause, rate in at_sea.items()),
+    )
+    together = sum(at_sea.values(), np.zeros(len(whole))) + sum(on_land.values())
+    open_rows = tuple(
+        RoughRow(
+            each.key,
+            each.unit,
+            *each.values,
+            *(
+                float(np.mean(rates[f'{each.key} = {value:.4g}'] - whole[::THINNED]))
+                for value in each.values
+            ),
+        )
+        for each in rough
+    )
+    added, total, left = (
+        row('sum', together),
+        row('whole', whole),
+        row('interaction', whole - together),
+    )
+    return Budget(
+        scene=scene.name,
+        duration_s=scene.duration,
+        latitude_deg=latitude_deg,
+        stretches=len(plan.begins_ns),
+        stretch_s=plan.stretch_ns / NS_PER_S,
+        settle_s=plan.settle_ns / NS_PER_S,
+        rows=rows,
+        sum=added,
+        interaction=left,
+        whole=total,
+        rough=open_rows,
+        rough_s_per_day=math.hypot(*(each.half_range for each in open_rows)),
+        worth=tuple(_worth(scene, machine, swing, nominal_s)),
+    )
+
+
+_ON_LAND = 'on land'
+
+
+def _without(plan: Job, *names: str) -> Job:
+    return replace(plan, without=names)
+
+
+def _sailed(
+    jobs: dict[str, Job], crew: Crew, progress: Callable[[float], None] | None
+) -> dict[str, FloatArray]:
+    """Return the frequencies of each job by its name, from all processes."""
+    names, found = list(jobs), dict[str, FloatArray]()
+    with closing(run_each(swings_a_second, list(jobs.values()), crew, progress)) as ended:
+        for each in ended:
+            if isinstance(each.error, PropagationError):
+                name = names[each.place]
+                case = f'with {name}' if ' = ' in name else f'without {name}' if name else ''
+                each.error.add_note(f'That happened {case}.' if case else 'Nothing was left out.')
+            if each.error is not None:
+                raise each.error
+            assert each.result is not None
+            found[names[each.place]] = each.result
+    return found
+
+
+def _sigma(rates: FloatArray) -> float | None:
+    """Return the standard deviation of the mean of evenly spread stretches [s/day].
+
+    From differences of neighbours, which a slow change of the weather hardly widens (Cochran,
+    Sampling Techniques, 3rd ed., 8.10: a systematic sample of an autocorrelated population).
+    """
+    if len(rates) < 2:
+        return None
+    return float(np.sqrt(0.5 * np.mean(np.diff(rates) ** 2) / len(rates)))
+
+
+def _steady(name: str, machine: AnyMachine) -> SteadySwing | None:
+    """Return the swing on land; None where the thread swings, too."""
+    if isinstance(machine, HangingMachine):
+        return None
+    found = steady_swing(machine)
+    if isinstance(found, NoSteadySwing):
+        raise UsageError(
+            f'{name}: has no rate to account for: {found.why}. Give it a drag and an escapement '
+            'that keep its swing, or neither'
+        )
+    return found
+
+
+def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
+    """Return the stretches of the scene as it is, which begin with the steady swing."""
+    log_ns, memory_s = scene.log_interval_ns, 0.0
+    if swing is not None and math.isfinite(swing.time_constant):
+        memory_s = swing.time_constant
+    elif machine.drag is not None and machine.drag.viscous:
+        memory_s = 2.0 * machine.inertia / machine.drag.viscous
+    settle_s = max(SETTLE_S, SETTLINGS * memory_s)
+    stretch_s = max(STRETCH_S, settle_s)
+    settle_ns, stretch_ns = (
+        -(-round(each * NS_PER_S) // log_ns) * log_ns for each in (settle_s, stretch_s)
+    )
+    each_s = (settle_ns + stretch_ns) / NS_PER_S
+    count = max(int(STRETCHES * (STRETCH_S + SETTLE_S) / each_s), FEWEST_STRETCHES)
+    if count * each_s >= scene.duration:
+        return Job(scene, (), (0,), 0, scene.duration_ns // log_ns * log_ns)
+    spare = scene.duration_ns - settle_ns - stretch_ns
+    begins = tuple(round(spare * (n + 0.5) / count) // log_ns * log_ns for n in range(count))
+    if swing is not None and scene.trochlea is not None:
+        release = math.copysign(swing.amplitude, machine.release_angle)
+        trochlea = scene.trochlea.model_copy(update={'release_angle': release})
+        scene = scene.model_copy(update={'trochlea': trochlea})
+    return Job(scene, (), begins, settle_ns, stretch_ns)
+
+
+# -----------------------------------------------------------------------------
+# What is found on land: the dial, amplitude, drag, escapement; what small things are worth.
+
+
+def _on_land(machine: AnyMachine, swing: SteadySwing | None, nominal_s: float) -> dict[str, float]:
+    """Return the parts of the rate on land [s/day], which add up to it.
+
+    The dial: small free swings. Amplitude: free swings of the steady one. Drag: with as much of
+    it, and as much energy a swing, but all impulses in the middle, where they cost nothing (Airy).
+    Escapement: that they come elsewhere, and recoil.
+    """
+    parts = {'dial': rate_s_per_day(machine.small_period, nominal_s)}
+    free_s = machine.period(machine.release_angle) if swing is None else swing.free_period
+    parts['amplitude'] = rate_s_per_day(free_s, nominal_s) - parts['dial']
+    if swing is None or isinstance(machine, HangingMachine):
+        return parts
+    escapement = machine.escapement
+    if escapement is None or machine.drag is None:
+        return parts
+    driven = rate_s_per_day(swing.period, nominal_s) - rate_s_per_day(swing.free_period, nominal_s)
+    energy = 0.5 * escapement.work
+    centred = escapement.model_copy(update={'angle': 0.0, 'energy': energy, 'rest': None})
+    middle = steady_swing(replace(machine, escapement=centred))
+    if isinstance(middle, NoSteadySwing):
+        return {**parts, 'drag, escapement': driven}
+    drag = rate_s_per_day(middle.period, nominal_s) - rate_s_per_day(middle.free_period, nominal_s)
+    return {**parts, 'drag': drag, 'escapement': driven - drag}
+
+
+def _worth(
+    scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float
+) -> Iterator[Worth]:
+    """Yield what small changes are worth on land, by central differences of the whole machine.
+
+    What cannot be changed by so much, near the end of a cam for example, is left out.
+    """
+
+    def rate(changed: AnyMachine) -> float:
+        if isinstance(changed, HangingMachine):
+            return rate_s_per_day(changed.period(changed.release_angle), nominal_s)
+        found = steady_swing(changed)
+        if isinstance(found, NoSteadySwing):
+            raise UsageError(found.why)
+        return rate_s_per_day(found.period, nominal_s)
+
+    amplitude = abs(machine.release_angle) if swing is None else swing.amplitude
+    changes: dict[str, Callable[[float], float]] = {
+        '10 µm of cheek': lambda sign: rate(_larger_cheek(scene, machine, sign * CHEEK_M)),
+        f'0.1 g of {"weight" if machine.feels_gravity else "pull"}': lambda sign: rate(
+            _heavier(machine, sign * WEIGHT_KG)
+        ),
+        '0.1 rad of amplitude': lambda sign: rate_s_per_day(
+            machine.period(amplitude + 0.5 * sign * AMPLITUDE_RAD), nominal_s
+        ),
+    }
+    for what, changed in changes.items():
+        with suppress(TautoError):
+            apart = changed(1.0) - changed(-1.0)
+            yield Worth(what, apart if 'amplitude' in what else 0.5 * apart)
+
+
+def _larger_cheek(scene: Scene, machine: AnyMachine, more_m: float) -> AnyMachine:
+    """Return a machine whose cam is larger, the lever arm at 1 rad longer by so much."""
+    if not isinstance(machine, Machine):
+        assert scene.trochlea is not None
+        radius = getattr(scene.trochlea.cam, 'base_radius', None)
+        if radius is None:
+            raise UsageError('the cam has no base radius')
+        cam = scene.trochlea.cam.model_copy(update={'base_radius': radius + more_m})
+        trochlea = scene.trochlea.model_copy(update={'cam': cam})
+        return cast(AnyMachine, compile_machine(scene.model_copy(update={'trochlea': trochlea})))
+    # a pull on a larger lever arm is a larger pull, and what it carries moves more
+    at = min(1.0, 0.999 * machine.range_rad)
+    part = 1.0 + more_m * at / float(machine.cam.lever_arm(at))
+    return replace(
+        machine,
+        carried_mass=machine.carried_mass * part**2,
+        pulling_mass=machine.pulling_mass * part,
+        force=machine.force * part,
+        stiffness=machine.stiffness * part**2,
+    )
+
+
+def _heavier(machine: AnyMachine, more_kg: float) -> AnyMachine:
+    """Return a machine with a heavier weight, or with a pull that is larger by as much."""
+    if not isinstance(machine, Machine):
+        return replace(machine, mass=machine.mass + more_kg)
+    if not machine.pulling_mass:
+        return replace(machine, force=machine.force + more_kg * machine.gravity)
+    return replace(
+        machine,
+        pulling_mass=machine.pulling_mass + more_kg,
+        carried_mass=machine.carried_mass + (more_kg if machine.carried_mass else 0.0),
+    )
+
+
+# -----------------------------------------------------------------------------
+# A budget that is kept with its voyage.
+
+
+def kept_budget(bag: Path) -> dict[str, Any] | None:
+    """Return the budget kept with a bag, as `Budget.facts` gave it; None: there is none.
+
+    Raises:
+        UsageError: it is not a budget that this version can read.
+    """
+    file = (bag if bag.is_dir() else bag.parent) / BUDGET
+    if not file.is_file():
+        return None
+    try:
+        found = json.loads(file.read_text(encoding='utf-8'))
+        known = found['format'] == _FORMAT
+    except (OSError, ValueError, KeyError, TypeError):
+        known = False
+    if not known:
+        raise UsageError(f'{file}: is no budget of this version. Make it anew, or remove it')
+    return dict(found)
+
+
+def place_of(out: Path, scene: Scene) -> Path:
+    """Return the file in which a budget is kept: beside the voyage in a bag's folder, or as named.
+
+    Raises:
+        UsageError: neither the folder of a voyage of this scene nor a file ending in .json.
+    """
+    if not out.is_dir():
+        if out.suffix != '.json':
+            remedy = ': must end in .json, or be the folder of a voyage. Name another'
+            raise UsageError(Argument('out', out), remedy)
+        check_place(out, 'out')
+        return out
+    from tauto_core.bags import read_bag
+
+    if bag_scene(read_bag(out)) != scene:
+        remedy = ': is the voyage of another scene. Give the scene as it was sailed, with the same'
+        raise UsageError(Argument('out', out), f'{remedy} settings')
+    return out / BUDGET

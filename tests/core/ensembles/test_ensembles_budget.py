@@ -1,0 +1,158 @@
+"""The budget of a rate: its parts against closed forms, its sum, how it is kept."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import tauto_core as tauto
+from tauto_core.cli.tables import budget_tables
+from tauto_core.ensembles.budget import Budget, account, kept_budget, place_of
+from tauto_core.ensembles.workers import Crew
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import UsageError
+from tauto_core.scene.times import DAY_S
+from tauto_core.ship.gravity import normal_gravity
+
+HEAVE_M, PERIOD_S = 0.5, 10.0
+
+
+def made(**changes: Any) -> Scene:
+    """Return a linear clock with a weight that has no inertia, on a ship that heaves."""
+    keys: dict[str, Any] = {
+        'trochlea.power.massless': True,
+        'drag': None,
+        'escapement': None,
+        'ship': {
+            'kind': 'components',
+            'heave': [{'amplitude': HEAVE_M, 'period': PERIOD_S, 'phase': 0.3}],
+        },
+        'duration': 3600.0,
+    }
+    return tauto.load('involute_weight_at_sea', **{**keys, **changes})
+
+
+def rows_of(found: Budget) -> dict[str, float]:
+    return {row.cause: row.rate_s_per_day for row in found.rows}
+
+
+def test_heave_alone_costs_its_mean_square_over_eight_g_squared() -> None:
+    found = account(made(), Crew(1))
+    square = 0.5 * (HEAVE_M * (math.tau / PERIOD_S) ** 2) ** 2
+    expected = -DAY_S * square / (8.0 * 9.80665**2)
+    # the static formula, for waves ten times slower than the swing, over whole waves
+    assert rows_of(found)['heave'] == pytest.approx(expected, rel=0.02)
+    # nothing else is at sea, so nothing interacts
+    assert abs(found.interaction.rate_s_per_day) < 1e-6
+    assert found.whole.rate_s_per_day == pytest.approx(
+        tauto.sail(made()).result['clock']['rate_s_per_day'], abs=1e-5
+    )
+
+
+def test_parts_and_interaction_make_the_whole() -> None:
+    found = account(tauto.load('involute_weight_at_sea', duration=600.0), Crew(1))
+    assert sum(rows_of(found).values()) == pytest.approx(found.sum.rate_s_per_day, abs=1e-9)
+    together = found.sum.rate_s_per_day + found.interaction.rate_s_per_day
+    assert together == pytest.approx(found.whole.rate_s_per_day, abs=1e-9)
+    # on land alone there is no interaction
+    assert {'dial', 'amplitude', 'heave', 'roll'} <= rows_of(found).keys()
+
+
+def test_gravity_acts_by_half_of_its_change() -> None:
+    # two hours from 50 degrees north southwards at 40 m/s, hardly a degree of longitude
+    voyage = {'departure': [50.0, -10.0], 'arrival': [47.0, -10.0], 'sails_at': 0.0}
+    scene = made(
+        gravity='normal',
+        ship={'kind': 'still'},
+        voyage={**voyage, 'arrives_at': 7200.0},
+        duration=7200.0,
+        log={'interval': 10.0},
+    )
+    found = account(scene, Crew(1), anyway=True)
+    here, there = (float(normal_gravity(math.radians(each))) for each in (50.0, 48.5))
+    # by the meridian she sails v²/M of Eötvös' term: 4.3 s/day at 46 m/s
+    speed = 3.0 * 111_200.0 / 7200.0
+    change = there - here - speed**2 / 6.37e6
+    assert rows_of(found)['gravity'] == pytest.approx(0.5 * DAY_S * change / here, rel=0.01)
+
+
+def test_small_changes_are_worth_half_their_part() -> None:
+    scene = made()
+    worth = {each.what: each.rate_s_per_day for each in account(scene, Crew(1)).worth}
+    trochlea: Any = scene.trochlea
+    dial = 1.0 + rows_of(account(scene, Crew(1)))['dial'] / DAY_S
+    # a linear wheel: the rate goes as the root of radius times mass, at any amplitude
+    cheek, mass = 1e-5 / trochlea.cam.base_radius, 1e-4 / trochlea.power.mass
+    assert worth['10 µm of cheek'] == pytest.approx(0.5 * DAY_S * dial * cheek, rel=1e-4)
+    assert worth['0.1 g of weight'] == pytest.approx(0.5 * DAY_S * dial * mass, rel=1e-4)
+    assert abs(worth['0.1 rad of amplitude']) < 1e-6
+
+
+def test_stretches_agree_with_the_whole_voyage() -> None:
+    whole = account(made(duration=7200.0), Crew(1))
+    scene = made(duration=86_400.0 * 30, **{'log.interval': 60.0})
+    stretches = account(scene, Crew(1))
+    assert (whole.stretches, stretches.stretches) == (1, 240)
+    sigma = stretches.whole.sigma_s_per_day
+    assert sigma is not None
+    apart = stretches.whole.rate_s_per_day - whole.whole.rate_s_per_day
+    assert abs(apart) < 4.0 * sigma + 0.05
+
+
+def test_a_hull_has_all_its_motions_and_what_is_known_roughly() -> None:
+    ship = {
+        'kind': 'sea',
+        'sea': {
+            'spectrum': 'bretschneider',
+            'significant_wave_height': 2.5,
+            'peak_period': 9.0,
+            'components': 16,
+        },
+        'hull': 'deptford',
+        'heading': 2.4,
+        'roll': {'natural_period': 11.0, 'damping_ratio': 0.08},
+    }
+    found = account(made(ship=ship, duration=600.0), Crew(1))
+    assert {'heave', 'sway', 'surge', 'roll', 'pitch and yaw'} <= rows_of(found).keys()
+    assert rows_of(found)['heave'] < 0.0 < rows_of(found)['sway']
+    keys = [each.key.rpartition('.')[2] for each in found.rough]
+    assert keys == ['damping_ratio', 'k_yy', 'centre_of_gravity']
+    assert found.rough_s_per_day >= max(each.half_range for each in found.rough) > 0.0
+
+
+def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:
+    with pytest.raises(UsageError, match='dies away'):
+        account(made(drag={'viscous': 1e-5}), Crew(1))
+    with pytest.raises(UsageError, match='body in a fluid'):
+        tauto.budget('globe_in_oil')
+
+
+def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> None:
+    scene, bag = made(duration=60.0), tmp_path / 'bag'
+    tauto.sail(scene).write(bag)
+    found = tauto.budget(scene, jobs=1, out=bag)
+    assert kept_budget(bag) == json.loads(json.dumps(found.facts()))
+    assert budget_tables(found.facts())
+    pytest.importorskip('bokeh')
+    page = tmp_path / 'page.html'
+    tauto.report(bag, page)
+    assert 'Why the rate is what it is' in page.read_text(encoding='utf-8')
+    # the budget goes with the voyage that it is of
+    tauto.sail(scene).write(bag, force=True)
+    assert kept_budget(bag) is None
+    (bag / 'budget.json').write_text('{}', encoding='utf-8')
+    with pytest.raises(UsageError, match='no budget of this version'):
+        kept_budget(bag)
+
+
+def test_it_is_kept_nowhere_else(tmp_path: Path) -> None:
+    scene, bag = made(duration=60.0), tmp_path / 'bag'
+    tauto.sail(scene).write(bag)
+    with pytest.raises(UsageError, match='another scene'):
+        place_of(bag, made(duration=120.0))
+    with pytest.raises(UsageError, match='must end in'):
+        place_of(tmp_path / 'budget.txt', scene)
