@@ -88,6 +88,17 @@ def test_a_thread_is_as_long_as_it_is_or_broken_and_says_so() -> None:
     assert 'length of the thread' not in long.note
 
 
+def test_a_thread_without_a_length_is_long_enough_for_any_weight_and_not_broken() -> None:
+    """30 kg of lead are ten times as high as the radius of the wheel."""
+    changed = {'trochlea.inertia': 1e-6, 'trochlea.power.mass': 30.0}
+    heavy = draw_machine(tauto.load('involute_weight_at_sea', **changed))
+    assert not heavy.is_broken
+    assert 'length of the thread' in heavy.note
+    wheel, weight = part(heavy, 'wheel'), part(heavy, 'weight')
+    assert np.ptp(weight.y) > 10.0 * np.max(wheel.y)
+    assert weight.y.max() < wheel.y.min()
+
+
 def test_the_lever_has_its_arms_and_its_fulcrum_and_hole_their_places() -> None:
     """AB 100 mm, AD 150 mm, 300 mm of thread from the tip of an involute of 20 mm."""
     drawn = draw_machine(tauto.load('sully_lever_at_sea'))

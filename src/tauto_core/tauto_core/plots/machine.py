@@ -171,7 +171,8 @@ def draw_machine(scene: Scene) -> Drawing:
     depth = 1.6 * outer + 0.5 * high if whole is None else whole
     if whole is None:
         assumed.append('length of the thread')
-    is_broken = depth > MOST_RADII * outer
+    # a length that is not given is as long as the weight needs, and so never broken
+    is_broken = whole is not None and depth > MOST_RADII * outer
     if is_broken:
         depth = BROKEN_RADII * outer
         notes.append(f'the thread is broken, it ends {whole:.4g} mm below the axle')
