@@ -82,6 +82,17 @@ def test_without_readings_or_with_one_there_is_no_truth_to_hold_the_rate_against
     assert 'offset_error_sigmas' in alone.drift()
 
 
+def test_to_ask_for_the_rates_error_on_the_way_changes_nothing(measured):
+    scene, report, out = measured
+    readings = read_bag(out).samples(READING)
+    asked = Summary(scene)
+    for part in (slice(0, 60), slice(60, None)):
+        asked.feed({READING: take(readings, part)})
+        on_the_way = asked.clock()
+        assert asked.clock() == on_the_way
+    assert on_the_way == report['clock']
+
+
 def test_the_bag_explains_itself(measured):
     scene, _, out = measured
     bag = read_bag(out)

@@ -56,6 +56,7 @@ class Summary:
         self._first_reading: tuple[int, int] | None = None
         self._last_reading: tuple[int, int] | None = None
         self._scatter: RateScatter | None = None
+        self._error: RateError | None = None
         self._air = (math.inf, -math.inf)
         self._rated = RatedTime()
         self._tally = LongitudeTally()
@@ -94,6 +95,7 @@ class Summary:
                 self._last_reading = ends[1]
                 if self._scatter is not None:
                     self._scatter.feed(samples)
+                    self._error = None
             elif isinstance(samples, FixSamples) and topic == LONGITUDE_FIX:
                 self._tally.place(samples)
             elif isinstance(samples, JointSamples):
@@ -147,9 +149,10 @@ class Summary:
         }
 
     def _rate_error(self) -> RateError | None:
-        if self._scatter is None:
-            return None
-        return forgets_its_start(self._scene, self._machine, self._scatter.rate_error())
+        if self._error is None and self._scatter is not None:
+            found = self._scatter.rate_error()
+            self._error = forgets_its_start(self._scene, self._machine, found)
+        return self._error
 
     @cached_property
     def _machine(self) -> AnyMachine | FluidPendulum:

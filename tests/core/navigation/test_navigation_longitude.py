@@ -108,6 +108,15 @@ def test_east_variance_is_the_clocks():
     assert np.count_nonzero(covariance) == 3
 
 
+def test_the_cosine_of_a_latitude_has_the_same_bits_wherever_it_stands():
+    degrees = np.random.default_rng(1).uniform(-90.0, 90.0, 1001)
+    for first in range(9):
+        found = np.empty(len(degrees) - first)
+        longitude.cosines(degrees[first:], found)
+        expected = [math.cos(math.radians(each)) for each in degrees[first:].tolist()]
+        assert found.tolist() == expected
+
+
 @pytest.mark.parametrize('latitude', [-66.6, -17.93, 0.0, 17.93, 50.79, 89.0])
 def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
     """A second is 15″ of a circle of radius a cos φ; 1e-12 for roundings."""

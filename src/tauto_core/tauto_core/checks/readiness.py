@@ -63,15 +63,14 @@ _RATE = (('samples a minute', 1.0 / 60.0),)
 class _Sizes(NamedTuple):
     """The range of a key in existing machines and voyages; 0 is always allowed."""
 
-    key: str
     least: float
     most: float
     unit: str
     slips: tuple[tuple[str, float], ...]
 
 
-_SIZES = tuple(
-    _Sizes(re.escape(key).replace(r'\*', r'[^.]*'), least, most, unit, slips)
+_SIZES = {
+    key: _Sizes(least, most, unit, slips)
     for key, least, most, unit, slips in (
         ('duration', 10.0, 400.0 * DAY_S, 's', _TIME),
         ('gravity', 1.0, 30.0, 'm/s2', (('cm/s2', 1e-2), ('feet/s2', 0.3048))),
@@ -125,7 +124,7 @@ _SIZES = tuple(
         ('drift.observation_sigma', 0.0, 3600.0, 's', _TIME),
         ('log.interval', 1e-3, 7.0 * DAY_S, 's', _TIME),
     )
-)
+}
 
 
 _REFUSED = ('gravity', 'trochlea', 'regulator', 'escapement', 'suspension', 'ship', 'clock')
@@ -160,7 +159,7 @@ def implausible(scene: Scene) -> list[str]:
 def _odd(scene: Scene) -> Iterator[tuple[str, float, _Sizes]]:
     """Yield key and value of each number outside the range that is known of it, and that range."""
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
-        sizes = next((each for each in _SIZES if re.fullmatch(each.key, key)), None)
+        sizes = _SIZES.get(re.sub(r'\[\d+\]', '[*]', key))
         if sizes is not None and value and not sizes.least <= abs(value) <= sizes.most:
             yield key, value, sizes
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import lru_cache
 
 NS_PER_S = 1_000_000_000
 DAY_S = 86_400.0
@@ -25,6 +26,7 @@ MAX_GAP_S = 1.0
 """Longest time between samples of the motion that is interpolated [s]."""
 
 
+@lru_cache(1024)  # a voyage asks for some times again and again
 def exact_nanoseconds(seconds: float) -> Fraction:
     """Return seconds as nanoseconds, exact in the shortest decimal that reads back as `seconds`.
 
@@ -38,6 +40,7 @@ def nanoseconds(seconds: float) -> int:
     return round(exact_nanoseconds(seconds))
 
 
+@lru_cache(1024)
 def exact_step(rate_hz: float) -> Fraction:
     """Return the time between samples at a rate > 0 [ns]."""
     return NS_PER_S / Fraction(repr(float(rate_hz)))
