@@ -69,8 +69,7 @@ def test_check_names_curve_range_and_what_runs() -> None:
     assert facts['curve'] == 'euler'
     assert facts['curve_range_m'] == [curve().ascent_cusp, curve().descent_cusp]
     assert facts['release_arc_m'] == 0.4
-    assert 'drag' not in facts['left_out']
-    assert 'added mass' in facts['left_out']
+    assert facts['left_out'][0]['key'] == 'regulator.added_mass'
     assert facts['expected']['steps_a_swing'] is None
     low, high = facts['curve_range_m']
     assert f'−{-low:.4g} m to {high:.4g} m of arc' in run('scene', 'check', OIL)

@@ -164,8 +164,10 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
 
     Returns:
         The object of `tauto scene check --json`: among others the `propagator` and the `reason`
-        for it, the `steady_swing` in which the clock settles, and in `expected` time and error of
-        the run.
+        for it, the `steady_swing` in which the clock settles, in `expected` time and error of the
+        run, and in `left_out` what the scene leaves out: `what`, `why` (what it has in its place,
+        a sentence), `worth` (what that may do to a clock, None where no figure is known) and `key`
+        (the key of the scene that brings it in, None where nothing simulates it).
 
     Raises:
         SceneError: the scene cannot be run.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, cast
 
@@ -18,6 +18,7 @@ from tauto_core.checks.cost import (
     scene_waves,
     tolerance,
 )
+from tauto_core.checks.left_out import left_out
 from tauto_core.checks.readiness import check_scene, oddities
 from tauto_core.clockwork.dial import at_departure, nominal_period_s
 from tauto_core.machines import (
@@ -31,7 +32,6 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import answers
-from tauto_core.machines.heat import NO_HEAT
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.navigation.regressors import MOTIONS
@@ -366,59 +366,8 @@ def felt_air(scene: Scene) -> dict[str, float]:
     }
 
 
-def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return the terms that a scene does not have; they are not in the code that runs."""
-    drag, escapement, regulator = machine.drag, scene.escapement, scene.regulator
-    gravity = scene.lies_still or machine.feels_gravity
-    return [
-        *(() if regulator is None else regulator.left_out()),
-        *(drag.left_out() if drag is not None else ('drag',) * (regulator is None)),
-        *(('escapement',) if escapement is None else escapement.left_out()),
-        *scene.ship.left_out(),
-        *(() if gravity else ('apparent gravity',)),
-        *(('suspension',) if scene.suspension is None else _answer_left_out(scene, machine)),
-        *(() if scene.trochlea is None else scene.trochlea.power.left_out()),
-        *(() if scene.clock.is_noisy else ('clock noise',)),
-        *(('voyage',) if scene.voyage is None else ()),
-        *(() if scene.air is None else _cold_parts(scene, machine)),
-    ]
-
-
-def _answer_left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> tuple[str, ...]:
-    """Return what a case without a mass leaves out of a force or spring anchored in it."""
-    hung = scene.suspension
-    if hung is None or hung.mass is not None or machine.feels_gravity:
-        return ()
-    said = "the case's answer to the wheel"
-    case = hung.model_copy(update={'mass': USUAL_MASS}).case_of_mass(scene.g)
-    if not isinstance(machine, Machine) or case is None:
-        return (said,)
-    shift = case.wheel_frequency(machine.inertia, machine.frequency, scene.g) / machine.frequency
-    return (f'{said} ({(shift - 1.0) * DAY_S:+,.0f} s/day in a case of {USUAL_MASS:g} kg)',)
-
-
-def _cold_parts(scene: Scene, machine: AnyMachine | FluidPendulum) -> Iterator[str]:
-    """Yield what the heat of the air does not reach in a scene."""
-    heat = machine.heat if isinstance(machine, Machine) else NO_HEAT
-    if not (heat.feels_temperature and scene.trochlea):
-        yield 'what heat does to the machine (trochlea.material and others)'
-        return
-    pull = scene.trochlea.power.pull
-    if not heat.wheel and not heat.cam:
-        yield 'expansion of wheel and cam'
-    if not heat.force and (pull.force or pull.stiffness):
-        yield 'heat in the spring'
-    if machine.drag is not None and machine.drag.viscous and not heat.oil.rate:
-        yield 'heat in the oil'
-    if scene.suspension is not None:
-        yield 'heat in the suspension'
-
-
 # -----------------------------------------------------------------------------
 # What a scene would run: its machine, propagator, cost and accuracy, before it sails.
-
-USUAL_MASS = 10.0
-"""Mass of a case for which `scene check` says what a missing mass leaves out [kg]."""
 
 WALK_FACTOR = 5.0
 """Six runs of three hours give a random walk from few large changes, within such a factor: of the
@@ -449,7 +398,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'duration_s': scene.duration,
         'propagator': name,
         'reason': reason(scene, machine, name),
-        'left_out': left_out(scene, machine),
+        'left_out': [each._asdict() for each in left_out(scene, machine)],
         'expected': {
             **asdict(expected),
             'tolerance': tolerance(scene) if stepping else None,

@@ -245,7 +245,10 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     if expected['steps_a_swing'] is not None:
         steps, tolerance = expected['steps_a_swing'], expected['tolerance']
         table.add_row('steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing')
-    table.add_row('left out', ', '.join(facts['left_out']))
+    absent = [each for each in facts['left_out'] if each['key']]
+    table.add_row('not in this scene', '\n'.join(map(_left_out_words, absent)))
+    never = [each for each in facts['left_out'] if not each['key']]
+    table.add_row('not simulated', '\n'.join(map(_left_out_words, never)))
     run = span(expected['run_s'], digits=1)
     machine = expected['measured_on']
     table.add_row('expected run time', f'roughly {run} without a bag, on {machine}')
@@ -332,6 +335,12 @@ def _hull_rows(sea: Section) -> Iterator[tuple[str, str]]:
         yield 'hull', sea['hull']
     elif sea.get('heave') and 'operator' not in sea:
         yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
+
+
+def _left_out_words(row: Section) -> str:
+    """Return something that is left out as a sentence, after the key that brings it in."""
+    why = row['why'] if row['worth'] is None else f'{row["why"][:-1]} ({row["worth"]}).'
+    return f'{row["key"] or row["what"]}: {why}'
 
 
 def _swing_words(swing: dict[str, Any]) -> str:

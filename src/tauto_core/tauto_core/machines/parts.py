@@ -110,15 +110,6 @@ class DragKind(Kind):
         """Return the drag together with another friction [N m]."""
         return self.model_copy(update={'coulomb': self.coulomb + friction})
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the terms that are 0."""
-        terms = {
-            'viscous drag': self.viscous,
-            'quadratic drag': self.quadratic,
-            'friction': self.coulomb,
-        }
-        return tuple(name for name, value in terms.items() if not value)
-
 
 # -----------------------------------------------------------------------------
 # What all kinds of escapement share: keys, energy of the impulses, messages.
@@ -220,10 +211,6 @@ class EscapementKind(Kind):
                 'Give the impulse an energy, or both recoil and a positive angle.',
             )
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the terms that it does not have."""
-        return () if self.recoil else ('recoil',)
-
 
 # -----------------------------------------------------------------------------
 # What all kinds of power share: keys, pull, messages.
@@ -257,10 +244,6 @@ class PowerKind(Kind):
         if pull.carried_mass:
             return 'weight'
         return 'spring' if pull.stiffness else 'force'
-
-    def left_out(self) -> tuple[str, ...]:
-        """Return the terms that it does not have."""
-        return ()
 
 
 class Imbalance(NamedTuple):

@@ -427,10 +427,6 @@ class FluidTautochroneRegulator(Section):
             self.body, self.diameter, self.body_density, self.fluid_density, self.added_mass
         )
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the terms that it does not have."""
-        return () if self.added_mass else ('added mass',)
-
 
 def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
     """Return the curve of a regulator for its body and fluid; DescentError if it does not sink."""

@@ -246,9 +246,10 @@ class ShipKind(Kind):
         """Yield what is wrong between its keys."""
         return iter(())
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the motions that it does not have: roll, heave."""
-        return ()
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """The motions that it has, by the names of `SixMotions`."""
+        return tuple(each.name for each in fields(SixMotions))
 
 
 def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:

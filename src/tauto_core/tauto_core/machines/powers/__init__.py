@@ -57,10 +57,6 @@ class WeightPower(PowerKind):
         """The weight, and its inertia unless that is neglected."""
         return Pull(carried_mass=0.0 if self.massless else self.mass, pulling_mass=self.mass)
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the inertia where it is neglected."""
-        return ("the weight's inertia",) if self.massless else ()
-
 
 class SpringPower(PowerKind):
     """Spring without inertia: pull = force + stiffness · draw, the length of thread drawn."""

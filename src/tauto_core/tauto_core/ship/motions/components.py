@@ -86,9 +86,10 @@ class ComponentsShip(ShipKind):
                 'Give amplitudes in radians, not degrees.',
             )
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the heave where there is none."""
-        return () if self.heave else ('heave',)
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """Roll and heave, where they are given."""
+        return ('roll',) * bool(self.components) + ('heave',) * bool(self.heave)
 
 
 def _harmonics(components: tuple[Component, ...]) -> Harmonics:

@@ -495,10 +495,12 @@ class RecordedShip(ShipKind):
                 'Use 1.0 for the motion as measured, or ship kind still.',
             )
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the heave if none was measured."""
-        measured = self.recorded.heave_column is not None or self.recorded.topic is not None
-        return () if measured else ('heave',)
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """Roll, and what was measured; a bag has the forces to port and upwards."""
+        if self.recorded.topic is not None:
+            return 'sway', 'heave', 'roll'
+        return ('roll',) if self.recorded.heave_column is None else ('heave', 'roll')
 
 
 KIND = RecordedShip

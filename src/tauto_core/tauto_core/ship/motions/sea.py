@@ -413,14 +413,15 @@ class SeaShip(ShipKind):
                 'Leave one of them out.',
             )
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the heave where it is not asked for, and what a ship without a hull lacks."""
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """All with a hull, those of an operator, or roll and the heave where it is asked for."""
         if self.hull is not None:
-            return ()
+            return MOTIONS
         if self.turns_in_space:
             assert self.rao is not None
-            return tuple(name for name in MOTIONS if name not in self.rao.motions)
-        return ('surge', 'sway', 'pitch', 'yaw') if self.heave else ('heave', 'pitch', 'yaw')
+            return self.rao.motions
+        return ('heave', 'roll') if self.heave else ('roll',)
 
 
 @lru_cache(maxsize=16)

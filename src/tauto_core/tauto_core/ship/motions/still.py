@@ -20,9 +20,10 @@ class StillShip(ShipKind):
         del scene
         return Channels()
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return both roll and heave."""
-        return 'roll', 'heave'
+    @property
+    def motions(self) -> tuple[str, ...]:
+        """None."""
+        return ()
 
 
 KIND = StillShip

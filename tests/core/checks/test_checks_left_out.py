@@ -1,0 +1,173 @@
+"""What a scene leaves out: what is true for six kinds of scene, and the words and figures."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from scipy.special import ellipe
+
+import tauto_core as tauto
+from tauto_core.checks.left_out import TABLE, LeftOut, left_out
+from tauto_core.curves.materials import MATERIALS
+from tauto_core.machines import compile_machine
+from tauto_core.scene.reference import schema
+
+DAY_S = 86_400.0
+CLOCK = {'mass and stretch of the thread', 'wear', 'friction of the pivots', 'clock noise'}
+FREE = CLOCK | {'drag', 'escapement'}
+DRIVEN = CLOCK | {'quadratic drag', 'ageing of the oil', 'recoil', 'fall of the drive'}
+SEA = {'short-crested sea', 'shallow water', 'heel under sail', 'motions of the ship'}
+CORK = SEA | {'sideways half of the sea'}
+TRUE = {
+    'hull': 'deptford',
+    'roll.slope_coefficient': None,
+    'clock.forward': 5.0,
+}
+GIMBALS = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12}
+
+
+def found(name: str, **changes: Any) -> dict[str, LeftOut]:
+    """Return what a shipped scene with changes leaves out, by name."""
+    scene = tauto.load(name, **changes)
+    return {row.what: row for row in left_out(scene, compile_machine(scene))}
+
+
+@pytest.mark.parametrize(
+    ('name', 'changes', 'names'),
+    [
+        ('ideal', {}, FREE | {'balance of the wheel', 'heat', 'motions of the ship', 'voyage'}),
+        ('globe_in_oil', {}, {'added mass', 'viscosity of the fluid', 'motions of the ship',
+                              'clock noise', 'voyage'}),
+        ('measured', {}, FREE | {'balance of the wheel', 'heat', 'swing of the thread',
+                                 'suspension', 'motions of the ship', 'gravity by latitude'}),
+        ('sully_lever_at_sea', {}, DRIVEN | CORK | {'balance of the wheel', 'mass of the lever',
+                                                    'heat', 'suspension', 'voyage'}),
+        ('hanging_thread_at_sea', {}, FREE | CORK | {
+            'balance of the wheel', 'damping of the thread', 'thread fore and aft', 'heat',
+            'suspension', 'voyage'}),
+        ('second_cam_at_sea', {'suspension': GIMBALS}, FREE | CORK | {
+            'balance of the wheel', 'heat', "the case's answer to the wheel",
+            'damping of the case', 'outer ring of the gimbals', 'voyage'}),
+        ('portsmouth_jamaica', {'gravity': 'normal', 'air': {'kind': 'route'},
+                                'voyage.date': '1761-11-18', 'trochlea.material': 'brass',
+                                **{f'ship.{key}': value for key, value in TRUE.items()}},
+         DRIVEN | SEA - {'motions of the ship'} | {
+            'balance of the wheel', 'swing of the thread', 'heat in the oil',
+            'spells of warm and cold', 'suspension', 'slamming and green water',
+            'push of the waves under way', 'anomalies of gravity'}),
+        ('clock_own_cam_spring', {'air': {'kind': 'route', 'at': [
+            {'waypoint': 0, 'celsius': 6.0}, {'waypoint': 1, 'celsius': 27.0}]},
+            'drag.oil': 'olive', 'drag.thickens_per_month': 0.02, 'drag.coulomb': 1e-7,
+            'drag.quadratic': 1e-9, 'clock.white_fm': 0.1, 'ship.heave': False},
+         DRIVEN - {'ageing of the oil', 'quadratic drag', 'friction of the pivots',
+                   'clock noise'} | SEA | {
+            'balance of the wheel', 'heat in wheel and cam', 'heat in the spring',
+            'heat in the suspension', 'spells of warm and cold', 'damping of the case',
+            "the case's answer to the wheel"}),
+    ],
+)  # fmt: skip
+def test_a_scene_leaves_out_what_it_has_not_and_nothing_else(
+    name: str, changes: dict[str, Any], names: set[str]
+) -> None:
+    assert set(found(name, **changes)) == names
+
+
+@pytest.mark.parametrize(
+    ('name', 'changes', 'what'),
+    [
+        ('ideal', {'drag': {'viscous': 1e-6}}, 'drag'),
+        ('ideal', {'drag': {'coulomb': 1e-9}}, 'friction of the pivots'),
+        ('ideal', {'escapement': {'energy': 1e-6}}, 'escapement'),
+        ('sully_lever_at_sea', {'escapement.rest': {'recoil': 1e-6}}, 'recoil'),
+        ('portsmouth_jamaica', {'escapement.train': {'fall': 0.1, 'impulses': 100}},
+         'fall of the drive'),
+        ('ideal', {'trochlea.imbalance': {'moment': 1e-6}}, 'balance of the wheel'),
+        ('hanging_thread_at_sea', {'trochlea.thread.damping_ratio': 0.1},
+         'damping of the thread'),
+        ('hanging_thread_at_sea', {'ship': {'kind': 'still'}}, 'thread fore and aft'),
+        ('measured', {'gravity': 'normal'}, 'gravity by latitude'),
+        ('globe_in_oil', {'regulator.added_mass': 0.5}, 'added mass'),
+        ('sully_lever_at_sea', {'trochlea.thread.inertia': 1e-5}, 'mass of the lever'),
+        ('second_cam_at_sea', {'suspension': GIMBALS | {'mass': 10.0}},
+         "the case's answer to the wheel"),
+        ('second_cam_at_sea', {'suspension': GIMBALS | {'damping_ratio': 0.1}, 'seed': 2},
+         'damping of the case'),
+    ],
+)  # fmt: skip
+def test_what_the_key_brings_in_is_left_out_no_more(
+    name: str, changes: dict[str, Any], what: str
+) -> None:
+    without = {key: value for key, value in changes.items() if key == 'suspension'}
+    if without:
+        without = {'suspension': GIMBALS}
+    assert what in found(name, **without)
+    assert what not in found(name, **changes)
+
+
+def test_what_depends_on_the_scene_is_said_for_that_scene() -> None:
+    lying = found('ideal')
+    assert lying['motions of the ship'].why == 'The ship lies still.'
+    assert lying['heat'].key == 'air'
+    recorded = found('measured')['motions of the ship']
+    assert recorded.why == 'The ship has no surge, no sway, no pitch, no yaw.'
+    cork = found('involute_weight_at_sea')
+    assert cork['motions of the ship'].why == 'The ship has no pitch, no yaw.'
+    assert cork['motions of the ship'].key == 'ship.hull'
+    lever = found('sully_lever_at_sea')
+    beyond = 'heat', 'balance of the wheel', 'ageing of the oil', 'fall of the drive'
+    assert {lever[what].key for what in beyond} == {None}
+    assert lever['heel under sail'].worth is not None
+    assert found('clock_sully_lever')['heel under sail'].worth is None
+    # a force in gimbals: the sea's other half and its own weight do not matter to it
+    hung = found('second_cam_at_sea', suspension=GIMBALS)
+    assert hung['sideways half of the sea'].worth is None
+    answer = hung["the case's answer to the wheel"]
+    assert answer.worth == '+376 s/day in a case of 10 kg'
+    cold = found('portsmouth_jamaica', air={'kind': 'route'}, **{'voyage.date': '1761-11-18'})
+    assert (cold['heat'].key, cold['heat'].why) == (
+        'trochlea.material',
+        'Heat changes no part of the clock.',
+    )
+    massless = found('measured', **{'trochlea.power.massless': True})
+    assert massless['inertia of the weight'].key == 'trochlea.power.massless'
+
+
+def test_every_entry_has_a_name_a_short_sentence_and_a_key_of_a_scene() -> None:
+    known = json.dumps(schema())
+    assert len({row.what for row in TABLE}) == len(TABLE)
+    for row in TABLE:
+        assert row.what[0].islower()
+        assert row.why[0].isupper()
+        assert row.why.endswith('.')
+        assert len(row.why.split()) <= 18
+        assert row.worth is None or not row.worth.endswith('.')
+        for part in (row.key or 'drag').split('.'):
+            assert f'"{part}"' in known
+
+
+def test_the_figures_are_those_of_the_formulas() -> None:
+    """G2.7, G1.1, (A.2), and a level lever in a case that heels, whose weight pulls as cos."""
+    worth = {row.what: str(row.worth) for row in TABLE}
+    steel, brass = MATERIALS['steel'], MATERIALS['brass']
+    spring = 0.5 * steel.force * DAY_S
+    assert worth['heat in the spring'].startswith(f'−{-spring:.1f} ')
+    of_steel = found('second_cam_at_sea')['heat'].worth
+    assert str(of_steel).startswith(f'−{-spring + 0.5 * steel.expansion * DAY_S:.1f} ')
+    of_brass = f'−{0.5 * brass.expansion * DAY_S:.1f} '
+    assert worth['heat in wheel and cam'].startswith(of_brass)
+    assert str(found('measured')['heat'].worth).startswith(of_brass)
+    mgal = 2e5 * 9.80665 / DAY_S
+    assert str(worth['anomalies of gravity']).startswith(
+        f'1 s/day for a weight by {mgal:.1f} mGal'
+    )
+    # Q = 100 P and a disc as wide as the cam: ε = 2 P/Q
+    lost = (1.0 - 0.5 * math.pi / ellipe(-0.02)) * DAY_S
+    assert worth['inertia of the weight'].startswith(f'−{lost:.0f} ')
+    heel = [(math.sqrt(math.cos(math.radians(angle))) - 1.0) * DAY_S for angle in (5.0, 10.0)]
+    said = str(found('sully_lever_at_sea')['heel under sail'].worth)
+    assert all(f'−{-each:.0f}' in said for each in heel)
+    # 43 200 Δγ/γ, nearly
+    assert '−115.4 s/day' in str(found('portsmouth_jamaica')['gravity by latitude'].worth)
