@@ -1,6 +1,7 @@
 """Samples: the data that flow between the stages, with the same fields as the messages.
 
-Only `PlanarImu` is not a message; it replaces `ImuSamples` where not all of its fields are needed.
+Only `PlanarImu` and `SpatialImu` are not messages; they replace `ImuSamples` where not all of its
+fields are needed.
 
 A batch has n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
 nanoseconds, strictly increasing within a topic. Angles are in radians and lengths in metres,
@@ -82,6 +83,20 @@ class PlanarImu:
 
 
 @dataclass(frozen=True)
+class SpatialImu:
+    """The motion of a ship that moves in all six ways, from which `ImuSamples` are made.
+
+    As with `PlanarImu`, a clock may not need all of a sample, and no sample would be refused.
+    """
+
+    stamp_ns: IntArray
+    samples: Callable[[bool, bool], ImuSamples]
+    """Returns the samples. The first argument asks for the angular velocity, the second for the
+    specific force; what is not asked for is not computed and has the shape (0, 3). The bits of the
+    rest are the same."""
+
+
+@dataclass(frozen=True)
 class JointSamples:
     """sensor_msgs/JointState, also used for named scalars with a stamp.
 
@@ -135,6 +150,7 @@ Samples: TypeAlias = (
     TextSamples
     | ImuSamples
     | PlanarImu
+    | SpatialImu
     | JointSamples
     | TimeSamples
     | FixSamples

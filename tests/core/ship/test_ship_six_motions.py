@@ -8,9 +8,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tauto_core.samples import FloatArray
-from tauto_core.ship.imu import attitude, imu_from_roll
+from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu
+from tauto_core.scene import Scene, load_scene
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.imu import attitude, imu_from_roll, message, part_of
 from tauto_core.ship.six_motions import Turned, force_in_plane, imu_from_motions
+from tauto_core.ship.waves import Harmonics, SampledHarmonics
+from tauto_core.voyage import sail
 
 G = 9.81
 N = 400
@@ -111,3 +115,76 @@ def test_pitch_alone_costs_only_the_plane_that_pitches(plane: str) -> None:
     size = np.hypot(force[:, 1], force[:, 2])
     expected = G * np.cos(pitch) if plane == 'ship' else np.full(61, G)
     np.testing.assert_allclose(size, expected, rtol=4 * math.ulp(1.0))
+
+
+ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08}
+HULL = {'ship.hull': 'deptford', 'ship.speed': 2.0, 'duration': 120.0, 'ship.rate': 10.0}
+CHANGING = [
+    {'at': t, 'significant_wave_height': h, 'peak_period': 8.0} for t, h in ((0, 1), (900, 3))
+]
+
+
+def at_sea(name: str = 'involute_weight_at_sea', **changes: object) -> Scene:
+    return load_scene(name, **{**HULL, **changes})
+
+
+@pytest.mark.parametrize('changing', [False, True])
+def test_what_a_clock_needs_has_the_bits_of_the_whole_message(changing: bool) -> None:
+    scene = at_sea()
+    if changing:
+        weather = {'kind': 'states', 'states': CHANGING}
+        ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'hull': 'deptford', 'rate': 10.0}
+        scene = load_scene('involute_weight_at_sea', duration=120.0, ship=ship)
+    whole, motion = ShipMotion(scene).produce(700), ShipMotion(scene)
+    for part in (slice(0, 90), slice(90, 700)):  # in other batches
+        sensed = motion.sense(part.stop - part.start)
+        assert isinstance(sensed, SpatialImu)
+        both, force, turning = (
+            sensed.samples(*needed) for needed in ((True, True), (False, True), (True, False))
+        )
+        for imu in (both, force, turning):
+            assert imu.orientation.tobytes() == whole.orientation[part].tobytes()
+        for imu in (both, force):
+            felt = imu.linear_acceleration
+            assert felt.tobytes() == whole.linear_acceleration[part].tobytes()
+        for imu in (both, turning):
+            turned = imu.angular_velocity
+            assert turned.tobytes() == whole.angular_velocity[part].tobytes()
+        assert force.angular_velocity.shape == turning.linear_acceleration.shape == (0, 3)
+
+
+@pytest.mark.parametrize('name', ['involute_weight_at_sea', 'second_cam_at_sea'])
+def test_a_clock_reads_the_same_whether_its_motion_is_logged_or_not(name: str) -> None:
+    scene = at_sea(name)
+    one, other = (
+        sail(scene.model_copy(update={'log': scene.log.model_copy(update={'motion': logged})}))
+        for logged in (True, False)
+    )
+    assert (SHIP_IMU in one.samples, SHIP_IMU in other.samples) == (True, False)
+    said = [each.samples[READING] for each in (one, other)]
+    assert said[0].time_ref_ns.tobytes() == said[1].time_ref_ns.tobytes()
+
+
+def test_a_part_of_a_motion_is_read_like_the_whole() -> None:
+    sensed = ShipMotion(at_sea()).sense(100)
+    assert isinstance(sensed, SpatialImu)
+    part, whole = part_of(sensed, slice(30, 60)), message(sensed)
+    assert isinstance(part, SpatialImu)
+    for needed in ((True, True), (False, True)):
+        read = part.samples(*needed)
+        assert read.stamp_ns.tolist() == whole.stamp_ns[30:60].tolist()
+        assert read.linear_acceleration.tobytes() == whole.linear_acceleration[30:60].tobytes()
+
+
+def test_a_ship_that_may_pitch_upright_is_screened_as_messages() -> None:
+    rough = at_sea(**{'ship.sea.significant_wave_height': 29.0, 'ship.hull': 'ketch'})
+    assert isinstance(ShipMotion(rough).sense(10), ImuSamples)
+
+
+def test_a_motion_without_waves_has_the_bits_of_one_that_is_summed() -> None:
+    period, phase = np.array([7.0, 11.0]), np.array([0.1, 2.0])
+    flat = SampledHarmonics(Harmonics(np.zeros(2), period, phase), 10**8)
+    tiny = SampledHarmonics(Harmonics(np.full(2, 1e-320), period, phase), 10**8)
+    for zero, summed in zip(flat.between(5, 900, 0, 1), tiny.between(5, 900, 0, 1), strict=True):
+        assert zero.tobytes() == np.zeros(895).tobytes()
+        np.testing.assert_allclose(zero, summed, atol=1e-300)

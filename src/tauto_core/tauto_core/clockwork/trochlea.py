@@ -28,6 +28,7 @@ from tauto_core.samples import (
     JointSamples,
     PlanarImu,
     Samples,
+    SpatialImu,
     State,
     TemperatureSamples,
     TimeSamples,
@@ -188,7 +189,7 @@ class TrochleaStage:
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
         self._last_stamp: int | None = None
-        self._waiting: list[ImuSamples | PlanarImu] = []
+        self._waiting: list[ImuSamples | PlanarImu | SpatialImu] = []
         self._released = False
         self._refused: dict[str, int] = {}
 
@@ -210,7 +211,7 @@ class TrochleaStage:
         if warmth is not None and isinstance(felt, TemperatureSamples):
             warmth.add(felt)
         imu = batches.get(SHIP_IMU)
-        if not isinstance(imu, ImuSamples | PlanarImu) or not len(imu.stamp_ns):
+        if not isinstance(imu, ImuSamples | PlanarImu | SpatialImu) or not len(imu.stamp_ns):
             return self._move(None) if self._waiting else {}
         if isinstance(imu, ImuSamples):
             imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
@@ -231,7 +232,7 @@ class TrochleaStage:
         self._last_stamp = int(imu.stamp_ns[-1])
         return self._move(imu)
 
-    def _move(self, imu: ImuSamples | PlanarImu | None) -> Batches:
+    def _move(self, imu: ImuSamples | PlanarImu | SpatialImu | None) -> Batches:
         """Advance over more motion, as far as the temperature is known."""
         moved, origin_ns = [] if imu is None else [imu], self._origin_ns or 0
         if self._warmth is not None and self._warmth.varies:
@@ -324,9 +325,7 @@ class TrochleaStage:
 
     def state(self) -> State:
         """Return all that the next output depends on."""
-        waiting = [
-            message(each) if isinstance(each, PlanarImu) else each for each in self._waiting
-        ]
+        waiting = [message(each) for each in self._waiting]
         return {
             'origin_ns': self._origin_ns,
             'last_stamp': self._last_stamp,

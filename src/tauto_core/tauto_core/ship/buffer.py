@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, take
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, SpatialImu, State, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import NS_PER_S
@@ -339,7 +339,7 @@ class MotionBuffer:
         self.bridged = 0
         self.crowded = 0
 
-    def add(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> None:
+    def add(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> None:
         """Take screened samples; times are counted from the origin."""
         if isinstance(imu, ImuSamples):
             kept = self._spaced(imu.stamp_ns - origin_ns)
@@ -372,7 +372,7 @@ class MotionBuffer:
         felt = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
         return (*line, *felt)
 
-    def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
+    def fill(self, imu: ImuSamples | PlanarImu | SpatialImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
@@ -385,6 +385,8 @@ class MotionBuffer:
             if force:
                 read_force(imu, lean, gravity)
         else:
+            if isinstance(imu, SpatialImu):
+                imu = imu.samples(rate is not None, force)
             velocity = None if rate is None else contiguous(imu.angular_velocity)
             kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
             if force:

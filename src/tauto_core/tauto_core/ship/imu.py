@@ -14,7 +14,16 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, join, take
+from tauto_core.samples import (
+    FloatArray,
+    ImuSamples,
+    IntArray,
+    PlanarImu,
+    SpatialImu,
+    State,
+    join,
+    take,
+)
 
 A = TypeVar('A', FloatArray, IntArray)
 
@@ -281,21 +290,30 @@ def content_reasons(imu: ImuSamples) -> IntArray:
 
 
 # -----------------------------------------------------------------------------
-# The readings of a `PlanarImu`, with the same bits as from its samples as messages.
+# The readings of a `PlanarImu` or a `SpatialImu`, with the same bits as from its messages.
 
 
-def message(imu: PlanarImu) -> ImuSamples:
+def message(imu: ImuSamples | PlanarImu | SpatialImu) -> ImuSamples:
     """Return the samples field for field as the message has them."""
+    if isinstance(imu, ImuSamples):
+        return imu
+    if isinstance(imu, SpatialImu):
+        return imu.samples(True, True)
     acceleration, heave = imu.accelerations()
     return imu_samples(
         imu.stamp_ns, imu.roll, imu.roll_rate, acceleration, heave, imu.height, imu.gravity
     )
 
 
-def part_of(imu: ImuSamples | PlanarImu, which: slice) -> ImuSamples | PlanarImu:
-    """Return a part of some samples; accelerations are computed once, when a part needs them."""
+def part_of(
+    imu: ImuSamples | PlanarImu | SpatialImu, which: slice
+) -> ImuSamples | PlanarImu | SpatialImu:
+    """Return a part of some samples; the rest is computed once, when a part needs it."""
     if isinstance(imu, ImuSamples):
         return take(imu, which)
+    if isinstance(imu, SpatialImu):
+        made = cache(imu.samples)
+        return SpatialImu(imu.stamp_ns[which], lambda *needed: take(made(*needed), which))
     whole = cache(imu.accelerations)
 
     def accelerations() -> tuple[FloatArray | None, FloatArray | None]:

@@ -214,20 +214,20 @@ def encode_six(
     roll: FloatArray,
     pitch: FloatArray,
     yaw: FloatArray,
-    roll_rate: FloatArray,
-    pitch_rate: FloatArray,
-    yaw_rate: FloatArray,
-    forward: FloatArray,
-    port: FloatArray,
-    up: FloatArray,
+    roll_rate: FloatArray | None,
+    pitch_rate: FloatArray | None,
+    yaw_rate: FloatArray | None,
+    forward: FloatArray | None,
+    port: FloatArray | None,
+    up: FloatArray | None,
     orientation: FloatArray,
-    angular_velocity: FloatArray,
-    force: FloatArray,
+    angular_velocity: FloatArray | None,
+    force: FloatArray | None,
 ) -> None:
     """Fill the readings of an IMU on a ship with six motions (`six_motions.imu_from_motions`).
 
     Inputs have the shape (n,), outputs (n', 4) and (n', 3) with n' >= n a multiple of eight. `up`
-    contains gravity.
+    contains gravity. Outputs that are None are not in the compiled code, nor are their inputs.
     """
     for i in range(len(orientation) // SIZE):
         sr, cr = half_angles(0.5 * eight(roll, i))
@@ -242,18 +242,21 @@ def encode_six(
         sr, cr = 2.0 * sr * cr, (cr - sr) * (cr + sr)
         sp, cp = 2.0 * sp * cp, (cp - sp) * (cp + sp)
         sy, cy = 2.0 * sy * cy, (cy - sy) * (cy + sy)
-        x, y, z = eight(forward, i), eight(port, i), eight(up, i)
-        # along the mean heading turned by the yaw, then by the pitch, then by the roll
-        ahead, aside = cy * x + sy * y, cy * y - sy * x
-        deck = sp * ahead + cp * z
-        felt = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
-        p, q, r = eight(roll_rate, i), eight(pitch_rate, i), eight(yaw_rate, i)
-        turning = p - r * sp, q * cr + r * cp * sr, r * cp * cr - q * sr
         for row in _FOUR:
             store(orientation, 4 * i + row, interleaved(turned, row))
-        for row in _THREE:
-            store(angular_velocity, 3 * i + row, interleaved(turning, row))
-            store(force, 3 * i + row, interleaved(felt, row))
+        if angular_velocity is not None:
+            p, q, r = eight(roll_rate, i), eight(pitch_rate, i), eight(yaw_rate, i)  # type: ignore[arg-type]
+            turning = p - r * sp, q * cr + r * cp * sr, r * cp * cr - q * sr
+            for row in _THREE:
+                store(angular_velocity, 3 * i + row, interleaved(turning, row))
+        if force is not None:
+            x, y, z = eight(forward, i), eight(port, i), eight(up, i)  # type: ignore[arg-type]
+            # along the mean heading turned by the yaw, then by the pitch, then by the roll
+            ahead, aside = cy * x + sy * y, cy * y - sy * x
+            deck = sp * ahead + cp * z
+            felt = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
+            for row in _THREE:
+                store(force, 3 * i + row, interleaved(felt, row))
 
 
 @inlined

@@ -99,8 +99,8 @@ class Turned(NamedTuple):
 def imu_from_motions(
     stamp_ns: IntArray,
     angle: Turned,
-    rate: Turned,
-    acceleration: tuple[FloatArray, FloatArray, FloatArray],
+    rate: Turned | None,
+    acceleration: tuple[FloatArray, FloatArray, FloatArray] | None,
     gravity: FloatArray | float,
 ) -> ImuSamples:
     """Return what an IMU reads that is fixed to the ship beside the clock.
@@ -109,13 +109,14 @@ def imu_from_motions(
 
         ω_x = ρ̇ − ψ̇ sin θ,  ω_y = θ̇ cos ρ + ψ̇ cos θ sin ρ,  ω_z = −θ̇ sin ρ + ψ̇ cos θ cos ρ.
 
-    The bits of a sample depend on its own values alone.
+    The bits of a sample depend on its own values alone, and not on whether all are needed.
 
     Args:
         stamp_ns: true time of each sample [ns], (n,).
         angle: roll, pitch, yaw.
-        rate: their derivatives.
-        acceleration: of the clock forward, to port and up, in level axes [m/s²].
+        rate: their derivatives; None: the angular velocity is not needed, and is empty.
+        acceleration: of the clock forward, to port and up, in level axes [m/s²]; None: the force
+            is not needed, and is empty.
         gravity: gravity, less Eötvös' term [m/s²].
     """
     from tauto_core.ship.kernels import encode_six  # imports kernels
@@ -123,11 +124,21 @@ def imu_from_motions(
     n = len(stamp_ns)
     whole = -(-n // 8) * 8
     orientation = np.empty((whole, 4))
-    turning, force = np.empty((whole, 3)), np.empty((whole, 3))
-    forward, port, up = acceleration
-    parts = (*angle, *rate, forward, port, up + gravity)
-    encode_six(*map(contiguous, parts), orientation, turning, force)
-    return sensed(stamp_ns, orientation[:n], turning[:n], force[:n])
+    turning = None if rate is None else np.empty((whole, 3))
+    force = None if acceleration is None else np.empty((whole, 3))
+    parts: list[FloatArray | None] = [*angle, *(rate or (None,) * 3), None, None, None]
+    if acceleration is not None:
+        forward, port, up = acceleration
+        parts[6:] = forward, port, up + gravity
+    given = (None if part is None else contiguous(part) for part in parts)
+    encode_six(*given, orientation, turning, force)
+    none = np.empty((0, 3))
+    return sensed(
+        stamp_ns,
+        orientation[:n],
+        none if turning is None else turning[:n],
+        none if force is None else force[:n],
+    )
 
 
 def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:

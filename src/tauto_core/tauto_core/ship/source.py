@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import fields
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State, TimeSamples
+from tauto_core.samples import (
+    FloatArray,
+    ImuSamples,
+    IntArray,
+    PlanarImu,
+    SpatialImu,
+    State,
+    TimeSamples,
+)
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.gravity import GravityOnTheWay
 from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
 from tauto_core.ship.passage import Passage
-from tauto_core.ship.six_motions import Turned, imu_from_motions
+from tauto_core.ship.sections import MOTIONS
+from tauto_core.ship.six_motions import SixMotions, Turned, imu_from_motions
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
 # -----------------------------------------------------------------------------
@@ -186,22 +196,20 @@ class ShipMotion:
         with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
         self._orders = (0, 1, 2) if with_bend else (0, 1)
         # so far from overflow that no sample can be refused
-        self._is_planar = True
-        if six is not None and channels.roll is not None:
-            # all her seas are answered once, so that what a hull refuses is refused at the start
-            channels.roll.most(0)
+        self._is_tame = True
+        if six is not None:
+            self._is_tame = _is_tame(six)
         elif channels.roll is not None:
             angle, rate, bend = (channels.roll.most(order) for order in range(3))
             force = scene.g + (0.0 if channels.heave is None else channels.heave.most(2))
             force += abs(scene.ship.height) * (bend + rate * rate)
-            self._is_planar = max(angle, rate, force) < SQUARABLE
+            self._is_tame = max(angle, rate, force) < SQUARABLE
 
     def produce(self, count: int) -> ImuSamples:
         """Return the next samples, at most `count`; an empty batch at the end."""
-        imu = self.sense(count)
-        return message(imu) if isinstance(imu, PlanarImu) else imu
+        return message(self.sense(count))
 
-    def sense(self, count: int) -> ImuSamples | PlanarImu:
+    def sense(self, count: int) -> ImuSamples | PlanarImu | SpatialImu:
         """Return the same as `produce`, possibly without fields that a clock does not need."""
         first = self._next
         last = min(first + count, self.total)
@@ -213,12 +221,8 @@ class ShipMotion:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
         if self._six is not None:
-            moved = [each.between(first, last, 2)[0] for each in self._six[:3]]
-            turned = [each.between(first, last, 0, 1) for each in self._six[3:]]
-            angle, rates = (Turned(*(each[order] for each in turned)) for order in (0, 1))
-            return imu_from_motions(
-                stamps, angle, rates, (moved[0], moved[1], moved[2]), self._weighs(stamps)
-            )
+            six = SpatialImu(stamps, partial(self._six_sensed, self._six, stamps, first))
+            return six if self._is_tame else message(six)
         roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
@@ -236,7 +240,26 @@ class ShipMotion:
             return (bend[0] if bend else None), up
 
         imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.g)
-        return imu if self._is_planar else message(imu)
+        return imu if self._is_tame else message(imu)
+
+    def _six_sensed(
+        self,
+        six: Sequence[SampledHarmonics | SampledFades],
+        stamps: IntArray,
+        first: int,
+        turning: bool,
+        felt: bool,
+    ) -> ImuSamples:
+        """Return samples with the angular velocity and the specific force that are asked for."""
+        last, orders = first + len(stamps), (0, 1) if turning else (0,)
+        turned = [each.between(first, last, *orders) for each in six[3:]]
+        angle, *rate = (Turned(*each) for each in zip(*turned, strict=True))
+        force = None
+        if felt:
+            forward, port, up = (each.between(first, last, 2)[0] for each in six[:3])
+            force = forward, port, up
+        gravity = self._weighs(stamps) if felt else 0.0
+        return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
 
     def roll_at_start(self) -> float:
         """Return the roll of the first sample [rad]."""
@@ -263,6 +286,30 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
     """Return the metadata of the ship's motion in a bag, by names such as `sea.seed`."""
     ship = scene.ship
     return {f'{ship.reported_as}.{key}': value for key, value in ship.metadata(scene).items()}
+
+
+GENTLE_PITCH = 1.0
+"""Bound of the pitch in one sea [rad]: while one sea turns into another it is √2 times as large,
+and the roll is undefined at π/2.
+"""
+
+
+def _is_tame(six: SixMotions[Harmonics] | SixMotions[Fades]) -> bool:
+    """Return whether no sample of some motions can be refused.
+
+    All seas are answered, so that what a hull refuses is refused at the start.
+    """
+    sums = six.pitch.sums if isinstance(six.pitch, Fades) else (0,)
+    for number in dict.fromkeys(sums):  # a hull answers to all its motions in a sea at once
+        for name in MOTIONS:
+            motion = getattr(six, name)
+            here = motion.of(number) if isinstance(motion, Fades) else motion
+            if here is None:
+                continue
+            size = max(here.most(order) for order in range(3))
+            if size > 1e-2 * SQUARABLE or (name == 'pitch' and here.most(0) > GENTLE_PITCH):
+                return False
+    return True
 
 
 def _sampled(

@@ -18,7 +18,7 @@ import numpy as np
 
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
 from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, GimbalsMotion
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, State
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, SpatialImu, State
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer, SamplePieces, felt_step_ns
 from tauto_core.ship.imu import attitude, contiguous, imu_from_roll, message
@@ -249,9 +249,9 @@ class BearingBuffer(MotionBuffer):
             return ()
         return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
-    def fill(self, imu: ImuSamples | PlanarImu, new: dict[str, FloatArray]) -> None:
+    def fill(self, imu: ImuSamples | PlanarImu | SpatialImu, new: dict[str, FloatArray]) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
-        whole = message(imu) if isinstance(imu, PlanarImu) else imu
+        whole = message(imu)
         read, force = attitude(whole), force_in_plane(whole, self._plane)
         c, s = np.cos(read.roll), np.sin(read.roll)
         y, z = contiguous(force[:, 1]), contiguous(force[:, 2])
@@ -331,7 +331,7 @@ class Suspension:
         """Number of samples of the ship that were left out because they are too close together."""
         return self._buffer.crowded
 
-    def feed(self, imu: ImuSamples | PlanarImu, origin_ns: int) -> ImuSamples | None:
+    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> ImuSamples | None:
         """Take screened samples; return those of the case that are known by now, if any.
 
         Raises:

@@ -10,6 +10,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ from tauto_core.scene.times import NS_PER_S
 SUM_BLOCK = 512
 TOGETHER = 8
 """Number of samples summed together, as lanes (`kernels`)."""
+KEPT = 3
+"""Number of sums kept in memory: two during a change, and one that has ended or comes next."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 
@@ -69,35 +72,24 @@ class SampledHarmonics:
 
     def __init__(self, harmonics: Harmonics, step_ns: int) -> None:
         self._mean = harmonics.mean
-        # Exact turns of a step and of the phases, as pairs of integers: fractions, which are
-        # reduced to lowest terms, would cost ten times as much.
-        periods = [period.as_integer_ratio() for period in harmonics.period.tolist()]
-        steps = [(step_ns * below, NS_PER_S * above) for above, below in periods]
+        # the motions athwart of a ship that meets the waves head on
+        self._is_zero = harmonics.mean == 0.0 and not harmonics.amplitude.any()
+        if self._is_zero:
+            return
+        steps, increment, table = _advance(harmonics.period.tobytes(), step_ns)
         angles = [phase.as_integer_ratio() for phase in harmonics.phase.tolist()]
         pi_above, pi_below = _TWO_PI.as_integer_ratio()
         phases = [(above * pi_below, below * pi_above) for above, below in angles]
-        # from the middle of a block, between two samples, to those after it
-        within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
-            1, SUM_BLOCK, 2, dtype=np.uint64
-        )
-        angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
-        angle = angle.reshape(len(steps), SUM_BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
-        # cosines and sines by turns, a row of eight in one line of the cache
-        spare = np.empty(2 * angle.size + TOGETHER)
-        first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
-        table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
-        np.cos(angle, out=table[:, :, 0])
-        np.sin(angle, out=table[:, :, 1])
         middles = [
             (2 * e * d + (SUM_BLOCK - 1) * n * b, 2 * b * d)
             for (e, b), (n, d) in zip(phases, steps, strict=True)
         ]
         self._arguments = (
             _units(middles),
-            _units([(SUM_BLOCK * n, d) for n, d in steps]),
+            increment,
             np.array(harmonics.amplitude),
             np.array(harmonics.angular_frequency),
-            table.reshape(-1, TOGETHER),
+            table,
         )
         self._kept: dict[tuple[int, ...], tuple[int, list[FloatArray]]] = {}
 
@@ -106,6 +98,8 @@ class SampledHarmonics:
 
         The orders 0 (the value), 1, 2 are asked for in rising order, 0 or 2 among them.
         """
+        if self._is_zero:
+            return [np.zeros(last - first) for _ in orders]
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
         if first < begin or last > begin + len(blocks[0]):
             from tauto_core.ship.kernels import sum_blocks  # only when needed
@@ -118,6 +112,33 @@ class SampledHarmonics:
             blocks = [out.reshape(-1) for out in outputs if out is not None]
             self._kept[orders] = end - SUM_BLOCK, [x[-SUM_BLOCK:].copy() for x in blocks]
         return [x[first - begin : last - begin] for x in blocks]
+
+
+@lru_cache(maxsize=2 * KEPT)
+def _advance(
+    periods: bytes, step_ns: int
+) -> tuple[list[tuple[int, int]], NDArray[np.uint64], FloatArray]:
+    """Return how phases of some periods [s] go on; all motions of a ship in a sea share them.
+
+    These are the exact turns of a step, as pairs of integers; the advance in a block
+    [2⁻⁶⁴ turns]; and the table of cosines and sines of `kernels.sum_blocks`.
+    """
+    # fractions, which are reduced to lowest terms, would cost ten times as much
+    pairs = [period.as_integer_ratio() for period in np.frombuffer(periods).tolist()]
+    steps = [(step_ns * below, NS_PER_S * above) for above, below in pairs]
+    # from the middle of a block, between two samples, to those after it
+    within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
+        1, SUM_BLOCK, 2, dtype=np.uint64
+    )
+    angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
+    angle = angle.reshape(len(steps), SUM_BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
+    # cosines and sines by turns, a row of eight in one line of the cache
+    spare = np.empty(2 * angle.size + TOGETHER)
+    first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
+    table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
+    np.cos(angle, out=table[:, :, 0])
+    np.sin(angle, out=table[:, :, 1])
+    return steps, _units([(SUM_BLOCK * n, d) for n, d in steps]), table.reshape(-1, TOGETHER)
 
 
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
@@ -188,9 +209,6 @@ class Encounter:
 # The two are independent, so the variance is cos² σ_k² + sin² σ_k+1², without a dip in between.
 # Three derivatives of s vanish at both ends. The process is an evolutionary one (Priestley,
 # Evolutionary spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
-
-KEPT = 3
-"""Number of sums kept in memory: two during a change, and one that has ended or comes next."""
 
 
 @dataclass(frozen=True)
