@@ -23,7 +23,9 @@ from tauto_core.samples import (
     SCENE,
     SHIP_FIX,
     SHIP_IMU,
+    TimeSamples,
     join,
+    same,
     take,
 )
 from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
@@ -82,15 +84,21 @@ def test_without_readings_or_with_one_there_is_no_truth_to_hold_the_rate_against
     assert 'offset_error_sigmas' in alone.drift()
 
 
-def test_to_ask_for_the_rates_error_on_the_way_changes_nothing(measured):
-    scene, report, out = measured
-    readings = read_bag(out).samples(READING)
-    asked = Summary(scene)
-    for part in (slice(0, 60), slice(60, None)):
+def test_the_rates_error_is_found_anew_from_later_readings():
+    scene = load_scene('ideal', duration=14_400.0)
+    stamps = scene.starts_at_ns + np.arange(scene.log_count) * scene.log_interval_ns
+    noise = np.random.default_rng(1).normal(0.0, 1e6, len(stamps)).astype(np.int64)
+    readings = TimeSamples(stamps, '', stamps + noise, same('', len(stamps)))
+    asked, whole = Summary(scene), Summary(scene)
+    whole.feed({READING: readings})
+    found = []
+    half = len(stamps) // 2
+    for part in (slice(0, half), slice(half, None)):
         asked.feed({READING: take(readings, part)})
-        on_the_way = asked.clock()
-        assert asked.clock() == on_the_way
-    assert on_the_way == report['clock']
+        found.append(asked.clock()['rate_standard_error_s_per_day'])
+    assert found[0] > 0.0
+    assert found[1] != found[0]
+    assert found[1] == whole.clock()['rate_standard_error_s_per_day']
 
 
 def test_the_bag_explains_itself(measured):
