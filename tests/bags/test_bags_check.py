@@ -133,10 +133,12 @@ def test_a_recovered_bag_replays(tmp_path: Path) -> None:
 
 FULL = """
     import resource, sys
+    from functools import partial
     from pathlib import Path
-    from tauto_core import voyage
+    from tauto_core import bags, voyage
     from tauto_core.scene import load_scene
 
+    bags.BagWriter = partial(bags.BagWriter, chunk_bytes=64 * 1024)  # less than the end takes
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
     voyage.sail(load_scene('measured', duration=120.0), Path(sys.argv[1]))
 """

@@ -27,6 +27,7 @@ from rosbags.rosbag2.enums import CompressionFormat
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, Bag, BagWriter, encode, read_bag
+from tauto_core.bags.write import CHUNK_BYTES
 from tauto_core.scene.errors import BagError
 
 
@@ -411,7 +412,7 @@ def test_a_killed_recorder_loses_at_most_a_chunk(tmp_path: Path) -> None:
         assert process.wait(30) == -signal.SIGKILL
     bag = read_bag(folder)
     left = assert_prefix(bag, imu(3000))
-    assert 3000 - 64 * 1024 / 350 < left <= 3000
+    assert 3000 - CHUNK_BYTES / 350 < left <= 3000
     assert 'no metadata.yaml' in bag.warnings[0]
     assert f'the {left} messages before the cut' in bag.warnings[1]
 

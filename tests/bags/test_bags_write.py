@@ -115,7 +115,7 @@ def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
 
 
 def test_indices_point_at_the_messages(tmp_path: Path) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(400))
+    folder = write(tmp_path / 'voyage', all_batches(400), chunk_bytes=64 * 1024)
     octets = (folder / 'voyage_0.mcap').read_bytes()
     with (folder / 'voyage_0.mcap').open('rb') as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
@@ -165,7 +165,7 @@ def test_raw_and_batches_give_the_same_bytes(tmp_path: Path) -> None:
 
 def test_counts_and_bytes(tmp_path: Path) -> None:
     imu = {s.SHIP_IMU: example(s.ImuSamples, 1000)}
-    with BagWriter(tmp_path / 'voyage') as writer:
+    with BagWriter(tmp_path / 'voyage', chunk_bytes=64 * 1024) as writer:
         writer.write(imu)
         assert writer.counts == {s.SHIP_IMU: 1000}
         assert writer.bytes_written > 100_000
@@ -430,7 +430,7 @@ FULL = """
 
     resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
     try:
-        with BagWriter(Path(sys.argv[1])) as writer:
+        with BagWriter(Path(sys.argv[1]), chunk_bytes=64 * 1024) as writer:
             for k in range(100):
                 writer.write({s.SHIP_IMU: example(s.ImuSamples, 100, seed=k)})
     except BagError as error:
@@ -573,3 +573,12 @@ def test_an_index_that_is_lost_ends_the_writing_with_an_error(
     assert read_bag(tmp_path / 'voyage').counts == {
         f'/{name}': 1 if name == s.SCENE else 40 for name in TOPICS
     }
+
+
+def test_a_scene_is_in_the_file_at_once(tmp_path: Path) -> None:
+    """What a killed process or a full disk leaves can be replayed."""
+    scene = all_batches(1)[s.SCENE]
+    with BagWriter(tmp_path / 'voyage') as writer:
+        writer.write({s.SHIP_IMU: example(s.ImuSamples, 1), s.SCENE: scene})
+        file = next((tmp_path / 'voyage').glob('*.mcap'))
+        assert read_bag(file).counts['/scene'] == 1

@@ -365,8 +365,8 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         ),
         Parameter(
             'chunk_size',
-            64.0,
-            'of the MCAP chunks, before compression',
+            512.0,
+            'of the MCAP chunks, before compression; a flush ends a chunk earlier',
             unit='KiB',
             low=1.0,
             high=65536.0,

@@ -163,7 +163,6 @@ class RecorderNode(GraphNode):
                 continue
             self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
             self._bag.describe(bag_metadata(scene))
-        self._bag.flush()
 
     def _see_order(self, topic: str, stamps_ns: list[int]) -> None:
         """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""

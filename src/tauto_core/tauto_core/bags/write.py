@@ -26,7 +26,7 @@ from tauto_core.bags.codec import encode
 from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, RecordedMessage
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
-from tauto_core.samples import Batches, count
+from tauto_core.samples import SCENE, Batches, count
 from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
 
@@ -43,7 +43,12 @@ if TYPE_CHECKING:
 # memory does not grow with the voyage. Another such file keeps room on the disk for the end of
 # this one. Records other than messages and their index are written by the library.
 
-CHUNK_BYTES = 64 * 1024
+CHUNK_BYTES = 512 * 1024
+"""Size of a chunk before compression.
+
+With an eighth of it a bag is 2.5 % larger. More gains nothing: what is left of the index is 16
+bytes for each message, without which readers such as `ros2 bag` find no message.
+"""
 
 _MESSAGE = struct.Struct('<BQHIQQ')
 _MESSAGE_INDEX = struct.Struct('<BQHI')
@@ -495,7 +500,7 @@ def _sibling(folder: Path, suffix: str) -> Path:
 class BagWriter:
     """A bag being written; a context manager.
 
-    The folder contains `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 64 KiB) and, once the
+    The folder contains `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 512 KiB) and, once the
     MCAP file is complete, `metadata.yaml`. Log time and publish time of a message are its stamp,
     sequence numbers count from 1 in each topic, and nothing depends on the wall clock.
 
@@ -625,6 +630,10 @@ class BagWriter:
         channel = self._channels[topic]
         self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload)
         self.counts[topic] = number
+        if (
+            topic == SCENE
+        ):  # at once, so that what is left by a full disk or a kill can be replayed
+            self.flush()
 
     def copy(self, key: str, message: RecordedMessage) -> None:
         """Write a message of another bag unchanged, on a topic that was declared."""
