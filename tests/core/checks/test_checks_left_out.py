@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import pytest
+from scipy.integrate import quad
 from scipy.special import ellipe
 
 import tauto_core as tauto
@@ -169,5 +170,10 @@ def test_the_figures_are_those_of_the_formulas() -> None:
     heel = [(math.sqrt(math.cos(math.radians(angle))) - 1.0) * DAY_S for angle in (5.0, 10.0)]
     said = str(found('sully_lever_at_sea')['heel under sail'].worth)
     assert all(f'−{-each:.0f}' in said for each in heel)
+    # Bretschneider's spectrum of 2.5 m and 9 s in units of ω_p, to 4 ω_p: ∫ ω⁴S dω
+    square, _ = quad(lambda w: 5.0 / 16.0 * 2.5**2 / w * math.exp(-1.25 / w**4), 0.1, 4.0)
+    square *= (math.tau / 9.0) ** 4
+    cork = str(found('sully_lever_at_sea')['sideways half of the sea'].worth)
+    assert cork.startswith(f'−{square / (8.0 * 9.80665**2) * DAY_S:.0f} ')
     # 43 200 Δγ/γ, nearly
     assert '−115.4 s/day' in str(found('portsmouth_jamaica')['gravity by latitude'].worth)

@@ -39,8 +39,9 @@ _OIL = '15.6 s/day by 3.5 % of the drag in the clock of portsmouth_jamaica'
 _MGAL = '1 s/day for a weight by 22.7 mGal; some 30 mGal rms at sea, 100 to 300 near islands'
 _THREAD = '0.3 s/day by a thread of 1 m, 90 by one of 16 m, in a roll of 0.1 rad and 9 s'
 
-# Figures: heat from G2.7 and G2.8 of heat.md, the cork from hull.md, gravity from gravity.md, the
-# thread from threads.md, Euler's weight from wheel.md, a lever that heels from √cos of the heel.
+# Figures: heat from G2.7 and G2.8 of heat.md, hull from hull.md, cork from −⟨z̈²⟩/8g² in its sea
+# up to 4 ω_p, gravity from gravity.md, thread and lever from threads.md, Euler's weight from
+# wheel.md.
 TABLE = tuple(
     LeftOut(*row)
     for row in (
