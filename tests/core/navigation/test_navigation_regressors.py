@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from tauto_core.machines import compile_machine, steady_swing
 from tauto_core.navigation import DriftStage, drift_warnings, estimate_names
-from tauto_core.navigation.covariates import runs
+from tauto_core.navigation.covariates import coefficients, runs
 from tauto_core.navigation.longitude import fix_samples
 from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, regressors
 from tauto_core.samples import (
@@ -23,12 +23,14 @@ from tauto_core.samples import (
     SHIP_IMU,
     SHIP_TEMPERATURE,
     FloatArray,
+    TemperatureSamples,
     take,
 )
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.gravity import eotvos, gravity_between, normal_gravity
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.voyage import sail
@@ -353,9 +355,149 @@ def test_the_integrals_of_the_temperature_are_those_of_a_line_between_samples():
     assert 'Publish sensor_msgs/Temperature on ship/temperature' in notice
 
 
-def test_a_temperature_needs_air_and_a_coefficient():
-    with pytest.raises(SceneError, match='is missing: it is not found by trial runs'):
-        parse_scene(WARM.format(**MASSLESS), 'test')
+def test_temperatures_in_any_batches_and_resumed_have_the_same_integrals():
+    scene = parse_scene(WARM.format(**MASSLESS | {'drift': KNOWN}), 'test')
+    logs = np.arange(0, scene.log_count, 40)
+    stamps, none = scene.starts_at_ns + logs * scene.log_interval_ns, np.zeros(len(logs))
+    felt = TemperatureSamples(stamps, '', BoxTemperature(scene).at(logs), none)
+    asked = stamps[:-1] + 7 * S
+    whole, pieces = (regressors(scene, live=True) for _ in range(2))
+    whole.feed({SHIP_TEMPERATURE: felt})
+    said = []
+    for a, b in pairwise([0, 1, 30, 31, 200, len(stamps)]):
+        pieces.feed({SHIP_TEMPERATURE: take(felt, slice(a, b))})
+        said.append(pieces.at(asked[max(a - 1, 0) : b - 1]))
+        state, pieces = pieces.state(), regressors(scene, live=True)
+        pieces.restore(state)
+    np.testing.assert_array_equal(np.concatenate(said), whole.at(asked))
+    assert not any(pieces.health().values())
+
+
+def test_a_temperature_needs_air():
     airless = WARM[: WARM.index('air:')].format(**MASSLESS | {'drift': KNOWN})
     with pytest.raises(SceneError, match='and the scene has no air'):
         parse_scene(airless, 'test')
+
+
+# -----------------------------------------------------------------------------
+# Priors of temperature, by the machine when warmer and colder.
+
+BOX = """
+duration: {duration}
+trochlea:
+  inertia: 4.0e-4
+  {heat}
+  cam: {{kind: {cam}}}
+  thread: {{kind: {thread}}}
+  power: {{kind: {power}}}
+  release_angle: {angle}
+{more}
+ship: {{kind: still}}
+gravity: 9.80665
+voyage:
+  departure: [50.8, -1.1]
+  arrival: [50.0, -2.0]
+  sails_at: 21600.0
+  arrives_at: 86400.0
+air: {{kind: route, at: [{{waypoint: 0, celsius: {cold}}}, {{waypoint: 1, celsius: {warm}}}],
+  diurnal: 0.0, box_hours: 1.0}}
+drift: {{covariates: [{names}]}}
+log: {{interval: 60.0}}
+"""
+SMALL = {
+    'duration': 3600.0,
+    'heat': 'material: brass',
+    'cam': 'hole, lever_rate: 0.005',
+    'thread': 'hole, distance: 0.08',
+    'power': 'force, force: 3.0, material: steel',
+    'angle': 0.1,
+    'more': '',
+    'cold': 20.0,
+    'warm': 20.0,
+    'names': 'temperature',
+}
+WEIGHT = {'cam': 'involute, base_radius: 0.005', 'thread': 'vertical'}
+LIGHT = WEIGHT | {'power': 'weight, mass: 0.322, massless: true'}
+THINS = math.log(1.0 / 0.965)
+OILED = WEIGHT | {
+    'heat': '',
+    'power': 'weight, mass: 0.322',
+    'angle': 1.0,
+    'more': DRIVEN.replace('1.25e-5', f'1.25e-5, oil: {{thins_per_kelvin: {THINS!r}}}'),
+}
+
+
+def boxed(**changes):
+    return parse_scene(BOX.format(**SMALL | changes), 'test')
+
+
+@pytest.mark.parametrize(
+    ('changes', 'wanted', 'within'),
+    [
+        ({}, -10.69, 0.005),
+        ({'heat': 'material: steel'}, -10.37, 0.005),
+        (LIGHT, -0.816, 0.001),
+        # 3.5 % less drag costs 15.6 s/day; the secants to both sides are as sinh is to the chord
+        (OILED, -15.6 * math.sinh(5.0 * THINS) / 5.0 / (1.0 / 0.965 - 1.0), 0.1),
+    ],
+    ids=['steel spring and brass', 'steel', 'brass and weight', 'oil'],
+)
+def test_the_prior_of_temperature_is_that_of_the_whole_machine(changes, wanted, within):
+    """Figures of docs/theory/heat.md [s/day/K]."""
+    (found,) = coefficients(boxed(**changes))
+    assert found.value * DAY_S == pytest.approx(wanted, abs=within)
+    assert found.sigma >= 0.1 * abs(found.value)
+
+
+def test_what_feels_no_heat_or_is_compensated_has_a_small_prior():
+    (cold,) = coefficients(boxed(**LIGHT | {'heat': ''}))
+    assert (cold.value, cold.sigma) == (0.0, 1e-6)
+    kept = boxed(
+        heat='material: brass\n  compensation: {takes: -10.69, leaves: -0.002}',
+        names='temperature, temperature_squared',
+    )
+    linear, square = coefficients(kept)
+    assert abs(linear.value) * DAY_S < 0.01
+    assert linear.sigma == pytest.approx(1e-6, rel=0.1)
+    # what is left, the spring's own, and the product of what heat and compensation do
+    wanted = -0.002 - 0.00046 - 10.69**2 / DAY_S
+    assert square.value * DAY_S == pytest.approx(wanted, abs=1e-5)
+
+
+def test_a_free_wheel_keeps_its_action_as_it_warms():
+    scene = boxed(**WEIGHT | {'power': 'weight, mass: 0.322', 'angle': 1.0})
+    (found,) = runs(scene)
+    machine = compile_machine(scene)
+    # A² goes as 1/Iω, and the rate as 1 - 0.0201 A²/4: at constant amplitude it lost 0.82
+    first, warm = (machine.at_celsius(at) for at in (20.0, 25.0))
+    at_same = first.small_period / warm.period(1.0) - first.small_period / first.period(1.0)
+    lighter = (warm.inertia * warm.frequency) / (first.inertia * first.frequency) - 1.0
+    by_action = found.at[5.0] * 5.0 - at_same
+    assert by_action == pytest.approx(0.25 * 0.0201 * lighter, rel=0.03)
+
+
+@pytest.mark.parametrize('names', ['temperature', 'temperature_squared, temperature'])
+@pytest.mark.parametrize('changes', [{}, OILED], ids=['spring', 'oil'])
+def test_a_voyage_that_warms_by_20_kelvin_is_within_the_priors(changes, names):
+    """The whole run against Σ k X: within σ, and with the square within a tenth of that."""
+    changes = changes | {'cold': 6.0, 'warm': 26.0, 'names': names, 'duration': 108_000.0}
+    if 'oil' in changes.get('more', ''):
+        changes |= {'more': DRIVEN.replace('1.25e-5', '1.25e-5, oil: olive')}
+    voyage = sail(scene := boxed(**changes))
+    estimate, known = voyage.samples[ESTIMATE], coefficients(scene)
+    columns = [estimate.name.index(f'{each.name}_integral_s') for each in known]
+    grown = estimate.position[:, columns]
+    calm = np.searchsorted(voyage.time_s, 21_000.0)
+    rate = voyage.clock_error_s[calm] / voyage.time_s[calm]
+    error = voyage.clock_error_s[-1] - rate * voyage.time_s[-1]
+    left = error - float(grown[-1] @ [each.value for each in known])
+    sigma = math.hypot(*(grown[-1] * [each.sigma for each in known]))
+    assert error < -100.0
+    assert abs(left) < (sigma if len(known) == 1 else 0.1 * sigma)
+
+
+def test_a_clock_that_stops_in_the_cold_is_refused():
+    thick = OILED['more'].replace(repr(THINS), '0.2').replace('angle: 0.0', 'angle: 0.3')
+    thick = {'more': thick, 'duration': 108_000.0, 'warm': -10.0}
+    with pytest.raises(SceneError, match=r'by running the machine: at -9\.\d+ °C the clock stops'):
+        coefficients(boxed(**OILED | thick))

@@ -507,16 +507,19 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return `value` and `sigma` of the prior of each covariate's coefficient.
 
     `at_periods` has the coefficient at each period of the waves [s] of the trial runs,
-    `at_changes` at each change of gravity, as a share; None where the scene gives it.
+    `at_changes` at each change of gravity, as a share, `at_kelvin` at each change of temperature
+    [K]; None where the scene gives it.
     """
     tried = {found.name: found.at for found in runs(scene)}
     return {
         name: {
             'value': value,
             'sigma': sigma,
-            'at_periods' if name in MOTIONS else 'at_changes': {
-                str(period): k for period, k in tried[name].items()
-            }
+            'at_periods'
+            if name in MOTIONS
+            else 'at_changes'
+            if name == 'gravity'
+            else 'at_kelvin': {str(period): k for period, k in tried[name].items()}
             if name in tried
             else None,
         }

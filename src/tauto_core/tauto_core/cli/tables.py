@@ -319,12 +319,19 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for name, found in facts.get('covariates', {}).items():
         said = with_sigma(found['value'], found['sigma'], signed=False)
         # to 1e-4, a fiftieth of the least standard deviation
-        trials = ', '.join(
-            f'{printed(round(k, 4), "zg")} in waves of {float(period):g} s'
-            for period, k in (found.get('at_periods') or {}).items()
-        ) or ', '.join(
-            f'{printed(round(k, 4), "zg")} in gravity of {100.0 * float(change):+g} %'
-            for change, k in (found.get('at_changes') or {}).items()
+        trials = (
+            ', '.join(
+                f'{printed(round(k, 4), "zg")} in waves of {float(period):g} s'
+                for period, k in (found.get('at_periods') or {}).items()
+            )
+            or ', '.join(
+                f'{printed(round(k, 4), "zg")} in gravity of {100.0 * float(change):+g} %'
+                for change, k in (found.get('at_changes') or {}).items()
+            )
+            or ', '.join(
+                f'{printed(k, ".4g")} over {float(change):+.3g} K'
+                for change, k in (found.get('at_kelvin') or {}).items()
+            )
         )
         source = f'from trial runs: {trials}' if trials else 'as the scene says'
         yield f'coefficient of {name}', f'{said}, {source}'

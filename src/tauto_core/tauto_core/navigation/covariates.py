@@ -14,6 +14,8 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.curves.numerics import integrate
 from tauto_core.machines import LeverMachine, Machine, NoSteadySwing, compile_machine, steady_swing
 from tauto_core.navigation.kalman import (
     LUNAR_SIGMA_S,
@@ -22,7 +24,7 @@ from tauto_core.navigation.kalman import (
     ClockModel,
     Coefficient,
 )
-from tauto_core.navigation.regressors import MOTIONS, Regressors
+from tauto_core.navigation.regressors import HEAT, MOTIONS, Regressors
 from tauto_core.samples import (
     READING,
     SHIP_IMU,
@@ -35,6 +37,7 @@ from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
 from tauto_core.scene.times import DAY_S, NS_PER_S, step_of_rate
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.components import Component, ComponentsShip
 from tauto_core.ship.motions.sea import SeaShip
@@ -147,10 +150,26 @@ RAMP_S = 300.0
 nothing damps keeps its action, as it does on a voyage.
 """
 
-ALLOWANCES = {'gravity': (0.01, 0.001)}
-"""The same as PART and LEAST where a change is tried that the voyage really has. What is left is
-that the sea changes the amplitude, and with it the answer.
+HEAT_STEP = 5.0
+"""Least change of temperature to either side of that at the start that is looked at [K]; it is
+what the scene's air has, if that is more.
 """
+
+ALLOWANCES = {
+    'gravity': (0.01, 0.001),
+    'temperature': (0.1, 1e-6),
+    'temperature_squared': (0.1, 1e-8),
+}
+"""The same as PART and LEAST where a change is tried that the voyage really has.
+
+For gravity what is left is that the sea changes the amplitude, and with it the answer. For heat it
+is the materials: chronometers with a steel spring and a plain brass balance lost 11.0 (Airy 1859)
+and 11.8 s/day (Berthoud 1773) for each kelvin, 3 and 10 % more than by the table of materials, and
+oils of one name are no more alike. The least is 0.09 s/day/K.
+"""
+
+ACTION_STEPS = 40
+"""Steps in which the amplitude of equal action is found; each is twice as near or more."""
 
 SEA = {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0}
 SLOPE, SEA_RATE_HZ = 0.7, 5.0
@@ -179,7 +198,8 @@ class Runs:
 
     Attributes:
         name: name of the covariate.
-        at: the coefficient for each period of the waves [s], or each change of gravity as a share.
+        at: the coefficient for each period of the waves [s], each change of gravity as a share, or
+            each change of temperature [K].
     """
 
     name: str
@@ -250,13 +270,24 @@ def runs(scene: Scene) -> tuple[Runs, ...]:
         return ()
     stated = None if given is None else given.heave
     try:
-        return _runs(_Tried(_alone(scene)), names, 0.0 if stated is None else stated.value)
+        tried = _Tried(_alone(scene))
+        moved = tuple(name for name in names if name not in HEAT)
+        found = _runs(tried, moved, 0.0 if stated is None else stated.value)
+        if len(moved) < len(names):
+            felt = BoxTemperature(scene).at(
+                np.arange(0, scene.log_count, max(scene.log_count // 1000, 1))
+            )
+            warmth = float(felt[0]), float(felt.min()), float(felt.max())
+            powers = sorted(HEAT[name] for name in scene.drift.covariates or () if name in HEAT)
+            warmed = _by_heat(tried, warmth, tuple(powers))
+            found += tuple(each for each in warmed if each.name in names)
+        return found
     except TautoError as error:
         raise SceneError(
             scene.name,
             'drift.coefficients',
             ABSENT,
-            f'cannot be found by running the machine in small waves: {error}',
+            f'cannot be found by running the machine: {error}',
             f'Give value and sigma of {" and ".join(names)}.',
         ) from error
 
@@ -411,18 +442,91 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
     return tuple(found)
 
 
+@lru_cache(maxsize=16)
+def _by_heat(
+    tried: _Tried, warmth: tuple[float, float, float], powers: tuple[int, ...]
+) -> tuple[Runs, ...]:
+    """Return the coefficients of temperature, by the rates of the warmer and colder machine.
+
+    A polynomial of the `powers` goes through the rates at both ends of the range, another through
+    those half way there; with one power there is one for each end. `warmth` has the temperature at
+    the start, the lowest and the highest [°C].
+    """
+    machine, (begins, lowest, highest) = compile_machine(tried.scene), warmth
+    ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
+    groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
+    found = np.zeros((len(groups), len(powers)))
+    if isinstance(machine, Machine) and machine.heat.feels_temperature:
+        first = machine.at_celsius(begins)
+        nominal_s = nominal_period_s(tried.scene, first)
+        calm = _warm_rate(tried.scene, first, first, nominal_s)
+        for row, group in zip(found, groups, strict=True):
+            warm = (machine.at_celsius(begins + step) for step in group.tolist())
+            gained = [_warm_rate(tried.scene, each, first, nominal_s) - calm for each in warm]
+            row[:] = np.linalg.solve(group[:, None] ** np.array(powers), np.array(gained))
+    steps = [float(group[-1]) for group in groups]
+    names = sorted(HEAT, key=HEAT.__getitem__)
+    return tuple(
+        Runs(names[power - 1], dict(zip(steps, column, strict=True)))
+        for power, column in zip(powers, found.T.tolist(), strict=True)
+    )
+
+
+def _warm_rate(scene: Scene, machine: Machine, first: Machine, nominal_s: float) -> float:
+    """Return the rate of a dial at the temperature of a machine, released as `first` is.
+
+    It is that of the steady swing. A wheel without drag or drive keeps its action instead, as it
+    does while the temperature changes slowly. One that is unbalanced, or whose swing dies away, is
+    run.
+    """
+    swing, driven = steady_swing(machine), machine.escapement is not None
+    if isinstance(swing, NoSteadySwing):
+        if driven and machine.imbalance is None:
+            raise TautoError(f'at {machine.heat.at_celsius:.4g} °C {swing.why}')
+        clock = scene.clock.model_copy(update={'nominal_period': nominal_s})
+        run = _Run(scene.model_copy(update={'clock': clock}), machine=machine)
+        return _slope(run.error_s(scene.ship), run.interval_s)
+    period_s = swing.period
+    if math.isinf(swing.time_constant) and machine.imbalance is None and swing.amplitude > 0.0:
+        action, amplitude = _action(first, swing.amplitude), swing.amplitude
+        for _ in range(ACTION_STEPS):
+            amplitude *= math.sqrt(action / _action(machine, amplitude))
+        period_s = machine.period(amplitude)
+    return nominal_s / period_s - 1.0
+
+
+def _action(machine: Machine, amplitude: float) -> float:
+    """Return ∮ Mϑ̇ dϑ of a free swing [J s], which goes as A² in a harmonic well."""
+    top = float(machine.potential(amplitude))
+    joints = machine.cam.joints[machine.cam.joints < amplitude]
+    cuts = np.arcsin(np.sqrt(machine.potential(joints) / top))
+    edges = np.array([0.0, *cuts, 0.5 * math.pi])
+
+    def integrand(u: FloatArray) -> FloatArray:
+        return np.asarray(np.cos(u) ** 2 * machine.swing(amplitude, u)[1])
+
+    return 8.0 * top * float(np.sum(integrate(integrand, edges[:-1], edges[1:])))
+
+
 class _Run:
     """Runs the clock of a scene on one ship after the other; its stage is built once.
 
     A run lasts `length_s` after the swing has settled. If it `changes` gravity, the swing settles
-    again before that.
+    again before that. The machine is that of the scene, if not given.
     """
 
-    def __init__(self, scene: Scene, length_s: float = RUN_S, *, changes: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        length_s: float = RUN_S,
+        *,
+        changes: bool = False,
+        machine: Machine | None = None,
+    ) -> None:
         self.interval_s = scene.log.interval
-        machine, settling_s = compile_machine(scene), 0.0
-        if isinstance(machine, Machine | LeverMachine):
-            swing = steady_swing(machine)
+        clock, settling_s = machine or compile_machine(scene), 0.0
+        if isinstance(clock, Machine | LeverMachine):
+            swing = steady_swing(clock)
             if not isinstance(swing, NoSteadySwing) and math.isfinite(swing.time_constant):
                 settling_s = min(SETTLED * swing.time_constant, LONGEST_SETTLING_S)
         self._settled = math.ceil(settling_s / self.interval_s)
@@ -430,7 +534,7 @@ class _Run:
             length_s += RAMP_S + settling_s
         logs = self._settled + math.ceil(length_s / self.interval_s)
         self._scene = scene.model_copy(update={'duration': logs * self.interval_s})
-        self._stage = TrochleaStage(self._scene)
+        self._stage = TrochleaStage(self._scene, machine=clock)
         self._fresh = self._stage.state()
 
     def error_s(self, ship: ShipKind, seed: int = 0, heavier: float = 0.0) -> FloatArray:

@@ -234,22 +234,12 @@ class Scene(Section):
                 'Write `gravity: normal` and a voyage, or leave gravity out of the list.',
             )
         for name in self.drift.covariates or ():
-            if not name.startswith('temperature'):
-                continue
-            if self.air is None:
+            if name.startswith('temperature') and self.air is None:
                 yield Problem(
                     'drift.covariates',
                     list(self.drift.covariates or ()),
                     f'names {name}, and the scene has no air',
                     f'Write `air: …`, or leave {name} out of the list.',
-                )
-            if getattr(self.drift.coefficients, name, None) is None:
-                yield Problem(
-                    f'drift.coefficients.{name}',
-                    ABSENT,
-                    'is missing: it is not found by trial runs',
-                    'Give value and sigma, -1.2e-4 and 1e-5 for a clock with a spring of steel, '
-                    'which loses 10.4 s/day for each kelvin.',
                 )
         if self.solver is not None:
             yield from self.solver.problems()

@@ -258,11 +258,13 @@ class Coefficients(Section):
     )
     temperature: CoefficientPrior | None = Field(
         default=None,
-        description='mapping: value, sigma [1/K]; 1.16e-5 is a second a day; needed with that '
-        'covariate',
+        description='mapping: value, sigma [1/K]; 1.16e-5 is a second a day; when left out: from '
+        'the machine at other temperatures',
     )
     temperature_squared: CoefficientPrior | None = Field(
-        default=None, description='mapping: value, sigma [1/K2]; needed with that covariate'
+        default=None,
+        description='mapping: value, sigma [1/K2]; when left out: from the machine at other '
+        'temperatures',
     )
 
 
