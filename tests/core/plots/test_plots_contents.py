@@ -47,9 +47,9 @@ VOYAGE = {
 @pytest.fixture(scope='module')
 def stormy() -> tauto.Voyage:
     """Return fifty minutes on which she sails, makes a landfall and arrives, with a storm."""
-    return tauto.sail(
-        'second_cam_at_sea', duration=3000.0, ship=SHIP, voyage=VOYAGE, log={'motion': False}
-    )
+    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0}
+    changes = {'ship': SHIP, 'voyage': VOYAGE, 'air': air, 'log': {'motion': False}}
+    return tauto.sail('second_cam_at_sea', duration=3000.0, **changes)
 
 
 @pytest.fixture(scope='module')
@@ -251,6 +251,16 @@ def test_the_weather_is_that_of_the_scene(stormy: tauto.Voyage) -> None:
     np.testing.assert_allclose(heading.lines[0].y, [90.0, -90.0, np.degrees(2.0)], atol=1e-3)
 
 
+def test_the_temperature_is_that_of_the_clock() -> None:
+    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0, 'box_hours': 1.0}
+    changes = {'ship.kind': 'still', 'log.interval': 60.0, 'air': air}
+    warm = tauto.sail('ideal', duration=86400.0, **changes)
+    (line,) = chart(warm, 'temperature').lines
+    assert (line.x[0], line.x[-1]) == (0.0, 24.0)
+    half = 3.0 / np.hypot(1.0, 2.0 * np.pi / 24.0)
+    assert (line.y.min(), line.y.max()) == pytest.approx((12.0 - half, 12.0 + half), abs=1e-3)
+
+
 def test_many_changes_of_the_weather_are_counted_and_not_marked() -> None:
     seas = [{'at': 700.0 * k, **SEAS[k % 2]} for k in range(12)]
     ship = SHIP | {'weather': {'kind': 'states', 'states': seas, 'components': 2}}
@@ -329,6 +339,7 @@ def test_a_file_is_what_its_suffix_says_and_the_same_each_time(
         (('plot', 'ideal', 'error', '-o', 'no/x.png'), 'there is no folder no'),
         (('plot', 'globe_in_oil', 'cam', '--duration', '10'), 'has no trochlea'),
         (('plot', 'ideal', 'weather'), 'weather: ideal has one sea or none'),
+        (('plot', 'ideal', 'temperature'), 'temperature: ideal has no air'),
         (('plot', 'ideal', 'error', '--from', '1'), 'error: shows the whole voyage'),
         (('plot', 'ideal', 'roll', '--from', '61', '--duration', '60'), 'from 61 to 60 s'),
         (('report', 'ideal', '-o', 'x.pdf'), '--out x.pdf: must end in .html'),

@@ -149,8 +149,8 @@ Source = Annotated[
     typer.Argument(metavar='BAG|SCENE', help='A bag, or a scene, which is sailed for it.'),
 ]
 _WHAT = (
-    'error, rate, drift, longitude, stability, amplitude, phase, weather, roll, spectrum, map, '
-    'cam or machine.'
+    'error, rate, drift, longitude, stability, amplitude, phase, weather, temperature, roll, '
+    'spectrum, map, cam or machine.'
 )
 _UNIT = (
     'in the unit of the time axis of `plot error`: days for a voyage of two days or more, then '

@@ -430,6 +430,18 @@ def _rate(voyage: Voyage) -> Chart:
     )
 
 
+def _temperature(voyage: Voyage) -> Chart:
+    celsius = voyage.temperature_celsius
+    if not len(celsius):
+        raise UsageError(
+            f'temperature: {voyage.scene.name} has no air, or the bag no ship/temperature. Write '
+            '`air: …` in the scene, or draw error or rate'
+        )
+    unit, _ = _clock_axis(voyage)
+    line = _line('', voyage.time_s / unit, celsius)
+    return _over_time(voyage, "Temperature in the clock's box", 'temperature [°C]', [line])
+
+
 def _longitude(voyage: Voyage) -> Chart:
     unit, _ = _clock_axis(voyage)
     time = voyage.time_s / unit
@@ -690,6 +702,7 @@ _PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'amplitude': _amplitude,
     'phase': _phase,
     'weather': _weather,
+    'temperature': _temperature,
     'map': _map,
     'cam': lambda voyage: Chart(
         'The cam', 'across [mm]', 'along the thread [mm]', cam_lines(voyage.scene), equal=True
@@ -704,7 +717,7 @@ OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {
 OF_A_SCENE = ('weather', 'cam', 'machine')
 """The pictures that need no voyage, only its scene."""
 PICTURES = (
-    'error', 'rate', 'drift', 'longitude', 'stability', 'amplitude', 'phase', 'weather', 'roll',
-    'spectrum', 'map', 'cam', 'machine',
+    'error', 'rate', 'drift', 'longitude', 'stability', 'amplitude', 'phase', 'weather',
+    'temperature', 'roll', 'spectrum', 'map', 'cam', 'machine',
 )  # fmt: skip
 """The pictures by name, in the order of the report."""
