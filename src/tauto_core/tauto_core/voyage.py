@@ -601,7 +601,8 @@ def replay(
 
     Returns:
         A voyage whose `result` has `scene`, the `answer` in a sentence, `sea` for a ship in one,
-        `clock`, `drift`, `longitude`, `duration_s` (the scene's, if it was sailed to its end;
+        `clock`, `drift`, `longitude`, `air` where the bag has the temperature of the clock,
+        `duration_s` (the scene's, if it was sailed to its end;
         otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
         which begin with it; where asked for, `smoothed` and `stability`.
 
@@ -633,6 +634,8 @@ def replay(
     held = stages.finish()
     summary.feed(fed)
     summary.feed(held)
+    if SHIP_TEMPERATURE in recorded and SHIP_TEMPERATURE not in inputs:
+        summary.feed({SHIP_TEMPERATURE: recorded[SHIP_TEMPERATURE]})
     samples, reading = merged([fed, held]), cast(TimeSamples, recorded[READING])
     figures = {
         'clock': summary.clock(),
@@ -676,6 +679,7 @@ def replay(
         'bag': str(bag.path),
         **sea,
         **figures,
+        **summary.air(),
         'start_s': start_ns / NS_PER_S,
         'duration_s': scene.duration if is_whole else (end_ns - start_ns) / NS_PER_S,
         'counts': bag.counts,

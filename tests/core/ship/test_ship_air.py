@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tauto_core.bags import read_bag
 from tauto_core.checks.facts import scene_facts
 from tauto_core.samples import SHIP_TEMPERATURE, TemperatureSamples, join
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
@@ -19,7 +20,7 @@ from tauto_core.scene.errors import SceneError
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.airs import ZONAL_CELSIUS, ZONAL_LATITUDES, zonal_celsius
 from tauto_core.ship.passage import Passage
-from tauto_core.voyage import ShipSource, sail
+from tauto_core.voyage import ShipSource, replay, sail, summarise_bag
 
 HOUR_S, DAY_S = 3600.0, 86_400.0
 VOYAGE: dict[str, Any] = {
@@ -295,3 +296,11 @@ def test_a_check_and_a_result_have_the_range_in_the_box() -> None:
         assert math.isclose(found['highest_celsius'], 12.0 + swing, abs_tol=1e-3)
     np.testing.assert_array_equal(voyage.temperature_celsius, box(scene))
     assert 'air' not in sail(load_scene('ideal', duration=60.0)).result
+
+
+def test_a_replayed_voyage_has_the_range_in_the_box(tmp_path) -> None:
+    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0}
+    sailed = sail(scene_of(air, 3.0, voyage=None), tmp_path / 'bag', keep=False)
+    for keep in (True, False):
+        assert replay(read_bag(tmp_path / 'bag'), keep=keep).result['air'] == sailed.result['air']
+    assert summarise_bag(tmp_path / 'bag')['air'] == sailed.result['air']
