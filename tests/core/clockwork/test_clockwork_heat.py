@@ -88,6 +88,23 @@ def test_any_split_of_motion_and_temperature_gives_the_same_bits(suspension: Any
     np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
 
 
+@pytest.mark.parametrize(
+    'thread',
+    [
+        {'kind': 'hanging', 'length': 1.5},
+        {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.1, 'length': 0.3},
+    ],
+)
+def test_any_split_gives_the_same_bits_with_a_thread_that_moves_its_weight(thread: Any) -> None:
+    content = yaml.safe_load(SEA)
+    content['trochlea']['thread'] = thread
+    scene = scene_of(yaml.safe_dump(content))
+    assert TrochleaStage(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
+    whole = sailed(scene, 10_000)
+    np.testing.assert_array_equal(sailed(scene, 50, apart=True), whole)
+    np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
+
+
 def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     drag = {'viscous': 1.25e-5, 'oil': 'olive', 'thickens_per_month': 10.0}
     aged = scene_of(air=None, drag=drag)

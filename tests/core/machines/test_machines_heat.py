@@ -195,12 +195,22 @@ def test_a_scene_is_written_as_it_was_read() -> None:
         ({'compensation': {}}, 'trochlea.compensation.takes', 'is missing'),
         (
             {
-                'material': 'brass',
+                'compensation': {'takes': -1.0},
                 'power': WEIGHT,
                 'thread': {'kind': 'hanging', 'length': 0.6},
             },
-            'trochlea.material',
+            'trochlea.compensation',
             'hanging',
+        ),
+        (
+            {
+                'material': 'brass',
+                'cam': {**INVOLUTE, 'material': 'steel'},
+                'power': WEIGHT,
+                'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3},
+            },
+            'trochlea.cam.material',
+            'lever grow alike',
         ),
     ],
 )

@@ -64,6 +64,7 @@ class Outside:
     """The ship's motion in one span."""
 
     def __init__(self, forcing: Any, k: int, gravity: float) -> None:
+        self.forcing, self.k = forcing, k
         self.length = float(forcing.length_s[k])
         self.begin, self.end = float(forcing.begin[k]), float(forcing.end[k])
         self.channels = None

@@ -207,6 +207,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str
         'the apparent gravity moves the lever': lever and not still,
         'the apparent gravity moves the weight': not lever and not still,
         'drag in a well that is not harmonic': lever and drag,
+        'heat and age change its numbers on the way': machine.heat.acts,
         'the escapement acts at an instant': machine.escapement is not None,
         'recoil turns round at each impulse': bool(
             machine.escapement and machine.escapement.recoil

@@ -110,7 +110,7 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[LeftOut]
     known = (*ship.motions, *(('surge', 'sway') if cork else ()))
     missing = [each for each in MOTIONS if each not in known]
     wheel, plain = scene.trochlea is not None, isinstance(machine, Machine)
-    heat = machine.heat if isinstance(machine, Machine) else NO_HEAT
+    heat = NO_HEAT if isinstance(machine, FluidPendulum) else machine.heat
     thread, pull = None, None
     if scene.trochlea is not None:
         thread, pull = scene.trochlea.thread, scene.trochlea.power.pull

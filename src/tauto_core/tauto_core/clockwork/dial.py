@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.machines import AnyMachine, FluidPendulum, Machine
+from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S
@@ -39,7 +39,7 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
 
 def at_departure(scene: Scene, machine: AnyMachine | FluidPendulum) -> AnyMachine | FluidPendulum:
     """Return the machine at the temperature of the clock at the start of the scene."""
-    if scene.air is None or not isinstance(machine, Machine):
+    if scene.air is None or isinstance(machine, FluidPendulum):
         return machine
     return machine.at_celsius(float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns, nominal_period_s
-from tauto_core.machines import AnyMachine, FluidPendulum, Machine, compile_machine
+from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.machines.heat import Heat
 from tauto_core.motion import Forcing, Motion, make_propagator, steps_in
@@ -152,7 +152,7 @@ class TrochleaStage:
         self._anchor = anchor
         self._still = scene.lies_still
         self._machine = compile_machine(scene) if machine is None else machine
-        heat = self._machine.heat if isinstance(self._machine, Machine) else None
+        heat = None if isinstance(self._machine, FluidPendulum) else self._machine.heat
         self._warmth = Warmth(heat, scene.log_interval_ns) if heat and heat.acts else None
         tolerance = scene.solver.tolerance if scene.solver else None
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)

@@ -193,7 +193,7 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
     if scene.case_of_mass is not None and isinstance(machine, Machine):
         machine = replace(machine, case=scene.case_of_mass)
-    if isinstance(machine, Machine) and scene.air is None:
+    if scene.air is None:
         machine = replace(machine, heat=replace(machine.heat, varies=False))
     # else the tilt of the apparent vertical changes the angle
     is_known = scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0

@@ -67,6 +67,10 @@ class DragKind(Kind):
         del inertia
         return None
 
+    def thinned(self, factor: float) -> DragKind:
+        """Return the drag with another oil: c₁ times a factor."""
+        return self.model_copy(update={'viscous': self.viscous * factor})
+
     @property
     def is_linear(self) -> bool:
         """Whether the torque is c₁θ̇ alone, for which there are closed forms."""

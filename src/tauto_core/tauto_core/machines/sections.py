@@ -94,8 +94,8 @@ class Trochlea(Section):
     )
     material: NamedMaterial | None = Field(
         default=None,
-        description=f'of wheel and cam: {", ".join(sorted(MATERIALS))}, or mapping: expansion; '
-        'when left out they do not grow with temperature',
+        description=f'of wheel, cam and lever: {", ".join(sorted(MATERIALS))}, or mapping: '
+        'expansion; when left out they do not grow with temperature',
     )
     compensation: Compensation | None = Field(
         default=None, description='mapping: takes, leaves, middle'
@@ -247,22 +247,22 @@ class Trochlea(Section):
                 'has no modulus: how the force of a spring changes is not known',
                 f'Use {", ".join(known)}, or mapping: expansion, modulus.',
             )
-        heat = self._heat(drag)
-        if self.thread.moves_the_weight and (heat.feels_temperature or heat.thickening):
-            stated = {
-                'trochlea.material': self.material,
-                'trochlea.cam.material': self.cam.material,
-                'trochlea.compensation': self.compensation,
-                'drag.oil': None if drag is None else drag.oil,
-                'drag.thickens_per_month': None if drag is None else drag.thickens_per_month,
-            }
-            key, value = next((key, value) for key, value in stated.items() if value)
+        heat, cam = self._heat(drag), self.cam.material
+        if self.thread.grows_alike and heat.wheel != heat.cam:
             yield Problem(
-                key,
-                value if isinstance(value, str | float) else value.model_dump(exclude_none=True),
-                f'does not go with trochlea.thread.kind {self.thread.kind}, whose equations know '
-                'no heat yet',
-                'Leave it out, or use thread kind vertical or hole.',
+                'trochlea.cam.material',
+                cam if cam is None or isinstance(cam, str) else cam.model_dump(exclude_none=True),
+                f'does not go with trochlea.thread.kind {self.thread.kind}, whose wheel, cam and '
+                'lever grow alike',
+                'Leave it out, and give trochlea.material for all of them.',
+            )
+        if self.compensation is not None and not self.thread.compensable:
+            yield Problem(
+                'trochlea.compensation',
+                self.compensation.model_dump(exclude_none=True),
+                f'does not go with trochlea.thread.kind {self.thread.kind}, which the weight '
+                'alone pulls',
+                'Leave it out, or use thread kind vertical, hole or lever.',
             )
 
     def _not_corrected(self, gravity: float) -> Problem:

@@ -121,7 +121,7 @@ class Machine:
         inertia, carried, weight, force, stiffness, viscous = (float(each) for each in factors)
         drag = self.drag
         if drag is not None:
-            drag = drag.model_copy(update={'viscous': drag.viscous * viscous})
+            drag = drag.thinned(viscous)
         imbalance = self.imbalance
         if imbalance is not None:
             imbalance = imbalance._replace(moment=imbalance.moment * math.sqrt(inertia))
@@ -434,10 +434,14 @@ class ThreadKind(Kind):
     Attributes:
         moves_the_weight: whether the motion of the weight on the thread is part of the machine.
         upright: whether a weight keeps it along the apparent vertical.
+        grows_alike: whether the parts of the machine must be of one material.
+        compensable: whether a compensation may act on its pull.
     """
 
     moves_the_weight: ClassVar[bool] = False
     upright: ClassVar[bool] = False
+    grows_alike: ClassVar[bool] = False
+    compensable: ClassVar[bool] = True
 
     kind: str
 

@@ -67,7 +67,8 @@ def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
     undriven = machine.drag is None and machine.escapement is None
     if not isinstance(machine, Machine):
         well = isinstance(machine, LeverMachine) and _swings_freely(machine)
-        return 'action_angle' if still and undriven and well else 'collocation'
+        free = still and undriven and well and not machine.heat.acts
+        return 'action_angle' if free else 'collocation'
     steady = not machine.heat.acts and machine.case is None
     if steady and still and machine.is_harmonic and undriven:
         return 'harmonic'

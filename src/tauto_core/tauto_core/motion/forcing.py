@@ -131,6 +131,11 @@ class Temperatures:
     interval: IntArray
     place: FloatArray
 
+    @property
+    def per_s(self) -> FloatArray:
+        """Ṫ over each interval [K/s]."""
+        return (self.celsius[:, 1] - self.celsius[:, 0]) / self.interval_s
+
 
 @dataclass(frozen=True)
 class Forcing:

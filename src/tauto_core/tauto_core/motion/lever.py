@@ -24,6 +24,7 @@ from tauto_core.motion.system import (
     TILT_RATE,
     Beyond,
     ForcingPieces,
+    HotNumbers,
     Instant,
     Mode,
     Outside,
@@ -32,9 +33,18 @@ from tauto_core.motion.system import (
     StepPlace,
     column_at,
     difference,
+    fill_hot,
+    hot_at_nodes,
     nodes_of,
 )
-from tauto_core.motion.threads import OnWheel, ThreadSystem, beyond_by, case_bounds, drag_on_wheel
+from tauto_core.motion.threads import (
+    OnWheel,
+    ThreadSystem,
+    beyond_by,
+    case_bounds,
+    drag_on_wheel,
+    hot_on_wheel,
+)
 from tauto_core.motion.wells import REACH_PER_RELEASE
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
@@ -275,20 +285,24 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         store(nodes.alpha_bend, 0, difference(DRIVE_BEND, TILT_BEND, place.terms, x, work))
         store(nodes.g_up, 0, g_eff - g_eff * versine)
         store(nodes.g_across, 0, g_eff * sine)
+        if self.on_wheel.heat is not None:
+            fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what (P.3) adds to the rotation of the plane."""
         s, p = load(work.x), omega[0] * load(work.y)
         nodes: LeverNodes = work.nodes
-        at = _near_nodes(self.shape, s)
+        hot, at = _at_nodes(self, work), _near_nodes(self.shape, s)
         alpha_rate = load(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
         gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
         # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
-        pushed = (omega[0] * omega[0]) * s - (self.kappa * at.w) * gravity
+        pushed = (omega[0] * omega[0]) * s - (hot.kappa * at.w) * gravity
         more = pushed + _turned(self, at, speed, alpha_rate)
-        more = more - at.n * drag_on_wheel(self.on_wheel, mode, at.n * speed)
+        more = more - at.n * drag_on_wheel(hot.on_wheel, mode, at.n * speed)
+        if hot.on_wheel.growth is not None:
+            more = more - hot.on_wheel.growth * p
         store(work.d1, 0, -carried)
         store(work.d2, 0, more * (1.0 / omega[0]))
 
@@ -300,7 +314,8 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         a = fma(self.root_j, at.w, at.n)
         speed = p - load(nodes.alpha_rate) * a
         gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
-        _, tension, _ = _pushed(self, mode, at, a, speed, load(nodes.alpha_bend), gravity)
+        hot = _at_nodes(self, work)
+        _, tension, _ = _pushed(hot, mode, at, a, speed, load(nodes.alpha_bend), gravity)
         whole = self.shape.whole
         x = (s - whole.middle) * (1.0 / whole.half)
         return beyond_by(tension, 1.0 - x * x, s, work)
@@ -329,22 +344,24 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the lever at an instant."""
         line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
-        arc, angle = _on_arc(shape, s)
+        hot, (arc, angle) = _now(self, at), _on_arc(shape, s)
         a = arc.n + self.root_j * arc.w
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
         sine, cosine = math.sin(tilt.value), math.cos(tilt.value)
         gravity = at.gravity * (arc.cosine * cosine + arc.sine * sine)
-        acceleration, tension, drag = _pushed(self, mode, arc, a, speed, alpha_bend, gravity)
+        # İψ̇ is left out of s̈, as in `Wheel.instant`
+        acceleration, tension, drag = _pushed(hot, mode, arc, a, speed, alpha_bend, gravity)
         bend = arc.n * acceleration - arc.w * arc.chi_slope * speed * speed
         x = (s - shape.whole.middle) / shape.whole.half
+        torque, share = bend + alpha_bend + drag, hot.on_wheel.share
         return Instant(
             angle=angle,
             rate=arc.n * speed,
             bend=bend,
             tension=tension,
             margin=1.0 - x * x,
-            torque=bend + alpha_bend + drag,
+            torque=torque if share is None else torque / share,
             coordinate=s,
             speed=speed,
             acceleration=acceleration,
@@ -354,7 +371,10 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         """Return ṡ and ṗ = s̈ + Aα̈ + ṡα̇ dA/ds."""
         arc, _ = _on_arc(self.shape, now.coordinate)
         alpha_rate, alpha_bend = at.drive.rate - at.tilt.rate, at.drive.bend - at.tilt.bend
-        pushed = now.acceleration + (arc.n + self.root_j * arc.w) * alpha_bend
+        a, growth = arc.n + self.root_j * arc.w, _now(self, at).on_wheel.growth
+        pushed = now.acceleration + a * alpha_bend
+        if growth is not None:
+            pushed = pushed - growth * (now.speed + a * alpha_rate)
         return (Plane(now.speed, pushed + _turned(self, arc, now.speed, alpha_rate)),)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
@@ -366,9 +386,32 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
-        struck = mode.direction * math.sqrt(speed * speed + self.on_wheel.energy)
+        energy = _now(self, at).on_wheel.energy
+        struck = mode.direction * math.sqrt(speed * speed + energy)
         plane.y += (struck - speed) / omega[0]
         plane.y_rest = 0.0
+
+
+@inlined
+def _now(lever: SullyLever, at: Outside) -> SullyLever:
+    """Return the lever with its numbers at an instant; as it is without heat."""
+    if lever.on_wheel.heat is None or at.hot is None:
+        return lever
+    return _with_numbers(lever, at.hot)
+
+
+@inlined
+def _at_nodes(lever: SullyLever, work: Work) -> SullyLever:
+    """Return the lever with its numbers at the nodes of a step; as it is without heat."""
+    if lever.on_wheel.heat is None:
+        return lever
+    return _with_numbers(lever, hot_at_nodes(work))
+
+
+@inlined
+def _with_numbers(cold: SullyLever, hot: HotNumbers) -> SullyLever:
+    on_wheel = hot_on_wheel(cold.on_wheel, hot)
+    return SullyLever(cold.shape, cold.root_j, hot.weight, on_wheel, cold.mirrored)
 
 
 @inlined

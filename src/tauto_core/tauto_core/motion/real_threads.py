@@ -7,6 +7,7 @@ same kernels serve on land and at sea.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from tauto_core.machines import HangingMachine, LeverMachine
 from tauto_core.machines.drags import Drag
+from tauto_core.machines.heat import NO_HEAT, HeatFactors
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack
@@ -26,9 +28,10 @@ from tauto_core.motion.stepping import (
     TOLERANCE_SHARE,
     Moved,
     Stepped,
+    hot_pieces,
     tolerance_of,
 )
-from tauto_core.motion.system import ForcingPieces
+from tauto_core.motion.system import ForcingPieces, HotNumbers
 from tauto_core.motion.threads import Hanging, OnWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
@@ -75,6 +78,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
         pace=pace,
         gravity=machine.gravity,
         law=drag.law(inertia),
+        heat=machine.heat.acts or None,
     )
 
 
@@ -131,8 +135,14 @@ class RealThreads(Stepped):
             self._model, nodes = _lever(machine, allowed.settled), lever.LEVER_NODES
         else:
             self._model = _hanging(machine)
-        super().__init__(machine, len(self._model.omega), nodes, SIZE, allowed)
-        self.longest_step_s = self._longest_step()
+        hot, planes = machine.heat.acts, len(self._model.omega)
+        rows, columns = (HotNumbers._fields, 2 * SIZE) if hot else ((), SIZE)
+        super().__init__(machine, planes, (*nodes, *rows), SIZE, allowed, columns)
+        if hot:
+            cold = RealThreads(replace(machine, heat=NO_HEAT), tolerance)
+            self.longest_step_s = cold.longest_step_s
+        else:
+            self.longest_step_s = self._longest_step()
 
     def _moved(self, forcing: Forcing) -> Moved:
         return self._model
@@ -159,11 +169,38 @@ class RealThreads(Stepped):
         return self._motion(row)
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
-        """Return the pieces; their channels are constants where the ship lies still."""
-        if forcing.neutral is not None:
-            return super()._outside(forcing)
+        """Return the pieces, with the machine's numbers where heat changes them.
+
+        Their channels are constants where the ship lies still.
+        """
         still = np.zeros((len(forcing.length_s), 1))
-        return ForcingPieces(forcing.length_s, still, still, still + self._machine.gravity)
+        pieces = (
+            ForcingPieces(forcing.length_s, still, still, still + self._machine.gravity)
+            if forcing.neutral is None
+            else super()._outside(forcing)
+        )
+        heat, system = self._machine.heat, self._model.system
+        if not heat.acts:
+            return pieces
+        # both draw by a weight: κ of the lever, m r/I of the swinging thread
+        swings = isinstance(system, Hanging)
+        drawn, radius = (system.ratio, system.radius) if swings else (system.kappa, 0.0)
+        viscous, given = system.on_wheel.viscous, forcing.temperatures
+        widening = 0.0 if given is None else radius * heat.cam * given.per_s
+
+        def numbers(factors: HeatFactors, growth: FloatArray) -> HotNumbers:
+            share = 1.0 / factors.inertia
+            return HotNumbers(
+                carried=radius * np.sqrt(factors.carried),
+                force=widening,
+                stiffness=0.0,
+                weight=share * drawn * factors.weight,
+                viscous=share * viscous * factors.viscous,
+                share=share,
+                growth=growth,
+            )
+
+        return pieces._replace(hot=hot_pieces(forcing, heat, numbers))
 
     def _place(self, case: CaseAtStart) -> None:
         """Put the wheel at rest in the case at the release angle.

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.machines import AnyMachine
+from tauto_core.machines.heat import Heat, HeatFactors
 from tauto_core.motion.events import (
     AT_EDGE,
     CROWDED,
@@ -45,7 +47,10 @@ from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.passages import APART, WatchRide, ahead, count_step, in_step, passages
 from tauto_core.motion.phase import since_start
 from tauto_core.motion.system import (
+    HEAT_POWERS,
     ForcingPieces,
+    HotNumbers,
+    HotPieces,
     Instant,
     Mode,
     Outside,
@@ -389,6 +394,45 @@ def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance
     # which is then as much as the iteration may
     near = float(np.cbrt(24.0 * ITERATION_SHARE * step))
     return Tolerance(step, factor, settled, near, step * coarsen)
+
+
+HEAT_AT = 0.0, 0.25, 0.75, 1.0
+"""Parts of a log interval at which a cubic has the numbers of the machine: Chebyshev's."""
+
+HEAT_TO_POWERS = (
+    (1.0, 0.0, 0.0, 0.0),
+    (-19.0 / 3.0, 8.0, -8.0 / 3.0, 1.0),
+    (32.0 / 3.0, -56.0 / 3.0, 40.0 / 3.0, -16.0 / 3.0),
+    (-16.0 / 3.0, 32.0 / 3.0, -32.0 / 3.0, 16.0 / 3.0),
+)
+"""The cubic's coefficients, by rows, from its values there."""
+
+
+def hot_pieces(
+    forcing: Forcing, heat: Heat, numbers: Callable[[HeatFactors, FloatArray], HotNumbers]
+) -> HotPieces:
+    """Return the numbers of a machine over the log intervals of the forcing.
+
+    `numbers` gives them of its factors and İ/I [1/s].
+    """
+    given = forcing.temperatures
+    if given is None:
+        raise ValueError(
+            'Forcing.temperatures is missing. Give them, or a machine whose heat does not act'
+        )
+    # the nodes of the cubic include both ends
+    first, last = given.celsius[:, 0], given.celsius[:, 1]
+    at_nodes = []
+    for node in HEAT_AT:
+        celsius = first + node * (last - first)
+        factors = heat.factors(celsius, given.begin_s + node * given.interval_s)
+        at_nodes.append(numbers(factors, heat.inertia_growth(celsius, given.per_s)))
+    terms = np.zeros((len(first), HEAT_POWERS, SIZE))
+    for j, row in enumerate(HEAT_TO_POWERS):
+        for i, values in enumerate(zip(*at_nodes, strict=True)):
+            terms[:, j, i] = sum(weight * value for weight, value in zip(row, values, strict=True))
+    size = forcing.length_s / given.interval_s
+    return HotPieces(terms.reshape(-1, SIZE), given.interval, given.place, size)
 
 
 class Stepped(ABC):

@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import PLANE, Omega, Planes, Work, inside
-from tauto_core.motion.lanes import SIZE, Lanes, Numeric, filled, fma, lane, load, lowest, width
+from tauto_core.motion.lanes import (
+    SIZE,
+    Lanes,
+    Numeric,
+    filled,
+    fma,
+    lane,
+    load,
+    lowest,
+    store,
+    width,
+)
 from tauto_core.samples import FloatArray, IntArray
 
 # -----------------------------------------------------------------------------
@@ -37,7 +48,8 @@ class HotNumbers(NamedTuple):
     """The numbers of a machine that heat changes, over its inertia I, as columns of a piece.
 
     Attributes:
-        carried, force, stiffness, weight, viscous: as in `wells.PerInertia`.
+        carried, force, stiffness, weight, viscous: as in `wells.PerInertia`. Of a lever `weight`
+            is κ (`lever`); of a swinging thread it is m r/I, `carried` r and `force` ṙ [m/s].
         share: I where the machine's numbers hold, over I; what acts on the wheel and does not
             feel heat itself changes by it.
         growth: İ/I [1/s].
@@ -262,6 +274,34 @@ def difference(first: int, second: int, terms: int, x: Lanes, work: Work) -> Lan
         place = j * size
         value = fma(value, x, work.piece[place + first] - work.piece[place + second])
     return value
+
+
+@inlined
+def fill_hot(x: Lanes, work: Work) -> None:
+    """Fill the rows of the machine's numbers at lanes of x."""
+    nodes = work.nodes
+    store(nodes.carried, 0, column_at(HOT, HEAT_POWERS, x, work))
+    store(nodes.force, 0, column_at(HOT + 1, HEAT_POWERS, x, work))
+    store(nodes.stiffness, 0, column_at(HOT + 2, HEAT_POWERS, x, work))
+    store(nodes.weight, 0, column_at(HOT + 3, HEAT_POWERS, x, work))
+    store(nodes.viscous, 0, column_at(HOT + 4, HEAT_POWERS, x, work))
+    store(nodes.share, 0, column_at(HOT + 5, HEAT_POWERS, x, work))
+    store(nodes.growth, 0, column_at(HOT + 6, HEAT_POWERS, x, work))
+
+
+@inlined
+def hot_at_nodes(work: Work) -> HotNumbers:
+    """Return the machine's numbers at the nodes of a step, after `fill_hot`."""
+    rows = work.nodes
+    return HotNumbers(
+        load(rows.carried),
+        load(rows.force),
+        load(rows.stiffness),
+        load(rows.weight),
+        load(rows.viscous),
+        load(rows.share),
+        load(rows.growth),
+    )
 
 
 # -----------------------------------------------------------------------------

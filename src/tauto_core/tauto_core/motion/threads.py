@@ -27,6 +27,7 @@ from tauto_core.motion.system import (
     TILT_RATE,
     Beyond,
     ForcingPieces,
+    HotNumbers,
     Instant,
     Mode,
     Outside,
@@ -36,7 +37,9 @@ from tauto_core.motion.system import (
     System,
     column_at,
     difference,
+    fill_hot,
     first_below,
+    hot_at_nodes,
     mode_of,
     nodes_of,
     outside_at,
@@ -61,6 +64,10 @@ class OnWheel(NamedTuple):
         pace: frequency of the swing [rad/s].
         gravity: g at rest [m/s2].
         law: of a further drag, over I, or None.
+        heat: True where heat changes these numbers; what follows is then known at an instant or
+            at the nodes.
+        share: factor of the torque of that law, where heat changes I.
+        growth: İ/I [1/s], where heat changes I.
     """
 
     viscous: float
@@ -71,6 +78,9 @@ class OnWheel(NamedTuple):
     pace: float
     gravity: float
     law: DragLaw | None = None
+    heat: bool | None = None
+    share: float | None = None
+    growth: float | None = None
 
 
 class ThreadSystem(System):
@@ -137,7 +147,29 @@ class ThreadSystem(System):
 def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
     """Return the torques of drag and recoil, reversed, over I: c₁ θ̇ + c₂ d θ̇² + R s."""
     drag = rate * fma(on_wheel.quadratic * mode.direction, rate, on_wheel.viscous)
-    return drag + term(on_wheel.recoil, mode.pallet) + law_torque(on_wheel.law, rate, mode)
+    law = law_torque(on_wheel.law, rate, mode)
+    if on_wheel.share is not None:
+        law = on_wheel.share * law
+    return drag + term(on_wheel.recoil, mode.pallet) + law
+
+
+@inlined
+def hot_on_wheel(cold: OnWheel, hot: HotNumbers) -> OnWheel:
+    """Return what acts on the wheel where heat changes it, at an instant or at the nodes."""
+    share = hot.share
+    return OnWheel(
+        hot.viscous,
+        cold.quadratic * share,
+        cold.energy * share,
+        None if cold.recoil is None else cold.recoil * share,
+        cold.impulse,
+        cold.pace,
+        cold.gravity,
+        cold.law,
+        None,
+        share,
+        hot.growth,
+    )
 
 
 @compiled
@@ -200,6 +232,7 @@ class _ThreadNumbers(NamedTuple):
         to_second: X₂ per ψ and per δ.
         on_wheel: what acts on the wheel.
         damping: c/m of the lean [m2/s], or None.
+        widening: ṙ [m/s], where heat changes the numbers.
     """
 
     radius: float
@@ -212,6 +245,7 @@ class _ThreadNumbers(NamedTuple):
     to_second: tuple[float, float]
     on_wheel: OnWheel
     damping: float | None = None
+    widening: float | None = None
 
 
 class Hanging(_ThreadNumbers, ThreadSystem):
@@ -223,6 +257,8 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         store(nodes.vertical, 0, column_at(DRIVE, place.terms, x, work))
         store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
+        if self.on_wheel.heat is not None:
+            fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what the accelerations add to the rotation of the planes; d1 stays zero."""
@@ -265,22 +301,26 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and thread at an instant."""
-        line, tilt = at.drive, at.tilt
+        line, tilt, hot = at.drive, at.tilt, _now(self, at)
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         rate = rates[0] - (line.rate - tilt.rate)
-        drag = drag_on_wheel(self.on_wheel, mode, rate)
+        drag = drag_on_wheel(hot.on_wheel, mode, rate)
         lean, turn = delta - line.value, line.rate - tilt.rate
         psi_bend, delta_bend, tension, free = _pushed(
-            self, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag, turn
+            hot, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag, turn
         )
+        torque = psi_bend + drag
+        if hot.on_wheel.growth is not None and hot.on_wheel.share is not None:
+            # over I where the numbers hold, as the rows have it
+            torque = (torque + hot.on_wheel.growth * rates[0]) / hot.on_wheel.share
         return Instant(
             angle=psi - (line.value - tilt.value),
             rate=rate,
             bend=psi_bend - (line.bend - tilt.bend),
             tension=tension,
             margin=free - self.least,
-            torque=psi_bend + drag,
+            torque=torque,
             coordinate=psi - delta,
             speed=rates[0] - rates[1],
             acceleration=psi_bend - delta_bend,
@@ -306,15 +346,41 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
         The energy goes into ½(I + m r²u²)θ̇².
         """
-        radius, u, planes = self.radius, now.coordinate, state.planes
-        mass = 1.0 + self.ratio * radius * u * u
-        struck = mode.direction * math.sqrt(now.rate * now.rate + self.on_wheel.energy / mass)
+        hot, u, planes = _now(self, at), now.coordinate, state.planes
+        radius = hot.radius
+        mass = 1.0 + hot.ratio * radius * u * u
+        struck = mode.direction * math.sqrt(now.rate * now.rate + hot.on_wheel.energy / mass)
         kick = struck - now.rate
         thread_kick = -radius / (self.length - 0.5 * radius * u * u) * kick
         first, second = _modes(self, kick, thread_kick)
         planes[0].y += first / omega[0]
         planes[1].y += second / omega[1]
         planes[0].y_rest = planes[1].y_rest = 0.0
+
+
+@inlined
+def _now(system: Hanging, at: Outside) -> Hanging:
+    """Return the system with its numbers at an instant; as it is without heat."""
+    if system.on_wheel.heat is None or at.hot is None:
+        return system
+    return _with_numbers(system, at.hot)
+
+
+@inlined
+def _with_numbers(cold: Hanging, hot: HotNumbers) -> Hanging:
+    return Hanging(
+        hot.carried,
+        cold.length,
+        cold.least,
+        hot.weight,
+        cold.wheel,
+        cold.thread,
+        cold.to_first,
+        cold.to_second,
+        hot_on_wheel(cold.on_wheel, hot),
+        cold.damping,
+        hot.force,
+    )
 
 
 @inlined
@@ -359,7 +425,15 @@ def _pushed(
         # −Q/(m l): the lean alone loses energy, so that the wheel is pushed by −Q r/l
         lost = system.damping * (delta_rate - alpha_rate) / free
         turning, wound = turning - lost, wound - lost
-    psi_bend = -(system.ratio * turning + drag) / mass
+    if system.widening is not None:
+        # r grows, and the thread that is wound up with it: 2ṙψ̇ across the thread, and along it
+        # 2ṙψ̇ − ṙu²δ̇
+        turning = turning + 2.0 * system.widening * (u * u) * psi_rate
+        wound = wound - system.widening * (2.0 * psi_rate - (u * u) * delta_rate)
+    against = system.ratio * turning + drag
+    if system.on_wheel.growth is not None:
+        against = against + system.on_wheel.growth * psi_rate
+    psi_bend = -against / mass
     delta_bend = (wound - g * sine - radius * psi_bend) / free
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
@@ -377,6 +451,8 @@ def _at_stages(
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
+    if system.on_wheel.heat is not None:
+        system = _with_numbers(system, hot_at_nodes(work))
     nodes: ThreadNodes = work.nodes
     sine, versine = sine_versine(delta - load(nodes.vertical))
     alpha_rate, gravity = load(nodes.alpha_rate), load(nodes.gravity)

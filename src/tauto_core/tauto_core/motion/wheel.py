@@ -13,6 +13,7 @@ from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.machines.drags import Drag
+from tauto_core.machines.heat import HeatFactors
 from tauto_core.motion import stepping
 from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
@@ -39,21 +40,19 @@ from tauto_core.motion.stepping import (
     TOLERANCE_SHARE,
     Moved,
     Stepped,
+    hot_pieces,
     step_error,
     tolerance_of,
 )
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE_RATE,
-    HEAT_POWERS,
-    HOT,
     LEAN,
     NOWHERE,
     TILT_RATE,
     Beyond,
     ForcingPieces,
     HotNumbers,
-    HotPieces,
     Instant,
     Mode,
     Outside,
@@ -63,7 +62,9 @@ from tauto_core.motion.system import (
     StepPlace,
     column_at,
     columns,
+    fill_hot,
     first_below,
+    hot_at_nodes,
     mode_of,
     nodes_of,
     outside_at,
@@ -104,17 +105,6 @@ WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 HOT_NODES = *WHEEL_NODES, *HotNumbers._fields
 """The rows where heat changes the wheel."""
 
-HEAT_AT = 0.0, 0.25, 0.75, 1.0
-"""Parts of a log interval at which a cubic has the numbers of the machine: Chebyshev's."""
-
-HEAT_TO_POWERS = (
-    (1.0, 0.0, 0.0, 0.0),
-    (-19.0 / 3.0, 8.0, -8.0 / 3.0, 1.0),
-    (32.0 / 3.0, -56.0 / 3.0, 40.0 / 3.0, -16.0 / 3.0),
-    (-16.0 / 3.0, 32.0 / 3.0, -32.0 / 3.0, 16.0 / 3.0),
-)
-"""The cubic's coefficients, by rows, from its values there."""
-
 
 class WheelNodes(Protocol):
     """The rows WHEEL_NODES of `work.nodes`; those of absent channels are not set."""
@@ -154,13 +144,7 @@ def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> 
     if felt.lean is not None:
         store(nodes.lean, 0, column_at(LEAN, terms, x, work))
     if felt.heat is not None:
-        store(nodes.carried, 0, column_at(HOT, HEAT_POWERS, x, work))
-        store(nodes.force, 0, column_at(HOT + 1, HEAT_POWERS, x, work))
-        store(nodes.stiffness, 0, column_at(HOT + 2, HEAT_POWERS, x, work))
-        store(nodes.weight, 0, column_at(HOT + 3, HEAT_POWERS, x, work))
-        store(nodes.viscous, 0, column_at(HOT + 4, HEAT_POWERS, x, work))
-        store(nodes.share, 0, column_at(HOT + 5, HEAT_POWERS, x, work))
-        store(nodes.growth, 0, column_at(HOT + 6, HEAT_POWERS, x, work))
+        fill_hot(x, work)
 
 
 @inlined
@@ -168,17 +152,7 @@ def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
     """Return the wheel with its numbers at the nodes of a step; as it is without heat."""
     if wheel.felt.heat is None:
         return wheel
-    rows = work.nodes
-    hot = HotNumbers(
-        load(rows.carried),
-        load(rows.force),
-        load(rows.stiffness),
-        load(rows.weight),
-        load(rows.viscous),
-        load(rows.share),
-        load(rows.growth),
-    )
-    return _with_numbers(wheel, hot)
+    return _with_numbers(wheel, hot_at_nodes(work))
 
 
 @inlined
@@ -896,48 +870,29 @@ class Collocation(Stepped):
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, with the machine's numbers where heat changes them."""
-        pieces, given = super()._outside(forcing), forcing.temperatures
+        pieces = super()._outside(forcing)
         if not self._hot:
             return pieces
-        if given is None:
-            raise ValueError(
-                'Forcing.temperatures is missing. Give them, or a machine whose heat does not act'
-            )
-        machine, heat = self._machine, self._machine.heat
-        # the numbers of `HotNumbers` at the nodes of a cubic, which include both ends
-        first, last = given.celsius[:, 0], given.celsius[:, 1]
-        per_s = (last - first) / given.interval_s
-        at_nodes = []
-        for node in HEAT_AT:
-            celsius = first + node * (last - first)
-            factors = heat.factors(celsius, given.begin_s + node * given.interval_s)
+        machine = self._machine
+
+        def numbers(factors: HeatFactors, growth: FloatArray) -> HotNumbers:
             share = 1.0 / factors.inertia
             per_inertia = share / machine.inertia
             force, weight = machine.force * factors.force, machine.pulling_mass * factors.weight
             if forcing.gravity is None:
                 force = force + weight * machine.gravity
-            at_nodes.append(
-                HotNumbers(
-                    per_inertia * machine.carried_mass * factors.carried,
-                    per_inertia * force,
-                    per_inertia * machine.stiffness * factors.stiffness,
-                    per_inertia * weight,
-                    per_inertia
-                    * (machine.drag.viscous if machine.drag else 0.0)
-                    * factors.viscous,
-                    share,
-                    heat.inertia_growth(celsius, per_s),
-                )
+            viscous = machine.drag.viscous if machine.drag else 0.0
+            return HotNumbers(
+                per_inertia * machine.carried_mass * factors.carried,
+                per_inertia * force,
+                per_inertia * machine.stiffness * factors.stiffness,
+                per_inertia * weight,
+                per_inertia * viscous * factors.viscous,
+                share,
+                growth,
             )
-        terms = np.zeros((len(first), HEAT_POWERS, SIZE))
-        for j, row in enumerate(HEAT_TO_POWERS):
-            for i, values in enumerate(zip(*at_nodes, strict=True)):
-                terms[:, j, i] = sum(
-                    weight * value for weight, value in zip(row, values, strict=True)
-                )
-        size = forcing.length_s / given.interval_s
-        hot = HotPieces(terms.reshape(-1, SIZE), given.interval, given.place, size)
-        return pieces._replace(hot=hot)
+
+        return pieces._replace(hot=hot_pieces(forcing, machine.heat, numbers))
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.

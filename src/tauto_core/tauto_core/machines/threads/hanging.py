@@ -24,6 +24,7 @@ from pydantic import Field, Strict
 
 from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
+from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.trochlea import Parts, SlackThreadError, ThreadKind
 from tauto_core.samples import FloatArray
@@ -165,6 +166,7 @@ class HangingMachine:
         release_angle: angle of release of the wheel in its case, at rest there; the thread hangs
             plumb [rad].
         damping: c, of the lean of the thread in the case [N m s].
+        heat: how wheel, cam and oil change with temperature and age.
     """
 
     inertia: float
@@ -176,10 +178,25 @@ class HangingMachine:
     escapement: EscapementKind | None
     release_angle: float
     damping: float = 0.0
+    heat: Heat = NO_HEAT
 
     follows_apparent_vertical = True
     feels_gravity = True
     limited_by = 'what the thread allows,'
+
+    def at_celsius(self, celsius: float, time_s: float = 0.0) -> HangingMachine:
+        """Return the machine as it is at a temperature [°C], a time after the start [s].
+
+        It does not change with temperature any more. Its thread is as long as before.
+        """
+        factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
+        return replace(
+            self,
+            inertia=self.inertia * float(factors.inertia),
+            base_radius=self.base_radius * math.sqrt(float(factors.carried)),
+            drag=None if self.drag is None else self.drag.thinned(float(factors.viscous)),
+            heat=Heat(celsius),
+        )
 
     @cached_property
     def modes(self) -> Modes:
@@ -318,6 +335,7 @@ class HangingThread(ThreadKind):
     """Thread that hangs freely with its weight, and swings."""
 
     moves_the_weight = True
+    compensable = False
     rank = 4
     starter = {'length': 1.0}
 
@@ -350,6 +368,7 @@ class HangingThread(ThreadKind):
             escapement=parts.escapement,
             release_angle=parts.release_angle,
             damping=self.damping_ratio * critical,
+            heat=parts.heat,
         )
 
 

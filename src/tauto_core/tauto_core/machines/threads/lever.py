@@ -26,6 +26,7 @@ from pydantic import Field
 from tauto_core.curves.cam import possible_lever
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Mirrored
 from tauto_core.curves.numerics import integrate
+from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
@@ -49,6 +50,8 @@ class LeverMachine:
         escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         tail: mass [kg] and distance from the fulcrum [m] of the weight on the lever's tail.
+        heat: how the numbers change with temperature and age; wheel, cam, lever and thread grow
+            alike.
     """
 
     inertia: float
@@ -61,10 +64,32 @@ class LeverMachine:
     escapement: EscapementKind | None
     release_angle: float
     tail: tuple[float, float] = (0.0, 0.0)
+    heat: Heat = NO_HEAT
 
     follows_apparent_vertical = True
     feels_gravity = True
     limited_by = 'what the thread allows,'
+
+    def at_celsius(self, celsius: float, time_s: float = 0.0) -> LeverMachine:
+        """Return the machine as it is at a temperature [°C], a time after the start [s].
+
+        It does not change with temperature any more. Its geometry is the same, since β(θ) depends
+        on ratios of lengths alone. A compensation is in the masses; J is as without it.
+        """
+        factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
+        grown = math.sqrt(float(factors.inertia))
+        kept = float(factors.weight) / grown
+        of_weights = self.turned_inertia - self.lever_inertia
+        return replace(
+            self,
+            inertia=self.inertia * grown * grown,
+            mass=kept * self.mass,
+            weight_arm=grown * self.weight_arm,
+            lever_inertia=grown * grown * (self.lever_inertia + (1.0 - kept) * of_weights),
+            drag=None if self.drag is None else self.drag.thinned(float(factors.viscous)),
+            tail=(kept * self.tail[0], grown * self.tail[1]),
+            heat=Heat(celsius),
+        )
 
     @property
     def turned_inertia(self) -> float:
@@ -247,6 +272,7 @@ class LeverThread(ThreadKind):
     """
 
     moves_the_weight = True
+    grows_alike = True
     rank = 3
     starter = {'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3}
 
@@ -326,6 +352,7 @@ class LeverThread(ThreadKind):
             escapement=parts.escapement,
             release_angle=parts.release_angle,
             tail=beyond,
+            heat=parts.heat,
         )
 
 

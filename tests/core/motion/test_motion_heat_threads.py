@@ -1,0 +1,241 @@
+"""Sully's lever and the swinging thread whose numbers change, against a full integration.
+
+The references grow the parts themselves: every length of the lever with its thread, or the wheel
+and the radius of its involute, under the Lagrangians with inertia and lengths that depend on time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from test_motion_heat import warmed
+from test_motion_systems import at_sea, on_land, part
+from thread_references import HangingReference, LeverReference, Outside, resistance, swing
+
+from tauto_core.curves.lever_geometry import LeverGeometry
+from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
+from tauto_core.machines.heat import NO_HEAT
+from tauto_core.motion import make_propagator, propagator_name
+
+WHEEL = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
+HANGING = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'power': {'kind': 'weight', 'mass': 0.322},
+    'thread': {'kind': 'hanging', 'length': 1.5},
+}
+DAMPED = {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
+DRIVEN = {
+    'drag': {'viscous': 1e-5, 'quadratic': 1e-5, 'oil': {'thins_per_kelvin': 0.035}},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1, 'rest': {'recoil': 1e-4}},
+}
+AGEING = {'drag': {'viscous': 1e-5, 'oil': 'sperm', 'thickens_per_month': 9.0}}
+BRASS = {'material': 'brass'}
+MACHINES: dict[str, Any] = {
+    'lever of zinc': ({**LEVER, 'material': 'zinc'}, {}),
+    'lever, compensated': (
+        {**LEVER, **BRASS, 'compensation': {'takes': -10.7, 'leaves': -0.01, 'middle': 15.0}},
+        {},
+    ),
+    'lever of brass, oil, recoil': ({**LEVER, **BRASS}, DRIVEN),
+    'lever, oil that ages': (LEVER, AGEING),
+    'thread, zinc': ({**HANGING, 'material': 'zinc'}, {}),
+    'thread, cam of zinc alone': (
+        {**DAMPED, 'cam': {**WHEEL['cam'], 'material': 'zinc'}},
+        {},
+    ),
+    'thread, brass, oil, recoil': ({**HANGING, **BRASS}, DRIVEN),
+    'thread, oil that ages': (HANGING, AGEING),
+}
+
+
+def machine(name: str) -> LeverMachine | HangingMachine:
+    trochlea, sections = MACHINES[name]
+    made = compile_machine(scene_of(trochlea={**trochlea, 'release_angle': 1.0}, **sections))
+    assert isinstance(made, LeverMachine | HangingMachine)
+    return replace(made, heat=replace(made.heat, varies=True))
+
+
+class Grown:
+    """The parts of a machine at a time of a span, by hand."""
+
+    machine: Any
+
+    def __init__(self, cold: Any) -> None:
+        super().__init__(cold)  # type: ignore[call-arg]
+        self.cold = cold
+
+    def grow(self, outside: Outside, t: float) -> None:
+        cold, heat = self.cold, self.cold.heat
+        forcing, k = outside.forcing, outside.k
+        felt, row = forcing.temperatures, int(forcing.temperatures.interval[k])
+        since_s = float(forcing.end_ns[k]) * 1e-9 - outside.seconds + t
+        first, last = felt.celsius[row].tolist()
+        self.per_s = (last - first) / felt.interval_s
+        celsius = first + (since_s - felt.begin_s[row]) * self.per_s
+        delta = celsius - heat.at_celsius
+        self.grown, self.grown_cam = 1.0 + heat.wheel * delta, 1.0 + heat.cam * delta
+        rate = heat.leaves * ((celsius - heat.middle) ** 2 - (heat.at_celsius - heat.middle) ** 2)
+        self.kept = (1.0 + (rate - heat.takes * delta) / 86400.0) ** 2
+        changes: dict[str, Any] = {'inertia': cold.inertia * self.grown**2}
+        if cold.drag is not None:
+            thin = -heat.oil.rate * delta / (1.0 + heat.oil.per_kelvin * delta)
+            thin = cold.drag.viscous * math.exp(thin + heat.thickening * since_s)
+            changes['drag'] = cold.drag.model_copy(update={'viscous': thin})
+        if isinstance(cold, LeverMachine):
+            shape = cold.geometry
+            lengths = shape.base_radius, shape.arm, shape.length
+            changes['geometry'] = LeverGeometry(*(self.grown * each for each in lengths))
+            changes['weight_arm'] = self.grown * cold.weight_arm
+        else:
+            changes['base_radius'] = self.grown_cam * cold.base_radius
+        self.machine = replace(cold, **changes)
+
+    def start(self, outside: Outside) -> np.ndarray:
+        self.grow(outside, 0.0)
+        return super().start(outside)  # type: ignore[misc]
+
+    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+        self.grow(outside, t)
+        return super().angle(y, outside, t)  # type: ignore[misc]
+
+    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+        self.grow(outside, t)
+        return super().struck(y, outside, t, direction)  # type: ignore[misc]
+
+
+class HotLever(Grown, LeverReference):  # type: ignore[misc]
+    """State: θ and M θ̇ + (I + J β′) α̇, whose rate does not ask how I and J change."""
+
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
+        self.grow(outside, t)
+        kept = self.kept
+
+        def compensated(at_s: float) -> tuple[float, ...]:
+            vertical, tilt, turn, gravity = outside(at_s)
+            return vertical, tilt, turn, kept * gravity
+
+        return super().slopes(t, y, compensated, signs)
+
+
+class HotHanging(Grown, HangingReference):  # type: ignore[misc]
+    """With r(t): the velocity is V = (r ψ̇ + l δ̇ + ṙ u) n + (r u ψ̇ − ṙ (1 − u²/2)) e."""
+
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
+        self.grow(outside, t)
+        machine, heat = self.machine, self.cold.heat
+        vertical, _, turn, gravity = outside(t)
+        psi, delta, psi_rate, delta_rate = y.tolist()
+        r, m, widen = machine.base_radius, machine.mass, self.cold.base_radius * heat.cam
+        widen *= self.per_s
+        u, u_rate = psi - delta, psi_rate - delta_rate
+        free = machine.length - 0.5 * r * u * u
+        free_rate = -r * u * u_rate - 0.5 * widen * u * u
+        along_n = r * psi_rate + free * delta_rate + widen * u
+        along_e = r * u * psi_rate - widen * (1.0 - 0.5 * u * u)
+        # V̇ without ψ̈ and δ̈; n turns towards e, and e away from n, with δ̇
+        rest_n = widen * psi_rate + free_rate * delta_rate + widen * u_rate - delta_rate * along_e
+        rest_e = (widen * u + r * u_rate) * psi_rate + widen * u * u_rate + delta_rate * along_n
+        pull_n = -gravity * math.sin(delta - vertical) - rest_n
+        pull_e = -gravity * math.cos(delta - vertical) - rest_e
+        normal, along = np.array([r, free]), np.array([r * u, 0.0])
+        mass = m * (np.outer(normal, normal) + np.outer(along, along))
+        mass[0, 0] += machine.inertia
+        force = m * (normal * pull_n + along * pull_e)
+        force[0] -= resistance(machine, psi_rate - turn, signs)
+        force[0] -= 2.0 * self.cold.inertia * self.grown * heat.wheel * self.per_s * psi_rate
+        force[1] -= machine.damping * (delta_rate - turn)
+        bends = np.linalg.solve(mass, force)
+        return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
+
+
+def compared(moved: Any, forcing: Any) -> tuple[float, float]:
+    """Largest error of angle and rate, and the largest effect of heat on the angle."""
+    still = forcing.neutral is None
+    exact = swing((HotLever if isinstance(moved, LeverMachine) else HotHanging)(moved), forcing)
+    engine = make_propagator(moved, still=still)
+    engine.release(forcing)
+    found = engine.advance(forcing)
+    cold = make_propagator(replace(moved, heat=NO_HEAT), still=still)
+    cold.release(forcing)
+    effect = np.max(np.abs(cold.advance(forcing).angle - exact[:, 0]))
+    error = np.abs(np.stack([found.angle, found.rate], axis=1) - exact)
+    return float(np.max(error)), float(effect)
+
+
+CHANGES = np.array([0.0, 13.0, 6.0, -12.0, -12.0, 3.0])
+
+
+@pytest.mark.parametrize('name', MACHINES)
+@pytest.mark.parametrize('forced', [on_land, at_sea], ids=['land', 'sea'])
+def test_a_thread_that_warms_and_cools_moves_as_in_a_full_integration(
+    name: str, forced: Callable[..., Any]
+) -> None:
+    """By rounding, and with oil by the cubic that stands for its exponential (heat.md)."""
+    moved, interval_s = machine(name), 4.0
+    forcing = on_land(5, interval_s) if forced is on_land else at_sea(moved, 20.0, interval_s)
+    changes = CHANGES if moved.drag is None else 0.5 * CHANGES
+    error, effect = compared(moved, warmed(forcing, interval_s, 20.0 + changes))
+    assert effect > 1e-4
+    assert error < 2e-10 + (1e-8 if moved.drag is None else 1e-3) * effect
+
+
+@pytest.mark.parametrize('name', ['lever of brass, oil, recoil', 'thread, brass, oil, recoil'])
+def test_a_hot_run_in_chunks_each_restored_anew_has_the_same_bits(name: str) -> None:
+    moved = machine(name)
+    forcing = warmed(at_sea(moved, 20.0, 4.0), 4.0, 20.0 + CHANGES)
+    whole = make_propagator(moved, still=False)
+    whole.release(forcing)
+    angle = whole.advance(forcing).angle
+    first, found = make_propagator(moved, still=False), []
+    first.release(forcing)
+    state, felt = first.state(), forcing.temperatures
+    assert felt is not None
+    for begin, end in pairwise([0, 7, 100, len(forcing.end)]):
+        cut = part(replace(forcing, temperatures=None), begin, end)
+        cut = replace(
+            cut,
+            temperatures=replace(
+                felt, interval=felt.interval[begin:end], place=felt.place[begin:end]
+            ),
+        )
+        later = make_propagator(moved, still=False)
+        later.restore(state)
+        found.append(later.advance(cut).angle)
+        state = later.state()
+    assert np.concatenate(found).tobytes() == angle.tobytes()
+
+
+@pytest.mark.parametrize('name', ['lever, compensated', 'lever of zinc', 'thread, zinc'])
+def test_at_one_temperature_it_is_the_machine_of_that_temperature(name: str) -> None:
+    """And the lever's period is that of one whose lengths were grown by hand."""
+    moved, spans = machine(name), on_land(40, 0.31)
+    assert propagator_name(moved, still=True) == 'collocation'
+    hot = moved.at_celsius(35.0)
+    assert not hot.heat.acts
+    found = []
+    for each in (moved, hot):
+        engine = make_propagator(each, still=True)
+        engine.release(warmed(spans, 0.31, np.full(41, 35.0)))
+        found.append(engine.advance(warmed(spans, 0.31, np.full(41, 35.0))))
+    np.testing.assert_allclose(found[0].angle, found[1].angle, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(found[0].torque, found[1].torque, rtol=0, atol=1e-12)
+    if name == 'lever of zinc':
+        grown, shape = 1.0 + 30.2e-6 * 15.0, LeverGeometry(0.02, 0.1, 0.3)
+        by_hand = replace(
+            moved,
+            inertia=moved.inertia * grown**2,
+            weight_arm=0.15 * grown,
+            geometry=LeverGeometry(*(grown * each for each in vars(shape).values())),
+        )
+        assert hot.period(0.8) == pytest.approx(by_hand.period(0.8), rel=1e-13)
