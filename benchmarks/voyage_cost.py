@@ -29,6 +29,7 @@ from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import DriftStage, LongitudeStage, covariates
+from tauto_core.navigation.regressors import MOTIONS
 from tauto_core.results import Summary
 from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
@@ -80,7 +81,8 @@ def stage_ns(scene: Scene, repeats: int) -> dict[str, float]:
 
 def _once(scene: Scene) -> dict[str, float]:
     machine, motion = check_scene(scene)
-    source = ShipSource(scene, motion, says_scene=False, as_messages=bool(scene.drift.covariates))
+    heard = any(name in MOTIONS for name in scene.drift.covariates or ())
+    source = ShipSource(scene, motion, says_scene=False, as_messages=heard)
     clock = Timed(TrochleaStage(scene, machine=machine))
     navigator = Timed(DriftStage(scene)), Timed(LongitudeStage(scene))
     stages: Any = Pipeline([clock, *navigator])  # type: ignore[list-item]
@@ -161,12 +163,19 @@ def measured(repeats: int) -> dict[str, float]:
         steps, events = steps_of(scene := sailed(name, AT_SEA_S))
         rest_ns = clock_ns(scene) - events * found['NS_AN_EVENT']
         found[f'NS_A_STEP_OF_THREAD {kind}'] = rest_ns / steps
+    scene = sailed('clock_second_cam_force', 1200.0, suspension__mass=10.0)
+    steps, events = steps_of(scene)
+    found['NS_A_STEP_WITH_CASE'] = (clock_ns(scene) - events * found['NS_AN_EVENT']) / steps
+    air = {'kind': 'route', 'celsius': 20.0, 'diurnal': 5.0}
+    hot = sailed('involute_weight_at_sea', AT_SEA_S, trochlea__material='brass', air=air)
+    found['HEAT_FACTOR'] = clock_ns(hot) / steps_of(hot)[0] / found['NS_A_STEP']
     found['NS_A_NEWTON_STEP'] = _newton_step_ns(repeats)
     hung = sailed('suspended_weight_at_sea', 600.0)
     case_ns = clock_ns(hung) - steps_of(hung)[0] * found['NS_A_STEP']
     found['SUSPENDED_NS_A_SAMPLE'] = case_ns / (check_scene(hung)[1].total * felt_parts(hung))
     found |= _on_land(repeats)
     found['COVARIATE_NS_A_SAMPLE'] = _covariates(weight, repeats)
+    found['SLOW_COVARIATE_NS_A_LOG'] = _slow_covariate(repeats)
     found['COEFFICIENT_RUNS_S'] = max(_trials(repeats))
     return found | {f'START_S {name}': _start_s(of, repeats) for name, of in STARTS.items()}
 
@@ -214,6 +223,19 @@ def _covariates(plain: Scene, repeats: int) -> float:
     both = (plain, plain.model_copy(update={'drift': drift}))
     without, with_it = (sum(stage_ns(each, repeats).values()) for each in both)
     return (with_it - without) / check_scene(plain)[1].total
+
+
+def _slow_covariate(repeats: int) -> float:
+    """Return what the temperature as a covariate adds for each logged instant [ns]."""
+    drift = {
+        'covariates': ['temperature'],
+        'coefficients': {'temperature': {'value': 0.0, 'sigma': 1e-5}},
+    }
+    air = {'kind': 'route', 'celsius': 20.0, 'diurnal': 5.0}
+    plain = sailed('involute_weight_at_sea', AT_SEA_S, air=air)
+    heard = sailed('involute_weight_at_sea', AT_SEA_S, air=air, drift=drift)
+    without, with_it = (sum(stage_ns(each, repeats).values()) for each in (plain, heard))
+    return (with_it - without) / plain.log_count
 
 
 def _trials(repeats: int) -> list[float]:

@@ -16,14 +16,16 @@ from tauto_core.samples import (
     ESTIMATE,
     OBSERVATION,
     READING,
+    SHIP_FIX,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     Batches,
     JointSamples,
     Samples,
     join,
     take,
 )
-from tauto_core.scene import Scene, load_scene, scene_yaml
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import sail
 from tauto_nodes.ports import port
@@ -64,6 +66,73 @@ def test_the_graph_says_what_the_offline_run_says(bench: Bench, tmp_path: Path) 
     assert estimate.name == estimate_names(('heave', 'roll'))
     grown = estimate.position[:, estimate.name.index('roll_integral_s')]
     assert np.all(np.diff(grown) > 0.0)
+
+
+WARM = """
+name: warm
+duration: 1800.0
+starts_at: 1.0e9
+trochlea:
+  inertia: 4.0e-4
+  material: brass
+  cam: {kind: involute, base_radius: 0.005}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.322}
+  release_angle: 1.0
+ship: {kind: still}
+voyage: {departure: [50.8, -1.1], arrival: [50.7, -1.2], sails_at: 60.0, arrives_at: 1740.0}
+air: {kind: route, celsius: 12.0, diurnal: 8.0, box_hours: 0.1}
+drift:
+  observation_interval: 60.0
+  covariates: [temperature_squared, gravity, temperature]
+  coefficients: {gravity: {value: 1.0, sigma: 0.01}}
+log: {interval: 10.0}
+"""
+
+
+def test_latitude_and_thermometer_give_the_graph_what_they_give_offline(
+    bench: Bench, tmp_path: Path
+) -> None:
+    scene, file = parse_scene(WARM, 'warm'), tmp_path / 'scene.yaml'
+    file.write_text(WARM, encoding='utf-8')
+    common: dict[str, Any] = {'flow_control': 'credits', 'scene': str(file)}
+    estimator = DriftEstimatorNode(**overrides(**common))
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'graph'), **common))
+    ship = ShipMotionNode(**overrides(speed=0.0, **common))
+    bench.add(recorder, LongitudeNode(**overrides(**common)), estimator)
+    bench.add(TrochleaNode(**overrides(**common)), ship)
+    assert SHIP_IMU not in estimator.inputs
+    bench.until(lambda: recorder.over)
+    for topic in (SHIP_FIX, SHIP_TEMPERATURE):
+        assert estimator.inputs[topic].taken >= scene.log_count
+    sail(scene, tmp_path / 'alone')
+    graph, alone = read_bag(tmp_path / 'graph'), read_bag(tmp_path / 'alone')
+    for topic in (READING, SHIP_TEMPERATURE, ESTIMATE, CORRECTED, 'longitude/error'):
+        assert graph.payloads(topic)[1] == alone.payloads(topic)[1]
+    estimate = graph.samples(ESTIMATE)
+    assert isinstance(estimate, JointSamples)
+    for name in ('gravity', 'temperature', 'temperature_squared'):
+        assert estimate.position[-1, estimate.name.index(f'{name}_integral_s')] != 0.0
+
+
+def test_a_latitude_and_a_thermometer_that_never_come_are_said(
+    bench: Bench, tmp_path: Path
+) -> None:
+    """The estimate does not wait; the coefficients stay at their priors."""
+    file = tmp_path / 'scene.yaml'
+    file.write_text(WARM, encoding='utf-8')
+    estimator = bench.add(DriftEstimatorNode(**overrides(source='foreign', scene=str(file))))
+    scene = parse_scene(WARM, 'warm')
+    sensor = bench.add(Node('dial'))
+    publisher = sensor.create_publisher(port(READING).message, READING, port(READING).profile)
+    source = estimator.inputs[READING]
+    bench.until(lambda: source.matched == 1)
+    for payload in encode(READING, sail(scene).samples[READING]):
+        publisher.publish(payload)
+    bench.until(lambda: source.taken == scene.log_count)
+    bench.until(lambda: len(estimator.notices) == 2)
+    for topic, notice in zip((SHIP_FIX, SHIP_TEMPERATURE), estimator.notices, strict=True):
+        assert f'on {topic}, or leave' in notice
 
 
 def test_without_covariates_the_motion_is_not_subscribed_to(bench: Bench) -> None:

@@ -11,13 +11,19 @@ import pytest
 import yaml
 
 from tauto_core.checks.cost import (
+    COEFFICIENT_RUNS_S,
+    HEAT_FACTOR,
+    NS_A_STEP_WITH_CASE,
     RELEASED_APART,
+    SLOW_COVARIATE_NS_A_LOG,
     Dial,
     _Growing,
     _Ran,
     extrapolated,
     forecast,
+    step_ns,
     try_out,
+    work_s,
 )
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -340,3 +346,24 @@ def test_a_motion_that_ends_early_is_tried_up_to_its_end():
         sail(violent, anyway=True)
     assert 2.0 < ended.value.time_s < 60.0
     assert 0.0 < try_out(violent, DIAL, 60.0, 2e-12).sampling_s < 1e-6
+
+
+HOT = {'trochlea.material': 'brass', 'air': {'kind': 'route', 'celsius': 20.0, 'diurnal': 5.0}}
+
+
+def test_hot_machines_and_cases_that_answer_take_dearer_steps():
+    cold, hot = (load_scene('involute_weight_at_sea', **more) for more in ({}, HOT))
+    assert step_ns(hot) == HEAT_FACTOR * step_ns(cold)
+    # air that nothing feels costs nothing
+    assert step_ns(load_scene('involute_weight_at_sea', air=HOT['air'])) == step_ns(cold)
+    hung = load_scene('clock_second_cam_force', **{'suspension.mass': 10.0})
+    assert step_ns(hung) == NS_A_STEP_WITH_CASE
+
+
+def test_what_changes_slowly_is_charged_by_the_log_and_needs_no_runs():
+    air = load_scene('involute_weight_at_sea', **HOT)
+    drift = air.drift.model_copy(update={'covariates': ('temperature',)})
+    slow = work_s(air.model_copy(update={'drift': drift})) - work_s(air)
+    assert slow == pytest.approx(air.log_count * SLOW_COVARIATE_NS_A_LOG * 1e-9, rel=1e-6)
+    drift = air.drift.model_copy(update={'covariates': ('heave',)})
+    assert work_s(air.model_copy(update={'drift': drift})) - work_s(air) > COEFFICIENT_RUNS_S

@@ -24,6 +24,7 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_collocation, propagator_name, steps_in
+from tauto_core.navigation.regressors import HEAT, MOTIONS
 from tauto_core.samples import (
     PHASE,
     SHIP_IMU,
@@ -535,10 +536,13 @@ SUSPENDED_NS_A_SAMPLE = 270.0
 NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
 NS_A_NEWTON_STEP = 6900.0
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
+NS_A_STEP_WITH_CASE = 1250.0
+HEAT_FACTOR = 1.4
+"""By how much dearer a step is in which the machine changes with heat or age."""
 NS_A_HALF_SWING = 4800.0
 NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
 NAVIGATION_NS_A_LOG = 440.0
-COVARIATE_NS_A_SAMPLE = 53.0
+COVARIATE_NS_A_SAMPLE, SLOW_COVARIATE_NS_A_LOG = 53.0, 400.0
 COEFFICIENT_RUNS_S = 1.5
 """Run time of the trial runs, for the most expensive machine without a suspension [s]."""
 
@@ -843,10 +847,13 @@ def _run_s(
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
     felt = motion.total * felt_parts(scene)
-    if scene.drift.covariates:
-        work_ns += motion.total * COVARIATE_NS_A_SAMPLE * len(scene.drift.covariates)
+    named, stated = scene.drift.covariates or (), scene.drift.coefficients
+    moves = sum(name in MOTIONS for name in named)
+    work_ns += motion.total * COVARIATE_NS_A_SAMPLE * moves
+    work_ns += scene.log_count * SLOW_COVARIATE_NS_A_LOG * (len(named) - moves)
+    if any(getattr(stated, name, None) is None for name in named if name not in HEAT):
         work_ns += COEFFICIENT_RUNS_S * NS_PER_S
-    if scene.suspension is not None:
+    if scene.suspension is not None and scene.suspension.mass is None:
         work_ns += felt * SUSPENDED_NS_A_SAMPLE
     if name == 'forced_harmonic':
         work_ns += felt * FORCED_NS_A_SAMPLE
@@ -856,6 +863,12 @@ def _run_s(
 
 
 def step_ns(scene: Scene) -> float:
-    """Return the cost of a step of the collocation for the scene's kind of thread [ns]."""
-    thread = '' if scene.trochlea is None else scene.trochlea.thread.kind
-    return NS_A_STEP_OF_THREAD.get(thread, NS_A_STEP)
+    """Return the cost of a step of the collocation, by thread, case and heat [ns]."""
+    if scene.trochlea is None:
+        return NS_A_STEP
+    if scene.suspension is not None and scene.suspension.mass is not None:
+        return NS_A_STEP_WITH_CASE
+    heat = scene.trochlea.parts(scene.g, scene.drag).heat
+    changes = heat.thickening > 0.0 or (scene.air is not None and heat.feels_temperature)
+    cold_ns = NS_A_STEP_OF_THREAD.get(scene.trochlea.thread.kind, NS_A_STEP)
+    return cold_ns * (HEAT_FACTOR if changes else 1.0)
