@@ -476,6 +476,25 @@ def test_a_free_wheel_keeps_its_action_as_it_warms():
     assert by_action == pytest.approx(0.25 * 0.0201 * lighter, rel=0.03)
 
 
+@pytest.mark.parametrize(
+    ('thread', 'radius', 'mass'),
+    [
+        ('lever, arm: 0.1, weight_arm: 0.15, length: 0.3', 0.02, 0.05),
+        ('hanging, length: 0.2', 0.005, 0.322),
+    ],
+)
+def test_threads_that_move_their_weight_feel_heat_too(thread, radius, mass):
+    """Small swings against the frequency of the warmer machine; the swinging thread is run."""
+    cam, power = f'involute, base_radius: {radius}', f'weight, mass: {mass}'
+    scene = boxed(thread=thread, cam=cam, power=power, angle=0.1)
+    (found,) = runs(scene)
+    machine = compile_machine(scene)
+    for step, k in found.at.items():
+        wanted = machine.small_period / machine.at_celsius(20.0 + step).small_period - 1.0
+        assert k * step == pytest.approx(wanted, rel=1e-3)
+        assert k * DAY_S < -0.6
+
+
 @pytest.mark.parametrize('names', ['temperature', 'temperature_squared, temperature'])
 @pytest.mark.parametrize('changes', [{}, OILED], ids=['spring', 'oil'])
 def test_a_voyage_that_warms_by_20_kelvin_is_within_the_priors(changes, names):

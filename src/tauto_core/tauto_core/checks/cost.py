@@ -542,7 +542,7 @@ HEAT_FACTOR = 1.4
 NS_A_HALF_SWING = 4800.0
 NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
 NAVIGATION_NS_A_LOG = 440.0
-COVARIATE_NS_A_SAMPLE, SLOW_COVARIATE_NS_A_LOG = 53.0, 400.0
+COVARIATE_NS_A_SAMPLE, SLOW_COVARIATE_NS_A_LOG = 53.0, 100.0
 COEFFICIENT_RUNS_S = 1.5
 """Run time of the trial runs, for the most expensive machine without a suspension [s]."""
 

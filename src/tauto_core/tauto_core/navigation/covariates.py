@@ -16,7 +16,15 @@ import numpy as np
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.curves.numerics import integrate
-from tauto_core.machines import LeverMachine, Machine, NoSteadySwing, compile_machine, steady_swing
+from tauto_core.machines import (
+    AnyMachine,
+    FluidPendulum,
+    LeverMachine,
+    Machine,
+    NoSteadySwing,
+    compile_machine,
+    steady_swing,
+)
 from tauto_core.navigation.kalman import (
     LUNAR_SIGMA_S,
     RANDOM_WALK_FM_FLOOR_PER_S,
@@ -456,7 +464,7 @@ def _by_heat(
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
     groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
     found = np.zeros((len(groups), len(powers)))
-    if isinstance(machine, Machine) and machine.heat.feels_temperature:
+    if not isinstance(machine, FluidPendulum) and machine.heat.feels_temperature:
         first = machine.at_celsius(begins)
         nominal_s = nominal_period_s(tried.scene, first)
         calm = _warm_rate(tried.scene, first, first, nominal_s)
@@ -472,22 +480,26 @@ def _by_heat(
     )
 
 
-def _warm_rate(scene: Scene, machine: Machine, first: Machine, nominal_s: float) -> float:
+def _warm_rate(scene: Scene, machine: AnyMachine, first: AnyMachine, nominal_s: float) -> float:
     """Return the rate of a dial at the temperature of a machine, released as `first` is.
 
     It is that of the steady swing. A wheel without drag or drive keeps its action instead, as it
-    does while the temperature changes slowly. One that is unbalanced, or whose swing dies away, is
-    run.
+    does while the temperature changes slowly, but for a lever. One that is unbalanced, on a thread
+    that swings, or whose swing dies away, is run.
     """
-    swing, driven = steady_swing(machine), machine.escapement is not None
-    if isinstance(swing, NoSteadySwing):
-        if driven and machine.imbalance is None:
+    steady = isinstance(machine, LeverMachine) or (
+        isinstance(machine, Machine) and machine.imbalance is None
+    )
+    swing = steady_swing(machine) if isinstance(machine, Machine | LeverMachine) else None
+    if swing is None or isinstance(swing, NoSteadySwing):
+        if swing is not None and steady and machine.escapement is not None:
             raise TautoError(f'at {machine.heat.at_celsius:.4g} °C {swing.why}')
         clock = scene.clock.model_copy(update={'nominal_period': nominal_s})
         run = _Run(scene.model_copy(update={'clock': clock}), machine=machine)
         return _slope(run.error_s(scene.ship), run.interval_s)
     period_s = swing.period
-    if math.isinf(swing.time_constant) and machine.imbalance is None and swing.amplitude > 0.0:
+    free = steady and math.isinf(swing.time_constant) and swing.amplitude > 0.0
+    if free and isinstance(machine, Machine) and isinstance(first, Machine):
         action, amplitude = _action(first, swing.amplitude), swing.amplitude
         for _ in range(ACTION_STEPS):
             amplitude *= math.sqrt(action / _action(machine, amplitude))
@@ -521,7 +533,7 @@ class _Run:
         length_s: float = RUN_S,
         *,
         changes: bool = False,
-        machine: Machine | None = None,
+        machine: AnyMachine | None = None,
     ) -> None:
         self.interval_s = scene.log.interval
         clock, settling_s = machine or compile_machine(scene), 0.0
