@@ -53,6 +53,9 @@ P = ParamSpec('P')
 TICK_S = 0.01
 """Interval at which a node works and looks after its ports [s]."""
 
+CALM_S = 0.1
+"""The same for a node of readings, of which a second brings one, without flow control [s]."""
+
 HELLO_S = 0.05
 """Interval of the reports until all nodes of the graph are ready [s]."""
 
@@ -74,6 +77,9 @@ class GraphNode(Node):
 
     `role` says which node of the table in parameters.py this is; it is also its default name.
     """
+
+    is_calm = False
+    """Whether a tenth of a second matters to nobody who hears the node; credits are in a hurry."""
 
     def __init__(self, role: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
@@ -116,7 +122,7 @@ class GraphNode(Node):
         raise NodesError(f'messages were lost on the way: {dict(short)}. Start the voyage again')
 
     def tick(self) -> None:
-        """Do what is due; called every TICK_S of the steady clock and when credits come."""
+        """Do what is due; called at each tick of the steady clock and when credits come."""
 
     def close(self) -> None:
         """Leave the graph cleanly; the context is still alive."""
@@ -223,7 +229,8 @@ class GraphNode(Node):
             hear_end = self.guard(lambda message: flow.hear_end(End.from_json(message.data)))
             self.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
             self.create_subscription(String, END_TOPIC, hear_end, END_QOS)
-        self.create_timer(TICK_S, self.guard(self._tick), clock=self.steady)
+        every_s = CALM_S if self.is_calm and self.flow is None else TICK_S
+        self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
 
     def _publish_on(self, port: TopicPort) -> None:
         def offers_too_little(info: Any) -> None:

@@ -242,7 +242,8 @@ def work_folder(parent: str | None) -> Iterator[Path]:
 
 Maker: TypeAlias = Callable[[], GraphNode]
 
-CHECK_S = 0.02
+CHECK_S = 0.1
+"""Interval at which a process sees that a signal has come or a node is over [s]."""
 COMPLAIN_S = 10.0
 LEAVE_S = 8.0
 """Time for the middleware to let a process go [s]; `ros2 launch` kills after 10 s."""

@@ -327,6 +327,8 @@ class DriftEstimatorNode(StageNode):
     With covariates ship/imu or ship/fix come in too.
     """
 
+    is_calm = True
+
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'drift_estimator',
@@ -337,6 +339,8 @@ class DriftEstimatorNode(StageNode):
 
 class LongitudeNode(StageNode):
     """ship/fix, clock/reading, clock/corrected, drift/estimate in; longitude/… out."""
+
+    is_calm = True
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
