@@ -7,12 +7,16 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import tauto_core as tauto
 from tauto_core.cli.tables import budget_tables
+from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.ensembles import budget
 from tauto_core.ensembles.budget import Budget, account, kept_budget, place_of
 from tauto_core.ensembles.workers import Crew
+from tauto_core.machines import Machine, compile_machine
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S
@@ -122,6 +126,96 @@ def test_a_hull_has_all_its_motions_and_what_is_known_roughly() -> None:
     keys = [each.key.rpartition('.')[2] for each in found.rough]
     assert keys == ['damping_ratio', 'k_yy', 'centre_of_gravity']
     assert found.rough_s_per_day >= max(each.half_range for each in found.rough) > 0.0
+
+
+def brassy(celsius: tuple[float, float], hours: float, **changes: Any) -> Scene:
+    """Return a clock of brass that lies still, in air that warms within an hour from the start."""
+    air = {
+        'kind': 'record',
+        'source': 'a test',
+        'time': [0.0, hours * 3600.0, 1e6],
+        'celsius': (*celsius, celsius[1]),
+        'longest_gap_hours': 1000.0,
+        'box_hours': 1e-3,
+    }
+    keys = {'ship': {'kind': 'still'}, 'air': air, 'trochlea.material': 'brass', 'clock': {}}
+    return made(**{**keys, **changes})
+
+
+TEN_K = DAY_S * ((1.0 + 18.9e-6 * 10.0) ** -0.5 - 1.0)
+"""Rate of wheel and cam of brass, 10 K warmer: -8.16 s/day (heat.md, G2.7)."""
+
+
+def test_heat_is_that_since_the_departure() -> None:
+    found = account(brassy((10.0, 20.0), 1e-3), Crew(1))
+    # the box follows in some seconds of an hour
+    assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=3e-3)
+    assert abs(rows_of(found)['dial']) < 1e-9
+    # the second order, (8.2/86400)² of a day, is the interaction of dial and heat alone
+    assert abs(found.interaction.rate_s_per_day) < 1e-3
+    worth = {each.what: each.rate_s_per_day for each in found.worth}
+    assert worth['1 K'] == pytest.approx(0.1 * TEN_K, rel=1e-3)
+    # what was there at the departure shows in the dial, whose period is stated for 20 degrees
+    warm, nominal = (brassy((each, each), 1e-3) for each in (30.0, 20.0))
+    stated = {'nominal_period': nominal_period_s(nominal, compile_machine(nominal))}
+    shown = rows_of(account(tauto.load(warm, clock=stated), Crew(1)))
+    assert shown['heat'] == 0.0
+    assert shown['dial'] == pytest.approx(TEN_K, rel=1e-4)
+
+
+def test_heat_is_felt_in_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(budget, 'STRETCHES', 4)
+    monkeypatch.setattr(budget, 'FEWEST_STRETCHES', 4)
+    scene = brassy((10.0, 30.0), 240.0, duration=864_000.0, **{'log.interval': 60.0})
+    found = account(scene, Crew(1))
+    assert found.stretches == 4
+    # evenly spread over a steady warming: its mean, 10 K
+    assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=1e-2)
+    brass = {each.key: each for each in found.rough}['trochlea.material']
+    assert brass.half_range == pytest.approx(0.05 * abs(TEN_K), rel=0.5)
+
+
+def test_the_oil_of_a_stretch_has_its_age() -> None:
+    drag = {'viscous': 1e-5, 'thickens_per_month': 0.1}
+    young = compile_machine(made(drag=drag))
+    assert isinstance(young, Machine)
+    month_s = 365.25 / 12.0 * DAY_S
+    aged = budget._aged(young, month_s)
+    assert isinstance(aged, Machine)
+    assert aged.drag is not None
+    assert aged.drag.viscous == pytest.approx(1.1e-5, rel=1e-12)
+
+
+def test_what_is_left_open_is_compared_in_the_same_stretches(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried: dict[str, budget.Job] = {}
+
+    def sailed(jobs: dict[str, budget.Job], *_: object) -> dict[str, Any]:
+        tried.update(jobs)
+        # a rate that drifts by far more than the number matters
+        return {
+            name: np.array(job.begins_ns) * 1e-18 + (1e-6 if ' = ' in name else 0.0) + 1.0
+            for name, job in jobs.items()
+        }
+
+    monkeypatch.setattr(budget, '_sailed', sailed)
+    scene = tauto.load('involute_weight_at_sea', duration=86_400.0 * 30, **{'log.interval': 60.0})
+    found = account(scene, Crew(1), anyway=True)
+    (damping,) = found.rough
+    nominal_s = scene.clock.nominal_period or 0.0
+    assert damping.least_s_per_day == pytest.approx(DAY_S * nominal_s * 1e-6, rel=1e-6)
+    thinned = [job for name, job in tried.items() if ' = ' in name]
+    assert [each.begins_ns for each in thinned] == [tried[''].begins_ns[::3]] * 2
+
+
+def test_a_hung_case_is_told_beside_the_same_case_fixed() -> None:
+    scene = tauto.load('suspended_weight_at_sea', duration=300.0)
+    found = account(scene, Crew(1))
+    fixed = tauto.sail(scene.model_copy(update={'suspension': None})).result['clock'][
+        'rate_s_per_day'
+    ]
+    assert found.fixed_s_per_day == pytest.approx(fixed, abs=1e-3)
 
 
 def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:

@@ -523,6 +523,9 @@ def budget_tables(facts: Section) -> list[RenderableType]:
         causes,
         Text(f'{facts["sailed"]}.'),
     ]
+    if facts['fixed_s_per_day'] is not None:
+        fixed = figure(facts['fixed_s_per_day'], 's/day', signed=True)
+        found.append(Text(f'With its case fixed to the ship: {fixed} s/day.'))
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
         found.append(Text(f'\nleft open by what nobody knows well: ± {spread} s/day'))

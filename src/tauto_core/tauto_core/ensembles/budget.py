@@ -20,6 +20,8 @@ import numpy as np
 from tauto_core.bags.write import BUDGET
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.clockwork.dial import at_departure, nominal_period_s
+from tauto_core.curves.materials import material
 from tauto_core.ensembles.workers import Crew, run_each
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
@@ -33,13 +35,16 @@ from tauto_core.machines import (
     rate_s_per_day,
     steady_swing,
 )
+from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.navigation import Route
 from tauto_core.navigation.longitude import ARCMIN_PER_S
-from tauto_core.samples import PHASE, SHIP_IMU, Batches, FloatArray, JointSamples
+from tauto_core.samples import PHASE, SHIP_IMU, SHIP_TEMPERATURE, Batches, FloatArray, JointSamples
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import Argument, PropagationError, TautoError, UsageError, naming
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, NS_PER_S
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import RouteAir
 from tauto_core.ship.motions.still import StillShip
 from tauto_core.voyage import CHUNK, ShipSource, bag_scene
 from tauto_core.wording import span
@@ -58,6 +63,12 @@ SETTLINGS = 8.0
 
 CHEEK_M, WEIGHT_KG, AMPLITUDE_RAD = 1e-5, 1e-4, 0.1
 """The small things whose worth is told."""
+
+EXPANSION_PART, MODULUS_PART, THINNING_PART = 0.05, 0.15, 0.15
+"""Parts by which the numbers of a named material or oil may lie off.
+
+They are assumed: a name says neither the alloy nor the sort.
+"""
 
 _FORMAT = 1
 
@@ -134,6 +145,7 @@ class Budget:
         whole: the rate with all of them.
         rough: what the numbers leave open that nobody knows well.
         rough_s_per_day: root of the summed squares of their half ranges.
+        fixed_s_per_day: the whole rate if the case were fixed to the ship; None: it is.
         worth: what small things are worth.
     """
 
@@ -149,6 +161,7 @@ class Budget:
     whole: BudgetRow
     rough: tuple[RoughRow, ...]
     rough_s_per_day: float
+    fixed_s_per_day: float | None
     worth: tuple[Worth, ...]
 
     def __str__(self) -> str:
@@ -185,6 +198,7 @@ class Job:
         begins_ns: when each stretch begins to settle, from the start [ns].
         settle_ns: time until it counts [ns]; 0: the voyage is sailed as `sail` does.
         stretch_ns: time for which it counts [ns].
+        heat: how the machine changes with temperature and age; None: as its scene says.
     """
 
     scene: Scene
@@ -192,6 +206,15 @@ class Job:
     begins_ns: tuple[int, ...]
     settle_ns: int
     stretch_ns: int
+    heat: Heat | None = None
+
+    @property
+    def machine(self) -> AnyMachine:
+        """The machine of these stretches."""
+        built = cast(AnyMachine, compile_machine(self.scene))
+        if self.heat is None or not isinstance(built, Machine):
+            return built
+        return replace(built, heat=self.heat)
 
 
 def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
@@ -200,14 +223,18 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
     Raises:
         PropagationError: an event that ends the motion.
     """
-    scene, machine = job.scene, compile_machine(job.scene)
+    scene, machine = job.scene, job.machine
     source = ShipSource(scene, ShipMotion(scene, job.without), says_scene=False, as_messages=False)
     log_ns, found = scene.log_interval_ns, []
     for number, begin_ns in enumerate(job.begins_ns):
         first = begin_ns // scene.step_ns
         source.restore({'produced': first, 'motion': {'next': first}})
-        stage = TrochleaStage(scene, 'first' if job.settle_ns else 'scene', machine)
+        aged = _aged(machine, begin_ns / NS_PER_S)
+        stage = TrochleaStage(scene, 'first' if job.settle_ns else 'scene', aged)
         left = (job.settle_ns + job.stretch_ns) // scene.step_ns + 1 + 2 * LOOKAHEAD
+        warm = SHIP_TEMPERATURE in stage.inputs
+        if warm:  # the clock waits for the temperature of the next logged instant
+            left += log_ns // scene.step_ns + 2 * LOOKAHEAD
         said: list[Batches] = []
         while left > 0 and source.produced < source.total:
             batches = source.produce(min(left, CHUNK))
@@ -215,7 +242,8 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
             said.append(stage.feed({t: batches[t] for t in stage.inputs if t in batches}))
             if len(job.begins_ns) == 1:
                 tell(source.produced / source.total)
-        said.append(stage.finish())
+        if not warm or source.produced >= source.total:
+            said.append(stage.finish())
         phases = [batch[PHASE] for batch in said if PHASE in batch]
         half_turns = np.concatenate(
             [each.position[:, 1:3] for each in phases if isinstance(each, JointSamples)]
@@ -226,6 +254,14 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
         found.append(0.5 * float(turned.sum()) / (job.stretch_ns / NS_PER_S))
         tell((number + 1.0) / len(job.begins_ns))
     return np.array(found)
+
+
+def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
+    """Return the machine with its oil older: the clock of a stretch counts from its beginning."""
+    if not (age_s and isinstance(machine, Machine) and machine.heat.thickening and machine.drag):
+        return machine
+    viscous = machine.drag.viscous * math.exp(machine.heat.thickening * age_s)
+    return replace(machine, drag=machine.drag.model_copy(update={'viscous': viscous}))
 
 
 def account(
@@ -251,34 +287,39 @@ def account(
     with naming(origin or scene.name, scene.name):
         if not anyway:
             check_known(scene)
-        machine, motion = check_scene(scene)
+        built, motion = check_scene(scene)
+        machine = at_departure(scene, built)
         if isinstance(machine, FluidPendulum):
             raise UsageError(
                 f'{scene.name}: a body in a fluid does not go to sea, and its rate has no causes '
                 'to be told apart. Use a scene with a trochlea'
             )
         swing = _steady(scene.name, machine)
-    nominal_s = TrochleaStage(scene, machine=machine).nominal_s
+    nominal_s = nominal_period_s(scene, built)
+    heat = built.heat if isinstance(built, Machine) else NO_HEAT
     plan = _plan(scene, machine, swing)
-    jobs = {'': plan}
-    for moves in motion.moves:
-        jobs[' and '.join(n for n in moves if not n.startswith('force'))] = _without(plan, *moves)
-    if scene.gravity == 'normal' and machine.feels_gravity:
-        jobs['gravity'] = _without(plan, 'gravity')
-    if getattr(scene, 'air', None) is not None:
-        jobs['heat'] = replace(plan, scene=plan.scene.model_copy(update={'air': None}))
+    jobs = {'': plan, **_causes(plan, machine, heat, motion.moves)}
     causes = list(jobs)[1:]
-    if swing is None:  # a thread that swings: what it does on land is sailed
-        still = {'ship': StillShip(), 'gravity': scene.g, 'air': None, 'suspension': None}
-        jobs[_ON_LAND] = replace(plan, scene=plan.scene.model_copy(update=still))
-    rough = list(scene.ship.known_roughly(scene))
-    for each in rough:
-        for value, ship in zip(each.values, each.ships, strict=True):
-            changed = plan.scene.model_copy(update={'ship': ship})
-            thinned = replace(plan, scene=changed, begins_ns=plan.begins_ns[::THINNED])
-            jobs[f'{each.key} = {value:.4g}'] = thinned
+    jobs |= _besides(plan, thread_swings=swing is None)
+    thinned = replace(plan, begins_ns=plan.begins_ns[::THINNED])
+    rough = [
+        (each.key, each.unit, each.values, [_with(thinned, ship=ship) for ship in each.ships])
+        for each in scene.ship.known_roughly(scene)
+    ]
+    rough += [
+        (key, '/K', values, [replace(thinned, heat=each) for each in heats])
+        for key, values, heats in _materials(scene, heat)
+    ]
+    for key, _, values, tried in rough:
+        for value, job in zip(values, tried, strict=True):
+            jobs[f'{key} = {value:.4g}'] = job
+    # a dial that is left to itself is regulated for the machine as its materials are
+    nominal = {
+        name: nominal_s if job.heat is None else nominal_period_s(scene, job.machine)
+        for name, job in jobs.items()
+    }
     rates = {
-        name: DAY_S * (nominal_s * each - 1.0)
+        name: DAY_S * (nominal[name] * each - 1.0)
         for name, each in _sailed(jobs, crew, progress).items()
     }
     whole = rates['']
@@ -293,8 +334,9 @@ def account(
         return BudgetRow(cause, mean, _sigma(rate), east * mean, 'sea')
 
     on_land = _on_land(machine, swing, nominal_s)
-    if swing is None:
-        on_land['drag, escapement'] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
+    if _ON_LAND in rates:
+        swinging = 'drag, escapement' if swing is None else 'suspension'
+        on_land[swinging] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
     at_sea = {cause: whole - rates[cause] for cause in causes}
     rows = (
         *(row(cause, rate) for cause, rate in on_land.items()),
@@ -303,15 +345,15 @@ def account(
     together = sum(at_sea.values(), np.zeros(len(whole))) + sum(on_land.values())
     open_rows = tuple(
         RoughRow(
-            each.key,
-            each.unit,
-            *each.values,
+            key,
+            unit,
+            *values,
             *(
-                float(np.mean(rates[f'{each.key} = {value:.4g}'] - whole[::THINNED]))
-                for value in each.values
+                float(np.mean(rates[f'{key} = {value:.4g}'] - whole[::THINNED]))
+                for value in values
             ),
         )
-        for each in rough
+        for key, unit, values, _ in rough
     )
     added, total, left = (
         row('sum', together),
@@ -331,15 +373,61 @@ def account(
         whole=total,
         rough=open_rows,
         rough_s_per_day=math.hypot(*(each.half_range for each in open_rows)),
-        worth=tuple(_worth(scene, machine, swing, nominal_s)),
+        fixed_s_per_day=float(np.mean(rates[_FIXED])) if _FIXED in rates else None,
+        worth=tuple(_worth(scene, machine, swing, nominal_s, heat)),
     )
 
 
-_ON_LAND = 'on land'
+_ON_LAND, _FIXED = 'on land', 'its suspension'
 
 
 def _without(plan: Job, *names: str) -> Job:
     return replace(plan, without=names)
+
+
+def _with(plan: Job, **keys: object) -> Job:
+    return replace(plan, scene=plan.scene.model_copy(update=keys))
+
+
+def _steady_air(scene: Scene) -> RouteAir | None:
+    """Return air that keeps the clock at the temperature of the departure."""
+    if scene.air is None:
+        return None
+    return RouteAir(celsius=float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
+
+
+def _causes(
+    plan: Job, machine: AnyMachine, heat: Heat, moves: tuple[tuple[str, ...], ...]
+) -> dict[str, Job]:
+    """Return what is sailed without each cause."""
+    jobs = {
+        ' and '.join(name for name in each if not name.startswith('force')): _without(plan, *each)
+        for each in moves
+    }
+    if plan.scene.gravity == 'normal' and machine.feels_gravity:
+        jobs['gravity'] = _without(plan, 'gravity')
+    if heat.varies and heat.feels_temperature:
+        jobs['heat'] = _with(plan, air=_steady_air(plan.scene))
+    if heat.thickening:
+        jobs['age of oil'] = replace(plan, heat=replace(heat, thickening=0.0))
+    return jobs
+
+
+def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
+    """Return what is sailed because no closed form knows it: on land, and without suspension."""
+    scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
+    answers = hung if hung is not None and hung.mass is not None else None
+    if thread_swings or answers is not None:
+        jobs[_ON_LAND] = _with(
+            plan,
+            ship=StillShip(),
+            gravity=scene.g,
+            air=_steady_air(scene),
+            suspension=answers,
+        )
+    if hung is not None:
+        jobs[_FIXED] = _with(plan, suspension=None)
+    return jobs
 
 
 def _sailed(
@@ -438,8 +526,42 @@ def _on_land(machine: AnyMachine, swing: SteadySwing | None, nominal_s: float) -
     return {**parts, 'drag': drag, 'escapement': driven - drag}
 
 
+def _materials(
+    scene: Scene, heat: Heat
+) -> Iterator[tuple[str, tuple[float, float], tuple[Heat, Heat]]]:
+    """Yield the numbers of materials known by name alone: key, least and most, and their heats."""
+    trochlea, drag = scene.trochlea, scene.drag
+    if trochlea is None or not (heat.varies and heat.feels_temperature):
+        return
+    parts = [
+        (
+            'trochlea.material',
+            trochlea.material,
+            'wheel' if trochlea.cam.material else 'wheel cam',
+        ),
+        ('trochlea.cam.material', trochlea.cam.material, 'cam'),
+        ('trochlea.power.material', getattr(trochlea.power, 'material', None), 'force'),
+    ]
+    for key, named, fields in parts:
+        if isinstance(named, str):
+            # a spring's expansion is a twentieth of its modulus
+            of_spring = fields == 'force'
+            part = MODULUS_PART if of_spring else EXPANSION_PART
+            value = (material(named).modulus or 0.0) if of_spring else material(named).expansion
+            off = part * abs(value)
+            heats = (
+                replace(heat, **{name: getattr(heat, name) + each for name in fields.split()})
+                for each in (-off, off)
+            )
+            yield key, (value - off, value + off), cast(tuple[Heat, Heat], tuple(heats))
+    if drag is not None and isinstance(drag.oil, str):
+        rates = tuple(each * heat.oil.rate for each in (1.0 - THINNING_PART, 1.0 + THINNING_PART))
+        oils = (replace(heat, oil=heat.oil._replace(rate=each)) for each in rates)
+        yield 'drag.oil', cast(tuple[float, float], rates), cast(tuple[Heat, Heat], tuple(oils))
+
+
 def _worth(
-    scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float
+    scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float, heat: Heat
 ) -> Iterator[Worth]:
     """Yield what small changes are worth on land, by central differences of the whole machine.
 
@@ -464,6 +586,10 @@ def _worth(
             machine.period(amplitude + 0.5 * sign * AMPLITUDE_RAD), nominal_s
         ),
     }
+    if isinstance(machine, Machine) and heat.feels_temperature:
+        # the numbers hold at heat.at_celsius; `machine` is the same at the departure's temperature
+        given, here = cast(Machine, compile_machine(scene)), machine.heat.at_celsius
+        changes['1 K'] = lambda sign: rate(given.at_celsius(here + sign))
     for what, changed in changes.items():
         with suppress(TautoError):
             apart = changed(1.0) - changed(-1.0)

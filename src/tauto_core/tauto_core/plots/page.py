@@ -276,10 +276,13 @@ def _budget(facts: dict[str, Any]) -> str:
         rows.append(''.join(f'<td>{escape(cell)}</td>' for cell in cells) + f'<td>{bar}</td>')
     head = '<th>cause</th><th>s/day</th><th>nmi at the end</th><th>found</th><th></th>'
     table = ''.join(f'<tr>{row}</tr>' for row in rows)
+    fixed = facts['fixed_s_per_day']
     words = (
         f'{facts["sailed"]}. Numbers that nobody knows well leave ± '
         f'{figure(facts["rough_s_per_day"], "s/day")} s/day open.'
     )
+    if fixed is not None:
+        words += f' With its case fixed to the ship: {figure(fixed, "s/day", signed=True)} s/day.'
     return (
         '<section id="budget"><h2>Why the rate is what it is</h2>'
         f'<table><tr>{head}</tr>{table}</table><p class="note">{escape(words)}</p></section>'
