@@ -1,5 +1,7 @@
 """Send fleets of several clocks to Madeira in a winter's Atlantic: how often is she found?
 
+The ship is a cork, under one gravity and without heat: the sea alone decides.
+
     python docs/img/which_clock.py [--ships N] [--jobs N] [--out DIR] [--part P] [--plot FILE]
 
 writes which_clock.svg beside it and prints the table of docs/which_clock.md. Ships of the same
@@ -29,6 +31,9 @@ WEIGHT, FORCE = 'portsmouth_jamaica', 'clock_second_cam_force'
 EQUATION: dict[str, Any] = {'covariates': ['heave', 'roll']}
 LUNARS: dict[str, Any] = {'lunars': {'interval': DAY_S, 'sigma': 60.0}, 'clouds': 0.4}
 
+NOMINAL_S = {WEIGHT: 1.0050970956953766, FORCE: 1.000003096}
+"""Nominal periods for 9.80665 m/s2, on land: of free swings of 1 rad, and of the steady swing."""
+
 FLEETS: dict[str, tuple[str, dict[str, Any]]] = {
     'weight': (WEIGHT, {}),
     'equation': (WEIGHT, EQUATION),
@@ -56,12 +61,19 @@ def scene_of(fleet: str, part: float = 1.0) -> Scene:
     machine, navigator = FLEETS[fleet]
     ship = load_scene(WEIGHT).ship.model_dump(exclude_none=True)
     ship['weather']['regions'] = ship['weather']['regions'][:1]
+    del ship['hull']
+    ship |= {'heave': True, 'roll': ship['roll'] | {'slope_coefficient': 0.7}}
     arrives_at = IN_PORT_S + AT_SEA_S
     return load_scene(
         machine,
         duration=60.0 + 60.0 * round(part * arrives_at / 60.0),
         ship={**ship, 'rate': 5.0},
-        **({'suspension': ABSENT} if machine == FORCE else {}),
+        air=ABSENT,
+        gravity=9.80665,
+        drag={'viscous': 1.25e-5},
+        clock={'nominal_period': NOMINAL_S[machine]},
+        **{'trochlea.material': ABSENT, 'trochlea.at_celsius': ABSENT},
+        **({'suspension': ABSENT, 'trochlea.power.material': ABSENT} if machine == FORCE else {}),
         voyage={
             'departure': [50.79, -1.11],
             'waypoints': [[48.5, -6.0]],

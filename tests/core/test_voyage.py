@@ -325,7 +325,7 @@ def peak_bytes(hours, out):
     scene = load_scene('second_cam_at_sea', duration=3600.0 * hours, log={'motion': False})
     tracemalloc.start()
     try:
-        sail(scene, out, force=True)
+        sail(scene, out, force=True, keep=False)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

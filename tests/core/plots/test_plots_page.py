@@ -71,7 +71,7 @@ def test_the_animation_stands_where_the_wheel_stood(voyage: tauto.Voyage) -> Non
     (part,) = found['parts']
     angle = np.array(part['amplitude_rad']) * np.cos(np.array(part['phase_rad']))
     assert np.abs(angle - voyage.angle_rad).max() < 1e-3 + 0.05
-    assert np.corrcoef(angle, voyage.angle_rad)[0, 1] > 0.999
+    assert np.corrcoef(angle, voyage.angle_rad)[0, 1] > 0.998
     assert (part['from_s'], part['length_s']) == (0.0, 120.0)
     json.dumps(found, allow_nan=False)
 

@@ -95,7 +95,7 @@ CLOCKS = (
 )
 """The shipped clocks in order; all have the same wheel, drag and escapement."""
 
-SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'ship', 'voyage', 'drift', 'log')
+SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'air', 'ship', 'voyage', 'drift', 'log')
 """Keys of a scene that describe the passage, not the clock."""
 
 OF_THE_CLOCK = ('white_fm', 'random_walk_fm')

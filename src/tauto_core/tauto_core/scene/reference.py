@@ -147,6 +147,7 @@ def schema() -> dict[str, Any]:
     ship['sea'].pop('examples')
     ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
     ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
+    ship['hull']['anyOf'] += [{'$ref': f'{_REF}HullFile'}, {'type': 'string'}]
     ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
     air = found['properties']['air']['anyOf'][0]
     air['oneOf'].append({'$ref': f'{_REF}AirRecordFile'})
