@@ -30,10 +30,10 @@ CLOCKS = {
     'clock_cheek_weight': 'circular cheek, weight',
     'clock_involute_weight': "Euler's involute, weight",
     'clock_own_cam_weight': "cam made for the weight's inertia",
-    'clock_second_cam_force': "Euler's second cam, steady force",
-    'clock_own_cam_spring': 'cam made for a spring',
+    'clock_second_cam_force': "Euler's second cam, far-stretched steel spring",
+    'clock_own_cam_spring': 'cam made for a spring, compensated for heat',
     'clock_hanging_thread': 'involute, weight on half a metre of swinging thread',
-    'clock_sully_lever': "Sully's lever",
+    'clock_sully_lever': "Sully's lever as Euler reports it",
     'clock_own_cam_lever': "Sully's lever, cam made for it",
 }
 HEADINGS = (
@@ -41,12 +41,12 @@ HEADINGS = (
     'rate at sea, s/day',
     'by the dial, nmi off',
     'the Act of 1714 pays',
-    'rated in that sea, nmi off',
+    'rated in port, nmi off',
     'the Act pays',
 )
 
 
-EQUATION = 'drift.covariates=[heave, roll]'
+EQUATION = 'drift.covariates=[heave, roll, gravity, temperature, temperature_squared]'
 NAVIGATORS = {
     'nothing: the dial as set': ('raw_', ()),
     'the rate found in port': ('', ()),
