@@ -29,7 +29,7 @@ from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import DriftStage, LongitudeStage, covariates
-from tauto_core.navigation.regressors import MOTIONS
+from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.results import Summary
 from tauto_core.samples import SHIP_IMU, Batches, Samples, Stage
 from tauto_core.scene import Scene, load_scene
@@ -81,7 +81,7 @@ def stage_ns(scene: Scene, repeats: int) -> dict[str, float]:
 
 def _once(scene: Scene) -> dict[str, float]:
     machine, motion = check_scene(scene)
-    heard = any(name in MOTIONS for name in scene.drift.covariates or ())
+    heard = any(name in SHAKEN_BY for name in scene.drift.covariates or ())
     source = ShipSource(scene, motion, says_scene=False, as_messages=heard)
     clock = Timed(TrochleaStage(scene, machine=machine))
     navigator = Timed(DriftStage(scene)), Timed(LongitudeStage(scene))

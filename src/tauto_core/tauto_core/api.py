@@ -210,11 +210,11 @@ def budget(
             be kept.
         TautoError: a bad scene, or an event that ends the motion.
     """
-    from tauto_core.ensembles.budget import account, place_of
+    from tauto_core.ensembles.budget import account, budget_file
     from tauto_core.ensembles.workers import Crew
 
     loaded = load(scene, **overrides)
-    place = None if out is None else place_of(path('out', out), loaded)
+    place = None if out is None else budget_file(path('out', out), loaded)
     found = account(loaded, Crew(whole('jobs', jobs)), origin=_origin(scene), anyway=anyway)
     if place is not None:
         found.write(place)

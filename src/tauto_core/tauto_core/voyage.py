@@ -23,7 +23,7 @@ from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, FluidPendulum
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
-from tauto_core.navigation.regressors import MOTIONS, RecordedIntegrals, integral_names
+from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
 from tauto_core.results import Summary, answer, sea_of
 from tauto_core.samples import (
     CORRECTED,
@@ -484,7 +484,7 @@ def sail(
         machine, motion = check_scene(scene)
     logs = out is not None or keep
     as_messages = (
-        any(name in MOTIONS for name in scene.drift.covariates or ())
+        any(name in SHAKEN_BY for name in scene.drift.covariates or ())
         or watch is not None
         or (logs and scene.keeps_motion)
     )

@@ -14,7 +14,7 @@ import tauto_core as tauto
 from tauto_core.cli.tables import budget_tables
 from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.ensembles import budget
-from tauto_core.ensembles.budget import Budget, account, kept_budget, place_of
+from tauto_core.ensembles.budget import Budget, account, budget_file, kept_budget
 from tauto_core.ensembles.workers import Crew
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.scene import Scene
@@ -247,6 +247,6 @@ def test_it_is_kept_nowhere_else(tmp_path: Path) -> None:
     scene, bag = made(duration=60.0), tmp_path / 'bag'
     tauto.sail(scene).write(bag)
     with pytest.raises(UsageError, match='another scene'):
-        place_of(bag, made(duration=120.0))
+        budget_file(bag, made(duration=120.0))
     with pytest.raises(UsageError, match='must end in'):
-        place_of(tmp_path / 'budget.txt', scene)
+        budget_file(tmp_path / 'budget.txt', scene)

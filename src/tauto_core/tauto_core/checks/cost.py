@@ -24,7 +24,7 @@ from tauto_core.machines import (
     compile_machine,
 )
 from tauto_core.motion import make_collocation, propagator_name, steps_in
-from tauto_core.navigation.regressors import HEAT, MOTIONS
+from tauto_core.navigation.regressors import HEAT, SHAKEN_BY
 from tauto_core.samples import (
     PHASE,
     SHIP_IMU,
@@ -848,7 +848,7 @@ def _run_s(
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
     felt = motion.total * felt_parts(scene)
     named, stated = scene.drift.covariates or (), scene.drift.coefficients
-    moves = sum(name in MOTIONS for name in named)
+    moves = sum(name in SHAKEN_BY for name in named)
     work_ns += motion.total * COVARIATE_NS_A_SAMPLE * moves
     work_ns += scene.log_count * SLOW_COVARIATE_NS_A_LOG * (len(named) - moves)
     if any(getattr(stated, name, None) is None for name in named if name not in HEAT):

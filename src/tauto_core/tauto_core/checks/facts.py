@@ -34,7 +34,7 @@ from tauto_core.machines import (
 from tauto_core.machines.axle_pendulum import answers
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
-from tauto_core.navigation.regressors import MOTIONS
+from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
@@ -517,7 +517,7 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
             'value': value,
             'sigma': sigma,
             'at_periods'
-            if name in MOTIONS
+            if name in SHAKEN_BY
             else 'at_changes'
             if name == 'gravity'
             else 'at_kelvin': {str(period): k for period, k in tried[name].items()}

@@ -368,13 +368,13 @@ def budget(
     come how far numbers that nobody knows well may change the rate, and what small changes are
     worth.
     """
-    from tauto_core.ensembles.budget import account, place_of
+    from tauto_core.ensembles.budget import account, budget_file
     from tauto_core.ensembles.workers import Crew
     from tauto_core.scene import load_scene
 
     crew = Crew(jobs)
     loaded = load_scene(scene, **given_values(settings, duration))
-    place = None if out is None else place_of(out, loaded)
+    place = None if out is None else budget_file(out, loaded)
     say_oddities(loaded, scene, anyway=anyway)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         found = account(loaded, crew, progress, origin=scene, anyway=anyway)

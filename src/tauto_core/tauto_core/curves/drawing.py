@@ -13,7 +13,7 @@ from tauto_core.curves.cam import Cam, too_sharp
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.fluid import DescentCurve
-from tauto_core.curves.lever_geometry import Mirrored
+from tauto_core.curves.lever_geometry import MirroredLever
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Argument, UsageError
@@ -139,7 +139,7 @@ class LeverCheek(NamedTuple):
 
 
 def lever_cheek(
-    shape: CorrectedLeverGeometry | Mirrored,
+    shape: CorrectedLeverGeometry | MirroredLever,
     end: float,
     points: int,
     thread_thickness: float = 0.0,

@@ -12,7 +12,7 @@ point and through rest, where β is proportional to θ². The forms are free of 
 
 So far as Euler reports it. As Sully built it, the thread lies on an arc of the lever about A and
 is tangent to it (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to port
-(`Mirrored`).
+(`MirroredLever`).
 """
 
 from __future__ import annotations
@@ -354,7 +354,7 @@ class ArcLeverGeometry(LeverGeometry):
 
 
 @dataclass(frozen=True)
-class Mirrored(LeverLinkage):
+class MirroredLever(LeverLinkage):
     """A linkage as in a mirror, with the fulcrum to port.
 
     Attributes:
@@ -424,9 +424,9 @@ class Mirrored(LeverLinkage):
         """Return the remedy of the linkage, whose range is the same."""
         return self.linkage.wider(amplitude, loads)
 
-    def of_inertia(self, inertia: float) -> Mirrored:
+    def of_inertia(self, inertia: float) -> MirroredLever:
         """Return the linkage for another wheel [kg m2]."""
-        return Mirrored(self.linkage.of_inertia(inertia))
+        return MirroredLever(self.linkage.of_inertia(inertia))
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         return self.linkage._usable(-tau)

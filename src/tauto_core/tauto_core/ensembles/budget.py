@@ -654,7 +654,7 @@ def kept_budget(bag: Path) -> dict[str, Any] | None:
     return dict(found)
 
 
-def place_of(out: Path, scene: Scene) -> Path:
+def budget_file(out: Path, scene: Scene) -> Path:
     """Return the file in which a budget is kept: beside the voyage in a bag's folder, or as named.
 
     Raises:

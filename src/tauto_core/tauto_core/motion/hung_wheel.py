@@ -45,7 +45,7 @@ from tauto_core.motion.wells import Impulse, excess, kick, lever_arm, pull_of, r
 from tauto_core.motion.wheel import SURELY_WITHIN, Collocation, FeltChannels, Wheel
 from tauto_core.scene.errors import PropagationError
 
-LONGEST = 3.0
+LONGEST_PHASE_RAD = 3.0
 """Longest step, as the angle by which the fastest plane turns [rad]."""
 
 
@@ -391,7 +391,7 @@ class HungCollocation(Collocation):
         factor = 0.0 if machine.cam.joints.size else ERROR_OF_LAST_STRONG
         allowed = tolerance_of(tolerance, factor, 2.0 ** -(2 * SIZE + 1 if factor else 9))
         Stepped.__init__(self, machine, len(self._omegas), GIMBALS_NODES, SIZE, allowed)
-        self.longest_step_s = min(self.longest_step_s, LONGEST / max(self._omegas))
+        self.longest_step_s = min(self.longest_step_s, LONGEST_PHASE_RAD / max(self._omegas))
 
     def _moved(self, forcing: Forcing) -> Moved:
         """Return wheel and case."""

@@ -32,7 +32,7 @@ from tauto_core.navigation.kalman import (
     ClockModel,
     Coefficient,
 )
-from tauto_core.navigation.regressors import HEAT, MOTIONS, Regressors
+from tauto_core.navigation.regressors import HEAT, SHAKEN_BY, Regressors
 from tauto_core.samples import (
     READING,
     SHIP_IMU,
@@ -239,7 +239,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
         found.append(
             tried[name] if stated is None else Coefficient(name, stated.value, stated.sigma)
         )
-    moves = tuple(tried[name] for name in tried if name in MOTIONS)
+    moves = tuple(tried[name] for name in tried if name in SHAKEN_BY)
     if not moves:
         return tuple(found)
     # what the scene states is not tested
@@ -415,7 +415,7 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
     """Return the trial runs; `heave` is its coefficient if stated, otherwise 0 or found first."""
     ship, gravity, found = tried.scene.ship, tried.scene.g, []
     assert isinstance(ship, ComponentsShip)
-    if moves := sorted(name for name in names if name in MOTIONS):
+    if moves := sorted(name for name in names if name in SHAKEN_BY):
         run = _Run(tried.scene)
         calm = run.error_s(ship)
     for name in moves:

@@ -175,8 +175,8 @@ def column(samples: JointSamples, name: str) -> FloatArray:
 
 
 @entry
-def cosines(degrees: FloatArray, out: FloatArray) -> None:
-    """Fill the cosines of angles in degrees (n,).
+def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
+    """Fill the cosines_of_degrees of angles in degrees (n,).
 
     The bits of np.cos may depend on the place in an array, and a list takes ten times as long.
     """
@@ -326,7 +326,7 @@ class LongitudeStage:
             for clock in (reading, cast(TimeSamples, parts[CORRECTED]))
         )
         cosine = np.empty(len(stamps))
-        cosines(np.ascontiguousarray(fix.latitude), cosine)
+        cosines_of_degrees(np.ascontiguousarray(fix.latitude), cosine)
         values = np.column_stack(
             (raw, raw * cosine, error, error * cosine, ARCMIN_PER_S * sigma_s * cosine)
         )

@@ -101,7 +101,7 @@ STALE_S = 3600.0
 0.6 s/day from a weight, and the next sample brings the integral right.
 """
 
-MOTIONS = ('heave', 'roll')
+SHAKEN_BY = ('heave', 'roll')
 """Covariates from `ship/imu`."""
 
 HEAT = {'temperature': 1, 'temperature_squared': 2}
@@ -556,7 +556,7 @@ def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
     """Return the source of the integrals of a scene's covariates; arguments as `Regressors`."""
     covariates = scene.drift.covariates or ()
     sources: dict[tuple[str, ...], MotionRegressors] = {}
-    if moves := tuple(name for name in covariates if name in MOTIONS):
+    if moves := tuple(name for name in covariates if name in SHAKEN_BY):
         sources[moves] = Regressors(scene, live=live)
     if 'gravity' in covariates:
         sources['gravity',] = Gravity(scene, live=live)

@@ -30,7 +30,7 @@ from tauto_core.curves.drawing import (
     lever_cheek,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
-from tauto_core.curves.lever_geometry import Mirrored
+from tauto_core.curves.lever_geometry import MirroredLever
 from tauto_core.files import write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.machine import cam_extent
@@ -190,12 +190,12 @@ def _fluid_curve(scene: Scene, reach_rad: float | None, thread_mm: float) -> Des
 
 def _lever_shape(
     scene: Scene, reach_rad: float
-) -> tuple[CorrectedLeverGeometry | Mirrored, list[float]]:
+) -> tuple[CorrectedLeverGeometry | MirroredLever, list[float]]:
     """Return the shape of a lever's cam, and its parameter τ at both ends."""
     machine = compile_machine(scene)
     assert isinstance(machine, LeverMachine)
     _check_reach(reach_rad, machine.range_rad)
-    shape = cast(CorrectedLeverGeometry | Mirrored, machine.geometry)
+    shape = cast(CorrectedLeverGeometry | MirroredLever, machine.geometry)
     return shape, shape.tau_of(np.array([-1.0, 1.0]) * reach_rad).tolist()
 
 
@@ -232,7 +232,7 @@ def _write_drawings(drawing: CamDrawing, files: Mapping[str, Path]) -> None:
 
 def _lever_words(
     scene: Scene,
-    shape: CorrectedLeverGeometry | Mirrored,
+    shape: CorrectedLeverGeometry | MirroredLever,
     left: LeverCheek,
     right: LeverCheek,
     thread_mm: float,

@@ -13,7 +13,7 @@ from tauto_core.curves.cam import Pull
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.drawing import cheeks_meet_rad, lever_cheek
 from tauto_core.curves.fluid import coordinates, fluid_outline
-from tauto_core.curves.lever_geometry import Mirrored
+from tauto_core.curves.lever_geometry import MirroredLever
 from tauto_core.machines import (
     FluidPendulum,
     HangingMachine,
@@ -338,7 +338,7 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     if scene.trochlea.cam.kind == 'lever_corrected':
         machine = compile_machine(scene)
         assert isinstance(machine, LeverMachine)
-        shape = cast(CorrectedLeverGeometry | Mirrored, machine.geometry)
+        shape = cast(CorrectedLeverGeometry | MirroredLever, machine.geometry)
         ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
         sides = (lever_cheek(shape, end, 200, 0.0) for end in ends)
         right, left = (MM * np.array([side.x, -side.y]) for side in sides)

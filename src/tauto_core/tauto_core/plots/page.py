@@ -273,7 +273,9 @@ def _budget(facts: dict[str, Any]) -> str:
             row['found'],
         )
         bar = f'<meter min="0" max="1" value="{abs(rate) / widest:.4f}"></meter>'
-        rows.append(''.join(f'<td>{escape(cell)}</td>' for cell in cells) + f'<td>{bar}</td>')
+        cause, rate_cell, miles, found = map(escape, cells)
+        values = f'<td class="value">{rate_cell}</td><td class="value">{miles}</td>'
+        rows.append(f'<td>{cause}</td>{values}<td>{found}</td><td>{bar}</td>')
     head = '<th>cause</th><th>s/day</th><th>nmi at the end</th><th>found</th><th></th>'
     table = ''.join(f'<tr>{row}</tr>' for row in rows)
     fixed = facts['fixed_s_per_day']

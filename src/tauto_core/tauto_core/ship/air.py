@@ -28,7 +28,7 @@ COLDEST, WARMEST = -60.0, 60.0
 KELVIN_FROM = 200.0
 """A number from here on is no temperature in °C, but may be one in kelvin."""
 
-KNOT_S = 600
+AIR_KNOT_S = 600
 """Time between the knots under way where longitude or latitude matter [s]; between them the mean
 and the local time go linearly.
 """
@@ -87,16 +87,16 @@ class AirySurroundings(Surroundings, Protocol):
 
 
 def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntArray:
-    """Return times every `KNOT_S`, some beyond the end of the scene but none after `last_ns`.
+    """Return times every `AIR_KNOT_S`, some beyond the end of the scene but none after `last_ns`.
 
     So the temperature of an instant does not depend on the duration.
     """
-    step = KNOT_S * NS_PER_S
+    step = AIR_KNOT_S * NS_PER_S
     needed = scene.duration_ns + 2 * scene.log_interval_ns + 2 * step
     return np.arange(first_ns, min(last_ns, needed), step, dtype=np.int64)
 
 
-def beyond(key: str, celsius: float) -> Iterator[Problem]:
+def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
     """Yield a problem where a temperature [°C] is none that air can have."""
     if not COLDEST <= celsius <= WARMEST:
         said = f'must lie between {COLDEST:g} and {WARMEST:g} °C'

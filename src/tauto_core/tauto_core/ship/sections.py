@@ -199,7 +199,7 @@ def _part(of: str) -> Any:
     return Field(default=None, description=f'list of {of}')
 
 
-Row: TypeAlias = tuple[Number, ...]
+OperatorRow: TypeAlias = tuple[Number, ...]
 
 
 class Rao(Section):
@@ -225,18 +225,18 @@ class Rao(Section):
     angular_frequency: tuple[Positive, ...] = Field(
         description='list of increasing ω of the waves [rad/s]'
     )
-    roll_real: Row | None = _part('real parts of the roll [rad/m]')
-    roll_imaginary: Row | None = _part('imaginary parts of the roll [rad/m]')
-    heave_real: Row | None = _part('real parts of the heave [m/m]')
-    heave_imaginary: Row | None = _part('imaginary parts of the heave [m/m]')
-    surge_real: Row | None = _part('real parts of the surge [m/m]')
-    surge_imaginary: Row | None = _part('imaginary parts of the surge [m/m]')
-    sway_real: Row | None = _part('real parts of the sway [m/m]')
-    sway_imaginary: Row | None = _part('imaginary parts of the sway [m/m]')
-    pitch_real: Row | None = _part('real parts of the pitch [rad/m]')
-    pitch_imaginary: Row | None = _part('imaginary parts of the pitch [rad/m]')
-    yaw_real: Row | None = _part('real parts of the yaw [rad/m]')
-    yaw_imaginary: Row | None = _part('imaginary parts of the yaw [rad/m]')
+    roll_real: OperatorRow | None = _part('real parts of the roll [rad/m]')
+    roll_imaginary: OperatorRow | None = _part('imaginary parts of the roll [rad/m]')
+    heave_real: OperatorRow | None = _part('real parts of the heave [m/m]')
+    heave_imaginary: OperatorRow | None = _part('imaginary parts of the heave [m/m]')
+    surge_real: OperatorRow | None = _part('real parts of the surge [m/m]')
+    surge_imaginary: OperatorRow | None = _part('imaginary parts of the surge [m/m]')
+    sway_real: OperatorRow | None = _part('real parts of the sway [m/m]')
+    sway_imaginary: OperatorRow | None = _part('imaginary parts of the sway [m/m]')
+    pitch_real: OperatorRow | None = _part('real parts of the pitch [rad/m]')
+    pitch_imaginary: OperatorRow | None = _part('imaginary parts of the pitch [rad/m]')
+    yaw_real: OperatorRow | None = _part('real parts of the yaw [rad/m]')
+    yaw_imaginary: OperatorRow | None = _part('imaginary parts of the yaw [rad/m]')
 
     @property
     def motions(self) -> tuple[str, ...]:

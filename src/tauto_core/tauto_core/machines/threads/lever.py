@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field
 
 from tauto_core.curves.cam import possible_lever
-from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Mirrored
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, MirroredLever
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
@@ -346,7 +346,7 @@ class LeverThread(ThreadKind):
             mass=mass,
             weight_arm=self.weight_arm,
             lever_inertia=self.inertia,
-            geometry=Mirrored(shape) if self.fulcrum == 'port' else shape,
+            geometry=MirroredLever(shape) if self.fulcrum == 'port' else shape,
             gravity=parts.gravity,
             drag=parts.drag,
             escapement=parts.escapement,

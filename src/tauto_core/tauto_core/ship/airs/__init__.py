@@ -20,7 +20,7 @@ from tauto_core.ship.air import (
     WARMEST,
     AirKind,
     AirySurroundings,
-    beyond,
+    implausible_celsius,
     in_celsius,
     knots_between,
 )
@@ -138,7 +138,7 @@ class RouteAir(AirKind):
         """Yield what is wrong with its places and temperatures."""
         voyage = scene.voyage
         if self.celsius is not None:
-            yield from beyond('air.celsius', self.celsius)
+            yield from implausible_celsius('air.celsius', self.celsius)
             if self.at is not None:
                 yield Problem(
                     'air.celsius', self.celsius, 'does not go with at', 'Leave one of them out.'
@@ -168,7 +168,7 @@ class RouteAir(AirKind):
         if not self.at:
             yield Problem('air.at', ABSENT, 'is empty', 'Name at least one place.')
         for index, each in enumerate(self.at):
-            yield from beyond(f'air.at[{index}].celsius', each.celsius)
+            yield from implausible_celsius(f'air.at[{index}].celsius', each.celsius)
             last = 0 if voyage is None else len(voyage.places) - 1
             if voyage is not None and each.waypoint > last:
                 yield Problem(
@@ -324,7 +324,7 @@ class RecordAir(AirKind):
             )
             return
         for index, celsius in enumerate(self.celsius):
-            yield from beyond(f'air.celsius[{index}]', celsius)
+            yield from implausible_celsius(f'air.celsius[{index}]', celsius)
         longest_s = self.longest_gap_hours * 3600.0
         for index, (before, after) in enumerate(pairwise(self.time), 1):
             if not 0.0 < after - before <= longest_s:
