@@ -177,6 +177,7 @@ def of_machine(machine):
         'apparent_gravity': (9.0, 10.5),
         'potential': (0.0, 0.01),
         'psi': (0.5, 1.0),
+        'beta': few,
         'delta': few,
         'psi_rate': many,
         'delta_rate': many,

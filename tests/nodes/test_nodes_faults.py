@@ -101,7 +101,9 @@ def _valid() -> dict[str, bytes]:
     from tauto_core.voyage import sail
 
     found: dict[str, bytes] = {}
-    scene = load_scene('measured', duration=61.0)
+    # with air, so that the thermometer speaks too
+    air = {'kind': 'route', 'celsius': 20.0}
+    scene = load_scene('measured', duration=61.0, air=air)
 
     def keep(batches: Any) -> None:
         for topic, samples in batches.items():

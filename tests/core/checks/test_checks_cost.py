@@ -375,7 +375,8 @@ def test_hot_machines_and_cases_that_answer_take_dearer_steps():
     assert step_ns(hot) == HEAT_FACTOR * step_ns(cold)
     # air that nothing feels costs nothing
     assert step_ns(load_scene('involute_weight_at_sea', air=HOT['air'])) == step_ns(cold)
-    hung = load_scene('clock_second_cam_force', **{'suspension.mass': 10.0})
+    case = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12, 'mass': 10.0}
+    hung = load_scene('second_cam_at_sea', suspension=case)
     assert step_ns(hung) == NS_A_STEP_WITH_CASE
 
 

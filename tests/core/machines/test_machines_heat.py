@@ -145,8 +145,9 @@ def test_thinner_oil_costs_the_involute_clock_of_the_passage_its_rate() -> None:
     assert all(isinstance(each, SteadySwing) for each in swings)
     slow, fast = (each.period for each in swings)
     assert 86400.0 * (slow / fast - 1.0) == pytest.approx(-15.6, abs=0.1)
-    heat = replace(machine.heat, oil=thinning('sperm', 20.0))
-    hot = replace(machine, heat=heat).at_celsius(25.0)
+    stated = machine.heat.at_celsius
+    heat = replace(machine.heat, oil=thinning('sperm', stated))
+    hot = replace(machine, heat=heat).at_celsius(stated + 5.0)
     assert hot.drag is not None
     assert hot.drag.viscous / machine.drag.viscous == pytest.approx(
         math.exp(float(heat.oil.exponent(np.array(5.0)))), rel=1e-15

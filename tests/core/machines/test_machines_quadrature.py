@@ -266,8 +266,7 @@ def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
     for nodes in (4, 8, 16, 32, 64):
         rule = np.polynomial.legendre.leggauss(nodes)
         with monkeypatch.context() as patched:
-            patched.setattr(fluid_pendulum, '_NODES', rule[0])
-            patched.setattr(fluid_pendulum, '_WEIGHTS', rule[1])
+            patched.setattr(numerics, 'gauss_rule', lambda rule=rule: rule)
             grid = fluid_pendulum.Grid(256, 1)
             series = fluid_pendulum.cosines(Mirrored(curve), np.array([start]), end, grid)
             errors.append(abs(series[0, 0] / exact - 1.0))
@@ -283,8 +282,7 @@ def test_the_outline_of_a_curve_is_spectral(share, monkeypatch):
     for nodes in (2, 4, 8, 16):
         rule = np.polynomial.legendre.leggauss(nodes)
         with monkeypatch.context() as patched:
-            patched.setattr(outline, '_NODES', rule[0])
-            patched.setattr(outline, '_WEIGHTS', rule[1])
+            patched.setattr(numerics, 'gauss_rule', lambda rule=rule: rule)
             errors.append(abs(float(outline.abscissa(curve, share)) / exact - 1.0))
     assert spectral(errors), errors
 

@@ -165,7 +165,7 @@ def test_roll_and_heave_alone_are_sailed_as_one_heading_is() -> None:
 def passage(rao: dict[str, Any], **keys: object) -> Scene:
     ready = load_scene('portsmouth_jamaica')
     ship = ready.ship.model_dump(mode='json', exclude_none=True)
-    del ship['roll']
+    del ship['roll'], ship['hull']
     return load_scene('portsmouth_jamaica', ship={**ship, 'rao': rao, **keys}, duration=3e6)
 
 
