@@ -89,7 +89,7 @@ def test_along_a_passage_it_is_that_of_her_place_and_speed() -> None:
     clear = np.abs(times[:, None] - corners).min(axis=1) > 150 * NS_PER_S
     for time in times[clear][::7].tolist():
         latitude = math.radians(float(passage.places(np.array([time]))[0][0]))
-        course, speed = passage.course(time), passage.speed_m_s
+        course, speed = passage.course(time), passage.speed_m_s(time)
         moved = eotvos(latitude, speed * math.sin(course), speed * math.cos(course))
         at = float(way.at(np.array([time]))[0])
         # linear between knots of a minute

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geographiclib.geodesic import Geodesic
 
-from tauto_core.checks.readiness import check_scene
+from tauto_core.checks.readiness import check_scene, oddities
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import Observations, Passage, schedule
@@ -141,3 +141,103 @@ def test_a_speed_that_does_not_fit_the_scene_is_refused(speed, duration, said):
     error = refusal(duration=duration, arrives_at=None, speed=speed)
     assert (error.key, error.value) == ('voyage.speed', speed)
     assert said in str(error)
+
+
+TIMED = {
+    'departure': [48.0, -6.0],
+    'waypoints': [
+        {'place': [45.0, -9.0], 'at': 2.0 * DAY},
+        {'place': [45.0, -9.0], 'at': 2.5 * DAY},
+        [40.0, -12.0],
+        {'place': MADEIRA, 'at': 6.0 * DAY, 'landfall': True},
+    ],
+    'arrival': [28.5, -16.2],
+    'sails_at': 1.0 * DAY,
+    'arrives_at': 7.0 * DAY,
+}
+
+
+def way(one, other):
+    """Return the geodesic between two places, by Karney's program."""
+    return Geodesic.WGS84.Inverse(*one, *other)
+
+
+def test_a_voyage_has_the_speeds_of_its_places():
+    passage = passage_of(10.0 * DAY, **TIMED)
+    # by Karney's program: the legs' lengths over the times between the places
+    first = way(TIMED['departure'], [45.0, -9.0])
+    long = way([45.0, -9.0], [40.0, -12.0])['s12'] + way([40.0, -12.0], MADEIRA)['s12']
+    last = way(MADEIRA, TIMED['arrival'])
+    speeds = {1.5: first['s12'] / DAY, 2.2: 0.0, 4.0: long / (3.5 * DAY), 6.5: last['s12'] / DAY}
+    for day, speed in (speeds | {0.5: 0.0, 7.5: 0.0}).items():
+        assert passage.speed_m_s(round(day * DAY * S)) == pytest.approx(speed, rel=1e-12)
+    # where no time is given it follows from the way
+    passed = 2.5 + 3.5 * way([45.0, -9.0], [40.0, -12.0])['s12'] / long
+    assert passage.places_ns[3] == pytest.approx(passed * DAY * S, abs=2)
+    assert passage.landfalls_ns == (6 * DAY * S, 7 * DAY * S)
+
+
+def test_a_ship_is_at_each_place_at_its_time():
+    passage = passage_of(10.0 * DAY, **TIMED)
+    places = passage.places(np.array(passage.places_ns, np.int64))
+    wanted = [[48.0, -6.0], [45.0, -9.0], [45.0, -9.0], [40.0, -12.0], MADEIRA, [28.5, -16.2]]
+    np.testing.assert_allclose(np.transpose(places), wanted, rtol=0, atol=1e-11)
+    # halfway in time is halfway along the geodesic
+    (latitude,), (longitude,) = passage.places(np.array([round(1.5 * DAY) * S]))
+    line = Geodesic.WGS84.InverseLine(48.0, -6.0, 45.0, -9.0)
+    middle = line.Position(0.5 * line.s13)
+    assert (latitude, longitude) == pytest.approx((middle['lat2'], middle['lon2']), abs=1e-11)
+
+
+def test_the_course_at_a_place_is_that_after_it_and_at_anchor_the_next():
+    passage = passage_of(10.0 * DAY, **TIMED)
+    for day, one, other in (
+        (1.0, TIMED['departure'], [45.0, -9.0]),
+        (2.0, [45.0, -9.0], [40.0, -12.0]),
+        (2.3, [45.0, -9.0], [40.0, -12.0]),
+        (6.0, MADEIRA, TIMED['arrival']),
+    ):
+        wanted = np.radians(way(one, other)['azi1'] % 360.0)
+        assert passage.course(round(day * DAY) * S) == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_last_place_where_she_lies_keeps_the_course_with_which_she_came():
+    ends = {'waypoints': [{'place': [28.5, -16.2], 'at': 2.0 * DAY}], 'arrives_at': 3.0 * DAY}
+    passage = passage_of(10.0 * DAY, **(TIMED | ends))
+    came = np.radians(way(TIMED['departure'], [28.5, -16.2])['azi2'] % 360.0)
+    assert passage.course(round(2.5 * DAY) * S) == pytest.approx(came, abs=1e-9)
+
+
+def test_equal_times_along_the_way_leave_the_voyage_as_it_is():
+    even = passage_of()
+    at = even.places_ns[2] / S
+    timed = passage_of(
+        waypoints=[[48.5, -6.0], {'place': MADEIRA, 'landfall': True, 'at': at}, [15.5, -61.4]]
+    )
+    times = np.linspace(0, 100 * DAY, 997).astype(np.int64) * S
+    np.testing.assert_allclose(timed.places(times), even.places(times), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'key', 'what'),
+    [
+        ({'arrives_at': None, 'speed': 2.0}, 'voyage.waypoints[0].at', 'speed'),
+        ({'sails_at': 3.0 * DAY}, 'voyage.waypoints[0].at', 'later'),
+        ({'arrives_at': 5.0 * DAY}, 'voyage.arrives_at', 'later'),
+        (
+            {'waypoints': [{'place': MADEIRA, 'at': 2.0 * DAY}, MADEIRA]},
+            'voyage.waypoints[1]',
+            'same place',
+        ),
+    ],
+)
+def test_times_that_no_ship_keeps_are_refused_by_key(changes, key, what):
+    error = refusal(**(TIMED | changes))
+    assert error.key == key
+    assert what in f'{error.problem} {error.remedy}'
+
+
+def test_a_leg_faster_than_any_ship_is_warned_of_by_its_own_time():
+    waypoints = [{'place': MADEIRA, 'at': 1.2 * DAY}]
+    said = oddities(scene_of(10.0 * DAY, **(TIMED | {'waypoints': waypoints})))
+    assert any('voyage.waypoints[0].at' in each for each in said)

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -31,7 +32,7 @@ from tauto_core.scene.errors import (
     PropagationError,
     SceneError,
 )
-from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S
+from tauto_core.scene.times import DAY_S, LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
 from tauto_core.ship.buffer import felt_parts
 from tauto_core.ship.imu import attitude
@@ -288,10 +289,15 @@ def oddities(scene: Scene) -> list[str]:
     if scene.voyage is None:
         return found
     passage = Passage(scene, scene.voyage)
-    speed = passage.length_m * NS_PER_S / (passage.arrives_ns - passage.sails_ns)
+    times = passage.places_ns
+    speeds = [passage.speed_m_s((before + after) // 2) for before, after in pairwise(times)]
+    speed = max(speeds)
     if speed > FASTEST_M_S:
+        place = speeds.index(speed) + 1
         key = 'sails_at' if scene.voyage.arrives_at is None else 'arrives_at'
         value = getattr(scene.voyage, key)
+        if scene.voyage.times[place] is not None and place < len(times) - 1:
+            key, value = f'waypoints[{place - 1}].at', scene.voyage.times[place]
         found.append(
             f'voyage.{key} = {value:g}: makes the ship sail at {speed:.3g} m/s, more than '
             f'{FASTEST_M_S:g} m/s, the most of any known ship. If the times are in days, write '

@@ -408,6 +408,11 @@ class Waypoint(Section):
         default=False,
         description='true: land is sighted, so the longitude is known and the clock is checked',
     )
+    at: SceneTime | None = Field(
+        default=None,
+        description='time at which she is there, from the start [s]; when left out it follows '
+        'from the way, at constant speed between the times that are known',
+    )
 
 
 def _plain_date(value: object) -> object:
@@ -421,7 +426,7 @@ def _plain_date(value: object) -> object:
 
 
 class Itinerary(Section):
-    """From port to port at constant speed; times from the start of the scene."""
+    """From port to port, at constant speed between places with times; from the scene's start."""
 
     departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     waypoints: (
@@ -432,7 +437,7 @@ class Itinerary(Section):
     ) = Field(
         default=None,
         description='list of [latitude, longitude] or {place: [latitude, longitude], '
-        'landfall: true}, at most 1000, in the order of the voyage',
+        'landfall: true, at: 1e5}, at most 1000, in the order of the voyage',
     )
     arrival: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     track: Literal['geodesic', 'rhumb'] | None = Field(
@@ -458,6 +463,12 @@ class Itinerary(Section):
         """Departure, waypoints, arrival."""
         between = (each.place for each in self.waypoints or ())
         return (self.departure, *between, self.arrival)
+
+    @property
+    def times(self) -> tuple[float | None, ...]:
+        """When she is at each of the places [s]; None where it follows from the way."""
+        between = (each.at for each in self.waypoints or ())
+        return (self.sails_at, *between, self.arrives_at)
 
     def day_at(self, stamp_s: float, starts_at: float) -> float:
         """Return the proleptic Gregorian ordinal of a stamp [days]; only with a `date`.
@@ -504,6 +515,7 @@ class Itinerary(Section):
                 'more',
                 'Give both from the start of the scene, in the order of the voyage.',
             )
+        yield from self._out_of_order()
         for index, (latitude, longitude) in enumerate(self.places):
             if abs(latitude) > HIGHEST_LATITUDE_DEG:
                 yield Problem(
@@ -516,13 +528,14 @@ class Itinerary(Section):
         for index, (one, other) in enumerate(pairwise(self.places), 1):
             apart = abs(math.remainder(other[1] - one[1], 360.0))
             same = max(abs(other[0] - one[0]), apart) < SAME_PLACE_DEG
+            lies_there = None not in self.times[index - 1 : index + 1]
             # a ship may lie in port throughout, but then a time of arrival is needed
-            if same and (self.waypoints or self.speed is not None):
+            if same and not lies_there and (self.waypoints or self.speed is not None):
                 yield Problem(
                     key_of_place(self, index),
                     list(other),
                     f'is the same place as {key_of_place(self, index - 1)}, before it',
-                    'Leave one of them out, or correct it.'
+                    'Leave one of them out, correct it, or say by `at` how long she lies there.'
                     if self.waypoints
                     else 'Give arrives_at in place of speed, or another place.',
                 )
@@ -533,6 +546,29 @@ class Itinerary(Section):
                     f'is 180° of longitude from {key_of_place(self, index - 1)}: the rhumb lines '
                     'to the east and to the west are equally long',
                     'Put a waypoint on the side that is meant.',
+                )
+
+    def _out_of_order(self) -> Iterator[Problem]:
+        """Yield what is wrong with the times of waypoints."""
+        timed = [(index, at) for index, at in enumerate(self.times) if at is not None]
+        ends = timed if self.arrives_at is None else timed[:-1]
+        for index, at in ends[1:] if self.speed is not None else ():
+            yield Problem(
+                f'{key_of_place(self, index)}.at',
+                at,
+                'does not go with voyage.speed: her speeds follow from the times',
+                'Give arrives_at in place of speed.',
+            )
+            return
+        for (before, earlier), (index, at) in pairwise(timed):
+            first_to_last = before == 0 and index == len(self.places) - 1
+            if not first_to_last and nanoseconds(at) <= nanoseconds(earlier):
+                key = key_of_place(self, index)
+                yield Problem(
+                    'voyage.arrives_at' if key == 'voyage.arrival' else f'{key}.at',
+                    at,
+                    f'must be later than the time of {key_of_place(self, before)}, {earlier!r} s',
+                    'Give the places in the order of the voyage, from the start of the scene.',
                 )
 
 

@@ -120,7 +120,7 @@ class GeodesicLeg:
         return math.atan2(east * (1.0 - SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
 
 
-@lru_cache(maxsize=64)  # a scene asks for its legs several times, a fleet for each ship
+@lru_cache(maxsize=1024)  # a scene asks for its legs several times, a fleet for each ship
 def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
     """Return the geodesic between two places [degrees]."""
     from geographiclib.geodesic import Geodesic
@@ -250,9 +250,10 @@ def _parallel_m(latitude_rad: FloatArray) -> FloatArray:
 
 
 class Passage:
-    """The voyage of a scene: in port, then at constant speed from place to place, then in port.
+    """The voyage of a scene: in port, then from place to place, then in port.
 
-    Times are nanoseconds from the start of the scene.
+    Between two places whose times are known she sails at constant speed. Times are nanoseconds
+    from the start of the scene.
 
     Attributes:
         length_m: length of the route [m].
@@ -273,23 +274,37 @@ class Passage:
         self.length_m = float(self._ends_m[-1])
         self.sails_ns = nanoseconds(voyage.sails_at)
         self.arrives_ns = nanoseconds(_arrives_at(scene, voyage, self.length_m))
-        under_way = self.arrives_ns - self.sails_ns
-        passed = [
-            self.sails_ns + round(under_way * (float(end) / self.length_m))
-            for end in self._ends_m[:-1]
-        ]
-        self.places_ns = (self.sails_ns, *passed, self.arrives_ns)
+        made_m = [0.0, *self._ends_m.tolist()]
+        times = [None if each is None else nanoseconds(each) for each in voyage.times]
+        times[-1] = self.arrives_ns
+        # the known times, and the way made until then
+        known = [(at, made) for at, made in zip(times, made_m, strict=True) if at is not None]
+        self._known_ns = np.array([at for at, _ in known], np.int64)
+        self._known_m = np.array([made for _, made in known])
+        for place, at in enumerate(times):
+            if at is None:
+                before = int(np.searchsorted(self._known_m, made_m[place], 'right')) - 1
+                (begin, begin_m), (end, end_m) = known[before : before + 2]
+                part = (made_m[place] - begin_m) / (end_m - begin_m)
+                times[place] = begin + round((end - begin) * part)
+        self.places_ns = tuple(at for at in times if at is not None)
         landfalls = [
             time
-            for time, waypoint in zip(passed, voyage.waypoints or (), strict=True)
+            for time, waypoint in zip(self.places_ns[1:-1], voyage.waypoints or (), strict=True)
             if waypoint.landfall
         ]
         self.landfalls_ns = (*landfalls, self.arrives_ns)
 
-    @property
-    def speed_m_s(self) -> float:
-        """Speed over the ground under way [m/s]."""
-        return self.length_m * NS_PER_S / (self.arrives_ns - self.sails_ns)
+    def speed_m_s(self, time_ns: int) -> float:
+        """Return the speed over the ground at a time from the start of the scene [m/s].
+
+        0 in the ports. At a place it is that after it.
+        """
+        if not self.is_under_way(time_ns):
+            return 0.0
+        stretch = int(np.searchsorted(self._known_ns, time_ns, 'right')) - 1
+        run_m = float(self._known_m[stretch + 1]) - float(self._known_m[stretch])
+        return run_m * NS_PER_S / int(self._known_ns[stretch + 1] - self._known_ns[stretch])
 
     def is_under_way(self, time_ns: int) -> bool:
         """Return whether she is between the ports at a time from the start of the scene."""
@@ -298,16 +313,26 @@ class Passage:
     def course(self, time_ns: int) -> float:
         """Return the course made good at a time from the start of the scene [rad].
 
-        From north to the east, 0 to 2π. At a waypoint it is the course after it; before she sails
-        it is the first course, after her arrival the last one.
+        From north to the east, 0 to 2π. At a waypoint it is the course after it, while she lies at
+        a place the next one; before she sails it is the first course, after her arrival the last.
         """
-        under_way = self.arrives_ns - self.sails_ns
-        made_m = self.length_m * ((time_ns - self.sails_ns) / under_way)
+        made_m = float(self._made_m(np.array([time_ns], np.int64))[0])
         made_m = min(max(made_m, 0.0), self.length_m)
         index = min(int(np.searchsorted(self._ends_m, made_m, 'right')), len(self._legs) - 1)
+        while index and self._legs[index].length_m == 0.0:
+            index -= 1
         leg = self._legs[index]
         begin_m = float(self._ends_m[index]) - leg.length_m
-        return leg.course((made_m - begin_m) / (leg.length_m or 1.0))
+        return leg.course(min((made_m - begin_m) / (leg.length_m or 1.0), 1.0))
+
+    def _made_m(self, time_ns: IntArray) -> FloatArray:
+        """Return the way made at some times [m]; beyond the ports as if she sailed on."""
+        last = len(self._known_ns) - 2
+        stretch = np.clip(np.searchsorted(self._known_ns, time_ns, 'right') - 1, 0, last)
+        begin_ns, begin_m = self._known_ns[stretch], self._known_m[stretch]
+        took = np.maximum(self._known_ns[stretch + 1] - begin_ns, 1)
+        run_m = self._known_m[stretch + 1] - begin_m
+        return np.asarray(begin_m + run_m * ((time_ns - begin_ns) / took))
 
     def places(self, time_ns: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return latitudes and longitudes at some times [degrees]; each depends on its time alone.
@@ -319,15 +344,13 @@ class Passage:
         arrived = time_ns >= self.arrives_ns
         latitude[arrived], longitude[arrived] = self._voyage.arrival
         at_sea = (time_ns > self.sails_ns) & ~arrived
-        under_way = self.arrives_ns - self.sails_ns
-        made_m = self.length_m * ((time_ns - self.sails_ns) / max(under_way, 1))
+        made_m = self._made_m(time_ns)
         which = np.searchsorted(self._ends_m[:-1], made_m, 'right')
-        for index, leg in enumerate(self._legs):
-            here = at_sea & (which == index)
-            if here.any():
-                begin = float(self._ends_m[index]) - leg.length_m
-                part = (made_m[here] - begin) / (leg.length_m or 1.0)
-                latitude[here], longitude[here] = leg.places(part)
+        for index in np.unique(which[at_sea]).tolist():
+            leg, here = self._legs[index], at_sea & (which == index)
+            begin = float(self._ends_m[index]) - leg.length_m
+            part = (made_m[here] - begin) / (leg.length_m or 1.0)
+            latitude[here], longitude[here] = leg.places(part)
         return latitude, longitude
 
 

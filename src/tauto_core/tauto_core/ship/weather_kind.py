@@ -215,7 +215,7 @@ class WeatherSetting:
         )
         if weather.follow_route:
             passage = self.passage_for('ship.weather.follow_route', True)
-            speed = passage.speed_m_s if passage.is_under_way(at_ns) else 0.0
+            speed = passage.speed_m_s(at_ns)
             if waves_to is not None:
                 heading = (passage.course(at_ns) - waves_to) % math.tau
         return WeatherState(
