@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import dask
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -308,6 +309,26 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 """
 
 
+@pytest.fixture
+def by_tls(tmp_path):
+    """The certificate of docs/fleets.md, for this process and those that it starts."""
+    key, certificate = tmp_path / 'key.pem', tmp_path / 'fleet.pem'
+    made = ('openssl', 'req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1')
+    for_two = ('-nodes', '-days', '2', '-subj', '/CN=fleet')
+    files = ('-keyout', key, '-out', certificate)
+    subprocess.run([*made, *for_two, *files], check=True, capture_output=True)
+    files = {'ca-file': certificate}
+    for who in ('scheduler', 'worker', 'client'):
+        files |= {f'{who}.cert': certificate, f'{who}.key': key}
+    with ExitStack() as held:
+        patch = held.enter_context(pytest.MonkeyPatch.context())
+        for name, file in files.items():
+            variable = name.upper().replace('.', '__').replace('-', '_')
+            patch.setenv(f'DASK_DISTRIBUTED__COMM__TLS__{variable}', str(file))
+            held.enter_context(dask.config.set({f'distributed.comm.tls.{name}': str(file)}))
+        yield
+
+
 @contextmanager
 def _process(*words, start=('-m',)):
     """Yield a dask process of its own, with the `address` of a scheduler that it names."""
@@ -321,7 +342,7 @@ def _process(*words, start=('-m',)):
     try:
         deadline = time.monotonic() + DEADLINE_S
         for line in process.stderr:
-            found = re.search(r'(?:Scheduler at|Registered to):\s+(tcp://\S+)', line)
+            found = re.search(r'(?:Scheduler at|Registered to):\s+(t\w+://\S+)', line)
             if found:
                 break
             assert time.monotonic() < deadline, line
@@ -334,15 +355,22 @@ def _process(*words, start=('-m',)):
         process.communicate(timeout=DEADLINE_S)
 
 
+@pytest.mark.usefixtures('by_tls')
 def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
+    """By TLS, as the docs have it; who has no certificate is refused by the scheduler."""
     alone_rows = lasting(alone.rows)
-    here = ('--host', '127.0.0.1', '--port', '0')
+    here = ('--protocol', 'tls', '--host', '127.0.0.1', '--port', '0')
     with _process('dask_scheduler', *here, '--no-dashboard') as scheduler:
         address = scheduler.address
         bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1')
         monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 2.0)
         with pytest.raises(WorkerError, match='has no workers'):
             sail_fleet(plan(), Crew(2, address))
+        with (
+            pytest.warns(TautoWarning, match='without TLS'),
+            pytest.raises(WorkerError, match='cannot be reached'),
+        ):
+            sail_fleet(plan(), Crew(2, address.replace('tls', 'tcp')))
         with _process('dask_worker', address, *bare), _process('dask_worker', address, *bare):
             assert lasting(sail_fleet(plan(), Crew(2, address)).rows) == alone_rows
             monkeypatch.setattr(workers, 'version', lambda _name: '0.0.1')
@@ -374,7 +402,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
                 which.kill()
 
         def hire(said, *_, **__):
-            if 'has not answered' in said:  # this machine has much else to do
+            if 'has not answered' in said or 'without TLS' in said:  # is busy; it is tested below
                 return
             assert re.match(r'no worker process is left for \d runs?\. Start some .dask w', said)
             start('dask_worker', scheduler.address, *bare)

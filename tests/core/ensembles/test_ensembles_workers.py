@@ -11,6 +11,8 @@ from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
+import dask
+import psutil
 import pytest
 from distributed.scheduler import KilledWorker
 
@@ -160,6 +162,24 @@ def test_processes_do_not_see_the_interrupt_of_a_terminal():
     assert (done.stdout, done.stderr) == ('{True}\n', '')
 
 
+def sockets(top, number=0, tell=None):
+    """Return the sockets of a process and of those that it has started, of any family."""
+    del number, tell
+    family = [psutil.Process(top), *psutil.Process(top).children(recursive=True)]
+    return {each[1:] for one in family for each in one.net_connections('all')}
+
+
+def test_processes_of_this_machine_open_no_socket():
+    """Nobody can reach them: they are handed their work through pipes of their parent."""
+    before = sockets(os.getpid())
+    seen = results(run_each(partial(sockets, os.getpid()), [0, 1], Crew(2)))
+    assert seen == {0: before, 1: before}
+    with socket.socket() as own:  # it is seen if there is one
+        own.bind(('127.0.0.1', 0))
+        own.listen()
+        assert len(sockets(os.getpid()) - before) == 1
+
+
 def test_no_process_at_all_is_refused():
     with pytest.raises(UsageError, match='jobs=0: must be at least 1'):
         Crew(0)
@@ -170,7 +190,10 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
     with socket.socket() as taken:
         taken.bind(('127.0.0.1', 0))  # bound and not listening: nobody answers
         address = f'tcp://127.0.0.1:{taken.getsockname()[1]}'
-        with pytest.raises(WorkerError) as caught:
+        with (
+            pytest.warns(TautoWarning, match='without TLS, whoever reaches it can run code'),
+            pytest.raises(WorkerError) as caught,
+        ):
             next(run_each(half, [1], Crew(2, address)))
     assert address in str(caught.value)
     assert 'after 1' in str(caught.value)
@@ -240,6 +263,17 @@ def test_what_a_scheduler_says_of_a_run():
     with pytest.raises(WorkerError, match='the scheduler is lost'):
         attention.meaning(CancelledError())
     assert attention.lost
+
+
+def test_a_scheduler_by_tls_needs_certificates(tmp_path):
+    with pytest.raises(UsageError, match='no certificate is named for it'):
+        next(run_each(half, [1], Crew(2, 'tls://ship:8786')))
+    tls = {key: str(tmp_path / 'none.pem') for key in ('ca-file', 'client.cert', 'client.key')}
+    with (
+        dask.config.set({f'distributed.comm.tls.{key}': file for key, file in tls.items()}),
+        pytest.raises(UsageError, match=r'certificates cannot be read .*No such file'),
+    ):
+        next(run_each(half, [1], Crew(2, 'tls://ship:8786')))
 
 
 def test_a_scheduler_needs_an_extra(monkeypatch):

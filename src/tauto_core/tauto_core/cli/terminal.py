@@ -178,7 +178,7 @@ def say_warnings() -> None:
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         if category.__module__.startswith('tauto_core.'):
-            say(str(message))
+            say(message.args[0] if isinstance(message, Warning) else message)
         else:
             shown(message, category, *where, **more)
 

@@ -32,7 +32,14 @@ from multiprocessing import Pipe, resource_tracker
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
-from tauto_core.scene.errors import Argument, TautoError, TautoWarning, UsageError, install
+from tauto_core.scene.errors import (
+    Argument,
+    ArgumentText,
+    TautoError,
+    TautoWarning,
+    UsageError,
+    install,
+)
 from tauto_core.version import identity
 from tauto_core.wording import counted
 
@@ -86,8 +93,8 @@ class Crew:
 
     Attributes:
         jobs: number of parallel processes on this machine, >= 1; 1: in this process.
-        scheduler: address of a dask scheduler, for example `tcp://ship:8786`; then `jobs` is not
-            used.
+        scheduler: address of a dask scheduler, for example `tls://ship:8786`; then `jobs` is not
+            used. One without TLS is warned of.
     """
 
     jobs: int = 2
@@ -390,6 +397,27 @@ def _joined(address: str) -> Iterator[Client]:
             f'{install("cluster")}, or leave out ',
             Argument('scheduler'),
         ) from None
+    if address.startswith('tls://'):
+        try:
+            keys = distributed.Security().get_connection_args('client')
+        except OSError as error:  # a file that it names
+            raise UsageError(
+                Argument('scheduler', address),
+                f': its certificates cannot be read ({error}). See docs/fleets.md',
+            ) from None
+        if keys.get('ssl_context') is None:
+            raise UsageError(
+                Argument('scheduler', address),
+                ': no certificate is named for it. Set distributed.comm.tls in dask (or '
+                'DASK_DISTRIBUTED__COMM__TLS__CA_FILE and so on, see docs/fleets.md)',
+            )
+    else:
+        open_to_all = ArgumentText(
+            Argument('scheduler', address),
+            ': without TLS, whoever reaches it can run code on its workers and on this machine, '
+            'its other users too. Use tls:// (docs/fleets.md), unless all who can are trusted',
+        )
+        warnings.warn(open_to_all, TautoWarning, stacklevel=2)
     began = time.monotonic()
     quiet = silence_logging_cmgr(logging.CRITICAL)  # what it would log of a lost scheduler is said
     try:
