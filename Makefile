@@ -66,12 +66,12 @@ wheels: setup-dev  ## both packages as wheels, into dist/
 	rm -rf dist src/*/build  # setuptools would pack modules of earlier builds, too
 	.venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir dist src/tauto_core src/tauto_nodes
 
-bench: setup  ## the eight clocks of the README, messages per second, run time against error
+bench: setup  ## the eight clocks of the comparison, messages per second, run time against error
 	.venv/bin/python docs/outputs.py --clocks
 	.venv/bin/python benchmarks/graph_throughput.py
 	.venv/bin/python -m pip install --quiet -r benchmarks/requirements.txt
-	.venv/bin/python -m benchmarks.work_precision $(BENCH) --first --passage --readme README.md \
-	  --plot benchmarks/work_precision.svg --plot benchmarks/work_precision.png --json \
+	.venv/bin/python -m benchmarks.work_precision $(BENCH) --first --passage --page docs/speed.md \
+	  --plot docs/img/work_precision.svg --plot docs/img/work_precision.png --json \
 	  > benchmarks/work_precision.json.new
 	mv benchmarks/work_precision.json.new benchmarks/work_precision.json
 

@@ -1,4 +1,4 @@
-"""Renew what commands print in README and pages: python docs/outputs.py [--clocks] [--passage].
+"""Renew what commands print in the pages: python docs/outputs.py [--clocks] [--passage].
 
 A comment `<!-- output: COMMAND -->` is followed by an indented block, what COMMAND prints. A
 comment `<!-- clocks: COMMAND -->` is followed by the table of a comparison, a comment
@@ -20,8 +20,9 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.wording import figure, to_sigma
 
-README = Path(__file__).parents[1] / 'README.md'
-RATE = Path(__file__).parent / 'theory' / 'rate.md'
+PAGES = [
+    Path(__file__).parent / each for each in ('tutorial.md', 'howto/compare.md', 'theory/rate.md')
+]
 BLOCK = re.compile(r'(<!-- output: tauto (.*?) -->\n\n)((?:(?:    .*)?\n)+?)(?=\S)')
 TABLE = re.compile(r'(<!-- clocks: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
 PASSAGE = re.compile(r'(<!-- passage: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
@@ -125,5 +126,5 @@ if __name__ == '__main__':
     parser.add_argument('--clocks', action='store_true', help='the table of the clocks, too')
     parser.add_argument('--passage', action='store_true', help='the table of the passage, too')
     asked = vars(parser.parse_args())
-    for page in (README, RATE):
+    for page in PAGES:
         page.write_text(renewed(page.read_text('utf-8'), **asked), 'utf-8')

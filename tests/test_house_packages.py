@@ -65,11 +65,11 @@ def test_the_installed_wheel_sails_by_itself(wheels: dict[str, Path], tmp_path: 
     assert all(f'-{BASE}-' in wheel.name for wheel in wheels.values())
 
 
-def test_the_extras_are_those_that_the_readme_names() -> None:
+def test_the_extras_are_those_that_the_page_names() -> None:
     from importlib.metadata import metadata
 
     extras = set(metadata('tauto_core').get_all('Provides-Extra') or ())
     assert {'ros', 'report', 'spectra', 'fleet', 'docs'} <= extras
-    readme = (ROOT / 'README.md').read_text(encoding='utf-8')
+    page = (ROOT / 'docs' / 'glance.md').read_text(encoding='utf-8')
     for name in ('ros', 'report', 'spectra', 'fleet', 'docs'):
-        assert f'`{name}`' in readme
+        assert f'`{name}`' in page

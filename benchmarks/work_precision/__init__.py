@@ -4,5 +4,5 @@
 
 `problems` defines what is solved, and `references` the true end of it. `equations` is shared by
 the peers, `peers` has the programs. `runner` runs them, `ratios` compares, `table`, `figure` and
-`readme` show the result. Libraries of the peers: `benchmarks/requirements.txt`.
+`page` show the result. Libraries of the peers: `benchmarks/requirements.txt`.
 """

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from benchmarks.work_precision import readme
+from benchmarks.work_precision import page as speed_page
 from benchmarks.work_precision.figure import draw
 from benchmarks.work_precision.passage import passage as time_passage
 from benchmarks.work_precision.passage import two_at_once
@@ -46,9 +46,9 @@ def main(
         Path | None,
         typer.Option('--show', metavar='JSON', help='Run nothing: show, and draw, a result.'),
     ] = None,
-    into_readme: Annotated[
+    into_page: Annotated[
         Path | None,
-        typer.Option('--readme', metavar='FILE', help="Put the result's table into this file."),
+        typer.Option('--page', metavar='FILE', help="Put the result's table into this file."),
     ] = None,
     plot: Plots = None,
     as_json: AsJson = False,
@@ -73,8 +73,8 @@ def main(
             result['two_at_once'] = two_at_once()
     for path in plot or ():
         draw(result, path)
-    if into_readme is not None:
-        readme.update(into_readme, result)
+    if into_page is not None:
+        speed_page.update(into_page, result)
     if as_json:
         typer.echo(json.dumps(result, allow_nan=False, indent=1))
     else:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from benchmarks.work_precision import readme
+from benchmarks.work_precision import page as speed_page
 from benchmarks.work_precision.__main__ import app
 from tauto_core.scene.errors import UsageError
 
@@ -62,10 +62,10 @@ ROOT = Path(__file__).parents[2]
 RESULT = ROOT / 'benchmarks' / 'work_precision.json'
 
 
-def test_the_readme_says_what_was_measured() -> None:
-    """Put right by `python -m benchmarks.work_precision --show FILE --readme README.md`."""
+def test_the_page_says_what_was_measured() -> None:
+    """Put right by `python -m benchmarks.work_precision --show FILE --page docs/speed.md`."""
     result = json.loads(RESULT.read_text('utf-8'))
-    assert readme.current(ROOT / 'README.md') == readme.block(result)
+    assert speed_page.current(ROOT / 'docs' / 'speed.md') == speed_page.block(result)
 
 
 def a_row(program: str, setting: str, us: float, setup_s: float) -> dict[str, object]:
@@ -73,7 +73,7 @@ def a_row(program: str, setting: str, us: float, setup_s: float) -> dict[str, ob
     return {'problem': 'b', 'program': program, 'setting': setting, **numbers}
 
 
-def test_the_readme_names_the_best_formulation_and_the_plain_one(tmp_path: Path) -> None:
+def test_the_page_names_the_best_formulation_and_the_plain_one(tmp_path: Path) -> None:
     result = {
         'machine': {'processor': 'none', 'python': '3', 'date': '2026-01-01'},
         'rows': [
@@ -84,8 +84,8 @@ def test_the_readme_names_the_best_formulation_and_the_plain_one(tmp_path: Path)
         'first_runs': [{'problem': 'b', 'program': 'tauto', 'first_run_s': 4.25}],
     }
     page = tmp_path / 'page.md'
-    page.write_text(f'before\n{readme.BEGIN}\nold\n{readme.END}\nafter\n', 'utf-8')
-    readme.update(page, result)
+    page.write_text(f'before\n{speed_page.BEGIN}\nold\n{speed_page.END}\nafter\n', 'utf-8')
+    speed_page.update(page, result)
     text = page.read_text('utf-8')
     assert text.startswith('before\n')
     assert text.endswith('after\n')
@@ -99,4 +99,4 @@ def test_a_page_without_marks_is_refused(tmp_path: Path) -> None:
     page = tmp_path / 'page.md'
     page.write_text('no marks', 'utf-8')
     with pytest.raises(UsageError, match='has no lines'):
-        readme.update(page, {'rows': [], 'machine': {}})
+        speed_page.update(page, {'rows': [], 'machine': {}})

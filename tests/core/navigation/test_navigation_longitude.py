@@ -112,7 +112,7 @@ def test_the_cosine_of_a_latitude_has_the_same_bits_wherever_it_stands():
     degrees = np.random.default_rng(1).uniform(-90.0, 90.0, 1001)
     for first in range(9):
         found = np.empty(len(degrees) - first)
-        longitude.cosines(degrees[first:], found)
+        longitude.cosines_of_degrees(degrees[first:], found)
         expected = [math.cos(math.radians(each)) for each in degrees[first:].tolist()]
         assert found.tolist() == expected
 

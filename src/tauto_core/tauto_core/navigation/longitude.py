@@ -176,7 +176,7 @@ def column(samples: JointSamples, name: str) -> FloatArray:
 
 @entry
 def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
-    """Fill the cosines_of_degrees of angles in degrees (n,).
+    """Fill the cosines of angles in degrees (n,).
 
     The bits of np.cos may depend on the place in an array, and a list takes ten times as long.
     """

@@ -1,4 +1,4 @@
-"""The table of README, made from a result, so that it states what was measured."""
+"""The table of docs/speed.md, made from a result, so that it states what was measured."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from benchmarks.work_precision.ratios import (
 )
 from tauto_core.scene.errors import UsageError
 
-BEGIN = '<!-- made by python -m benchmarks.work_precision --readme -->'
+BEGIN = '<!-- made by python -m benchmarks.work_precision --page -->'
 END = '<!-- end of what was made -->'
 
 _HEAD = (
