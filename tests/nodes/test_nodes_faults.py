@@ -273,15 +273,52 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'the dial stood still'))
     bench.until(lambda: drift.health()['dial_stops'] == 1)
     assert any('the dial stood still for' in line for line in heard.log)
-    # The sensor's time begins again.
+    # The sensor's time steps back by 13 s: nothing is set anew.
     send(publisher, still_sensor(10.0), bench, trochlea)
-    bench.until(lambda: drift.health()['dial_settings'] == 1)
+    bench.until(lambda: drift.health()['dial_stops'] == 2)
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'goes on from where it'))
     bench.until(lambda: recorder.health().get('clock/corrected stamps_went_back') == 1)
     recorder.close()
     readings = read_bag(tmp_path / 'bag').samples(READING)
     assert isinstance(readings, TimeSamples)
     settings = {DialSetting.of(str(text)) for text in readings.source}
-    assert {(one.number, one.stops) for one in settings if one} == {(1, 0), (1, 1), (2, 0)}
+    said = {(one.number, one.stops, one.unsure_ns // 10**9) for one in settings if one}
+    assert said == {(1, 0, 0), (1, 1, 0), (1, 2, 22)}
+    assert drift.health()['dial_settings'] == 0
+
+
+def test_only_the_clock_topic_sets_the_dial_anew_when_it_goes_back(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN, use_sim_time=True))
+    sensor = bench.add(Node('gazebo'), trochlea)
+    clock = sensor.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched and clock.get_subscription_count())
+
+    def tell(seconds: int) -> None:
+        clock.publish(Clock(clock=Time(sec=1_700_000_000 + seconds)))
+        bench.until(lambda: trochlea.get_clock().now().nanoseconds == START_NS + seconds * 10**9)
+
+    sent[0] = 0
+    tell(300)
+    send(publisher, still_sensor(5.0, 300.0), bench, trochlea)
+    tell(0)
+    send(publisher, still_sensor(5.0), bench, trochlea)
+    bench.until(lambda: trochlea.health()['dial_settings'] == 1)
+    assert trochlea.health()['dial_stops'] == 0
+    send(publisher, still_sensor(5.0, -300.0), bench, trochlea)  # /clock did not go back
+    bench.until(lambda: trochlea.health()['dial_stops'] == 1)
+    assert trochlea.health()['dial_settings'] == 1
+
+
+def test_who_asks_for_it_has_the_dial_set_anew(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN, reset_on_time_jump=True))
+    sensor = bench.add(Node('xsens'), trochlea)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    sent[0] = 0
+    for _ in range(2):
+        send(publisher, still_sensor(5.0), bench, trochlea)
+    bench.until(lambda: trochlea.health()['dial_settings'] == 1)
 
 
 def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:

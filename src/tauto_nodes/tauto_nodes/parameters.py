@@ -289,6 +289,12 @@ _IMU = Parameter(
     'what the subscription to ship/imu asks for; most sensors only offer `best_effort`',
     choices=('reliable', 'best_effort'),
 )
+_RESET = Parameter(
+    'reset_on_time_jump',
+    False,
+    'with a foreign source: set the dial anew where the stamps of ship/imu go back for good; '
+    'otherwise it does so only where /clock goes back, under `use_sim_time`',
+)
 _CLOCK = Parameter(
     'publish_clock',
     False,
@@ -307,13 +313,13 @@ _STATE = (
         'state_folder',
         '',
         'folder for a file with the state of the stage, restored at the next start, so that the '
-        'dial goes on; empty: none. Not with `credits`',
+        'dial goes on; empty: none. Not with `credits`. live.launch.py names one',
         is_path=True,
     ),
     Parameter(
         'state_interval',
         10.0,
-        'time between two writings of the state',
+        'time between two writings of the state; an observation is written at once',
         unit='s',
         low=0.1,
         high=86400.0,
@@ -339,7 +345,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         _WAIT,
         *_COMMON,
     ),
-    'trochlea': (*_STAGE, _IMU),
+    'trochlea': (*_STAGE, _IMU, _RESET),
     'drift_estimator': (*_STAGE, _IMU),
     'longitude': _STAGE,
     'recorder': (

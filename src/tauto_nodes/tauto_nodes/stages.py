@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from rclpy.clock import JumpThreshold
+from rclpy.duration import Duration
 from std_srvs.srv import Trigger
 
 from tauto_core import samples as s
@@ -21,6 +23,7 @@ from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import Batches, Samples, Stage, State, TimeSamples, count, take
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import BagError
+from tauto_core.scene.times import MAX_GAP_S
 from tauto_core.version import code
 from tauto_core.voyage import compile_kernels, refused_words
 from tauto_nodes import NodesError, ParameterError
@@ -218,6 +221,8 @@ class StageNode(GraphNode):
             if self.flow is not None and (words := refused_words(self.stage.health())):
                 raise NodesError(words)
             self._changed = True
+            if s.OBSERVATION in batches:  # rare, and not to be had again
+                self._save()
         notices = self.notices
         for line in notices if not self._noticed else ():
             self.get_logger().warning(line)
@@ -311,7 +316,9 @@ def _trochlea(settings: NodeSettings) -> Stage:
     scene = settings.scene()
     # Before there is a subscription: what compiles meanwhile would let its queue overflow.
     compile_kernels(scene)
-    return LiveTrochlea(scene) if settings.text('source') == 'foreign' else TrochleaStage(scene)
+    if settings.text('source') != 'foreign':
+        return TrochleaStage(scene)
+    return LiveTrochlea(scene, settings.flag('reset_on_time_jump'))
 
 
 class TrochleaNode(StageNode):
@@ -319,6 +326,16 @@ class TrochleaNode(StageNode):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('trochlea', _trochlea, **node_options)
+        if isinstance(live := self.stage, LiveTrochlea):
+            # fires under use_sim_time alone: the time of the system tells of no jumps
+            self._jumps = self.get_clock().create_jump_callback(
+                JumpThreshold(
+                    min_forward=None,
+                    min_backward=Duration(seconds=-MAX_GAP_S),
+                    on_clock_change=False,
+                ),
+                post_callback=lambda _: live.time_went_back(),
+            )
 
 
 class DriftEstimatorNode(StageNode):

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
 from tauto_core.clockwork.live import Limits
 from tauto_core.navigation import DriftStage, LongitudeStage
+from tauto_core.navigation.longitude import Route
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -138,8 +139,57 @@ def test_the_dial_holds_and_goes_on_with_the_time_it_lost(fault: str):
     assert np.abs(after).max() < 2 * NATURAL_S
 
 
-def test_stamps_that_go_back_for_good_set_the_dial_anew():
+@pytest.mark.parametrize('step_s', [-1.5, -12.0, -1e6])
+def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
+    stage, drift = LiveTrochlea(SCENE), DriftStage(SCENE, expect_schedule=False)
+    longitude = LongitudeStage(SCENE, expect_fix=False)
+    imu = sensor()
+    stamps = imu.stamp_ns.copy()
+    stamps[600:] += round(step_s * 1e9)
+    said = said_of(stage, [replace(imu, stamp_ns=stamps)])
+    reading = said[READING]
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    assert (setting.set_ns, setting.stops, setting.number) == (START_NS, 1, 1)
+    assert setting.unsure_ns * 1e-9 == pytest.approx(-step_s, abs=0.041)
+    # the dial itself goes on from its last reading
+    assert np.diff(reading.time_ref_ns).min() >= 0
+    assert np.diff(reading.time_ref_ns).max() < 1.3e9
+    assert stage.health()['dial_settings'] == 0
+    assert 'not known' in stage.news()[0]
+    estimate = drift.feed({READING: reading})
+    at = int(np.flatnonzero(np.diff(reading.stamp_ns) < 0)[0])
+    before, after = estimate[ESTIMATE].position[at : at + 2, :2]
+    assert abs(after[0] - before[0]) < 1.0
+    assert after[1] > -step_s - 0.05
+    errors = longitude.feed({READING: reading, **estimate})[LONGITUDE_ERROR]
+    assert errors.stamp_ns.tolist() == reading.stamp_ns.tolist()
+    singly, count = LongitudeStage(SCENE, expect_fix=False), 0
+    for k in range(len(reading.stamp_ns)):
+        singly.feed({READING: take(reading, slice(k, k + 1))})
+        one = {t: take(s, slice(k, k + 1)) for t, s in estimate.items()}
+        count += len(singly.feed(one)[LONGITUDE_ERROR].stamp_ns)
+    assert count == len(reading.stamp_ns)
+
+
+@pytest.mark.parametrize('late_s', [0.5, 0.95, 1.05, 5.0, 30.0])
+def test_a_late_block_is_left_aside_however_long_it_is(late_s: float):
+    imu = sensor(90.0)
+    n = round(late_s * 50)
+    order = np.r_[0:500, 500 + n : 500 + 2 * n, 500 : 500 + n, 500 + 2 * n : len(imu.stamp_ns)]
     stage = LiveTrochlea(SCENE)
+    reading = said_of(stage, [take(imu, order)])[READING]
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    assert (setting.set_ns, setting.number, setting.unsure_ns) == (START_NS, 1, 0)
+    assert np.diff(reading.stamp_ns).min() > 0
+    assert abs(errors_s(reading)[-1] + setting.lost_ns * 1e-9) < 1.0
+    assert setting.lost_ns <= (late_s + 3.1) * 1e9
+    assert stage.health()['out_of_order'] > 0
+
+
+def test_stamps_that_go_back_for_good_set_the_dial_anew_where_that_is_asked_for():
+    stage = LiveTrochlea(SCENE, reset_on_time_jump=True)
     bag = sensor(12.0)
     reading = said_of(stage, [bag, bag])[READING]
     back = int(np.flatnonzero(np.diff(reading.stamp_ns) < 0)[0])
@@ -247,7 +297,10 @@ def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
     said = drift.feed({READING: readings(after, -7 * 10**9, stopped)})
     estimate, corrected = said[ESTIMATE], said[CORRECTED]
     assert estimate.position[0, 0] == pytest.approx(-7.0, abs=0.01)
-    assert estimate.position[0, 1] > 7.0
+    # ten sigmas of a sight when it was set, a rate that is not known, and one release
+    rate = SCENE.drift.prior_rate_sigma / 86400.0 * 106.0
+    sigma = np.hypot(np.hypot(10.0 * SCENE.drift.observation_sigma, rate), 0.6)
+    assert estimate.position[0, 1] == pytest.approx(sigma, rel=0.01)
     assert np.abs(corrected.time_ref_ns - after).max() < 10**8
     # observed to have lost but 6.5 s: believed at once, since the state is open
     seen = TimeSamples(after[50:51], '', after[50:51] - 5 * 10**8, same('sky', 1))
@@ -260,6 +313,46 @@ def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
     more = {READING: readings(later + 2 * 10**9, -7 * 10**9, stopped)}
     a, b = drift.feed(more)[ESTIMATE], resumed.feed(more)[ESTIMATE]
     assert a.position.tobytes() == b.position.tobytes()
+
+
+def test_a_known_stop_costs_the_estimate_one_release():
+    drift = DriftStage(SCENE, expect_schedule=False)
+    stamps = START_NS + 10**9 * np.arange(2000)
+    seen = stamps[[100, 900, 1900]]
+    sky = TimeSamples(seen, '', seen, same('port', 3))
+    drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
+    (before,) = drift.feed({READING: readings(stamps[-1:] + 10**9, 0, DialSetting(START_NS))})[
+        ESTIMATE
+    ].position[:, 1]
+    stopped = DialSetting(START_NS, 67 * 10**9, 1)
+    after = readings(stamps[-1:] + 68 * 10**9, -67 * 10**9, stopped)
+    offset, sigma, *_ = drift.feed({READING: after})[ESTIMATE].position[0]
+    assert offset == pytest.approx(-67.0, abs=0.5)
+    assert before < sigma < np.hypot(before, 0.7)
+
+
+def test_an_estimate_that_begins_in_mid_voyage_begins_when_the_dial_was_set():
+    """Two days before, with 67 s lost: all that the reading says, and the prior of the rate."""
+    elapsed_s, lost_s = 172_800, 67
+    setting = DialSetting(START_NS, lost_s * 10**9, 2)
+    stamps = START_NS + (elapsed_s + np.arange(3)) * 10**9
+    drift, longitude = DriftStage(SCENE, expect_schedule=False), LongitudeStage(SCENE, False)
+    reading = readings(stamps, -(lost_s + 150) * 10**9, setting)
+    said = drift.feed({READING: reading})
+    offset, sigma, rate, rate_sigma = said[ESTIMATE].position[0]
+    assert (offset, rate) == (-lost_s, 0.0)
+    prior = SCENE.drift.prior_rate_sigma
+    assert rate_sigma == pytest.approx(prior, rel=1e-6)
+    assert sigma == pytest.approx(np.hypot(prior * 2.0, 5.0), rel=1e-3)
+    assert abs(offset + lost_s + 150) < 3.0 * sigma
+    assert 'began in mid-voyage, 172800 s after' in drift.notices[0]
+    sky = TimeSamples(stamps[1:2], '', stamps[1:2], same('port', 1))
+    drift.feed({OBSERVATION: sky, READING: replace(reading, stamp_ns=stamps + 3 * 10**9)})
+    assert not drift.notices
+    longitude.feed({READING: reading})
+    places = longitude.feed(said)['longitude/fix']
+    sailed = Route(SCENE).fixes(SCENE.starts_at_ns + stamps - START_NS)
+    np.testing.assert_array_equal(places.latitude, sailed.latitude)
 
 
 def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():
@@ -280,8 +373,6 @@ def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():
 
 
 def test_a_fix_from_the_future_does_not_block_those_that_follow():
-    from tauto_core.navigation.longitude import Route
-
     longitude = LongitudeStage(SCENE, expect_fix=False)
     stamps = START_NS + 10**9 * np.arange(5)
     fixes = Route(SCENE).fixes(stamps - START_NS + SCENE.starts_at_ns)

@@ -132,6 +132,7 @@ DIAL = 'dial'
 _TIME = r'(-?\d+)\.(\d{9})'
 _PATTERN = re.compile(
     rf'{DIAL}, set {_TIME} s(?:, setting (\d+))?(?:, lost {_TIME} s in (\d+) stops)?'
+    rf'(?:, unsure by {_TIME} s)?'
 )
 
 
@@ -144,12 +145,15 @@ class DialSetting:
         lost_ns: time for which it has stood still [ns].
         stops: number of times that it has stood still.
         number: number of the setting, from 1.
+        unsure_ns: by so much its stamps have stepped back in all [ns]; how long it stood still
+            meanwhile nobody knows.
     """
 
     set_ns: int
     lost_ns: int = 0
     stops: int = 0
     number: int = 1
+    unsure_ns: int = 0
 
     def is_same_as(self, other: DialSetting) -> bool:
         """Return whether the dial has not been set in between; it may have stood still."""
@@ -163,7 +167,8 @@ class DialSetting:
         """Return the text of `TimeReference.source`."""
         lost = f', lost {_spelled(self.lost_ns)} s in {self.stops} stops' if self.stops else ''
         again = f', setting {self.number}' if self.number > 1 else ''
-        return f'{DIAL}, set {_spelled(self.set_ns)} s{again}{lost}'
+        unsure = f', unsure by {_spelled(self.unsure_ns)} s' if self.unsure_ns else ''
+        return f'{DIAL}, set {_spelled(self.set_ns)} s{again}{lost}{unsure}'
 
     @staticmethod
     def of(source: str) -> DialSetting | None:
@@ -171,8 +176,9 @@ class DialSetting:
         found = _PATTERN.fullmatch(source)
         if found is None:
             return None
-        set_s, set_ns, number, lost_s, lost_ns, stops = found.groups('0')
-        return DialSetting(_ns(set_s, set_ns), _ns(lost_s, lost_ns), int(stops), int(number) or 1)
+        set_s, set_ns, number, lost_s, lost_ns, stops, *unsure = found.groups('0')
+        lost, count = _ns(lost_s, lost_ns), int(stops)
+        return DialSetting(_ns(set_s, set_ns), lost, count, int(number) or 1, _ns(*unsure))
 
 
 def _spelled(time_ns: int) -> str:

@@ -3,8 +3,9 @@
 Where the motion breaks off for more than `MAX_GAP_S`, jumps, or makes the wheel do what no wheel
 can, the run ends at its last reading. The next good motion releases the wheel again, and the dial
 continues from where it stood. So it loses the time in between, which each reading states
-(`source`, DialSetting). Where the stamps themselves have gone back, since sim time was reset or a
-bag begins again, the dial is set anew.
+(`source`, DialSetting). Where the stamps themselves have gone back, it goes on as well, and the
+readings state by how much, since nobody knows how long it stood still. Only where all time begins
+again, or it is asked for, the dial is set anew.
 """
 
 from __future__ import annotations
@@ -201,6 +202,7 @@ class LiveTrochlea:
 
     Args:
         scene: the scene to simulate; its motion comes through `feed`.
+        reset_on_time_jump: whether the dial is set anew where the stamps go back for good.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -208,7 +210,8 @@ class LiveTrochlea:
 
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, reset_on_time_jump: bool = False) -> None:
+        self._resets, self._all_back = reset_on_time_jump, False
         still = scene.lies_still
         gap_ns = round(MAX_GAP_S * NS_PER_S)
         self._continuity = Continuity(scene.step_ns, max(gap_ns, 2 * scene.step_ns * still))
@@ -239,6 +242,10 @@ class LiveTrochlea:
                 f'sample; its stamps lie {abs(ahead_s):.6g} s {side} it'
             )
         return self._trouble
+
+    def time_went_back(self) -> None:
+        """Set the dial anew where the stamps go back next: all time begins again, as a bag's."""
+        self._all_back = True
 
     def news(self) -> list[str]:
         """Return a description of what has happened to the dial since the last call."""
@@ -290,7 +297,7 @@ class LiveTrochlea:
                 # a run without any reading is forgotten
                 if self._run is not None and self._run.said:
                     self._believe(self._stage.finish(), said)
-                self._begin(int(part.imu.stamp_ns[0]))
+                self._begin(int(part.imu.stamp_ns[0]), part.stepped_ns)
             self._limits.feel(part.imu)
             moved: Batches = {SHIP_IMU: part.imu}
             if self._thermometer is not None:
@@ -301,28 +308,39 @@ class LiveTrochlea:
             refused and f'the dial stands still: what comes on ship/imu cannot be used ({refused})'
         )
 
-    def _begin(self, origin_ns: int) -> None:
+    def _begin(self, origin_ns: int, stepped_ns: int) -> None:
         """Release the wheel again, and account for the time since the last reading."""
         self._stage.restore(self._fresh)
         self._limits.begin()
         if self._thermometer is not None:
             self._thermometer.begin(origin_ns)
         shown = self._shown
-        if shown is None or origin_ns <= shown.stamp_ns:
-            setting = shown.setting.again(origin_ns) if shown else DialSetting(origin_ns)
-            self._run = _RunState(setting, origin_ns, origin_ns)
-            if shown is not None:
-                back_s = (shown.stamp_ns - origin_ns) / NS_PER_S
-                self._counts['dial_settings'] += 1
-                self._news.append(
-                    f'the stamps of ship/imu went back by {back_s:.6g} s: the dial is set anew, '
-                    f'to {origin_ns / NS_PER_S:.3f} s'
-                )
+        resets, self._all_back = self._resets or self._all_back, False
+        if shown is None:
+            self._run = _RunState(DialSetting(origin_ns), origin_ns, origin_ns)
             return
-        lost_ns, known = origin_ns - shown.stamp_ns, shown.setting
-        setting = replace(known, lost_ns=known.lost_ns + lost_ns, stops=known.stops + 1)
+        stepped_ns = max(stepped_ns, shown.stamp_ns - origin_ns)
+        back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
+        if stepped_ns > 0 and resets:
+            self._run = _RunState(shown.setting.again(origin_ns), origin_ns, origin_ns)
+            self._counts['dial_settings'] += 1
+            self._news.append(f'{back}is set anew, to {origin_ns / NS_PER_S:.3f} s')
+            return
+        lost_ns, known = max(origin_ns - shown.stamp_ns, 0), shown.setting
+        setting = replace(
+            known,
+            lost_ns=known.lost_ns + lost_ns,
+            stops=known.stops + 1,
+            unsure_ns=known.unsure_ns + max(stepped_ns, 0),
+        )
         self._run = _RunState(setting, origin_ns, shown.dial_ns)
         self._counts['dial_stops'] += 1
+        if stepped_ns > 0:
+            self._news.append(
+                f'{back}goes on from where it stood, and how long it stood still is not known; '
+                'the estimate is less sure by that. reset_on_time_jump would set it anew'
+            )
+            return
         self._news.append(
             f'ship/imu goes on after a break: the dial stood still for {lost_ns / NS_PER_S:.6g} '
             f's, until {origin_ns / NS_PER_S:.3f} s; in all {setting.lost_ns / NS_PER_S:.6g} s'
@@ -361,6 +379,7 @@ class LiveTrochlea:
             'refused': dict(self._refused),
             'counts': dict(self._counts),
             'trouble': self._trouble,
+            'all_back': self._all_back,
             **({'thermometer': self._thermometer.state()} if self._thermometer else {}),
         }
 
@@ -373,7 +392,7 @@ class LiveTrochlea:
         self._run = run and _RunState(**{**run, 'setting': DialSetting.of(run['setting'])})
         self._shown = shown and _Shown(**{**shown, 'setting': DialSetting.of(shown['setting'])})
         self._refused, self._counts = dict(state['refused']), dict(state['counts'])
-        self._trouble = state['trouble']
+        self._trouble, self._all_back = state['trouble'], state['all_back']
         if self._thermometer is not None:
             self._thermometer.restore(state['thermometer'])
 

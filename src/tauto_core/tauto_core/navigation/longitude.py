@@ -29,6 +29,7 @@ from tauto_core.samples import (
     TimeSamples,
     count,
     join,
+    merged,
     scalars,
     take,
 )
@@ -196,7 +197,7 @@ class LongitudeStage:
     Args:
         scene: gives the position where there is no fix.
         expect_fix: False: each reading takes the latest valid fix at or before it that has come.
-            Before the first fix the scene's route is used, from the first reading.
+            Before the first fix the scene's route is used, from when the dial was set.
     """
 
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
@@ -216,6 +217,23 @@ class LongitudeStage:
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take what has arrived; return longitudes of the stamps that every topic has reached."""
+        if self._expect_fix:
+            return self._feed(batches)
+        said, rest = [], dict(batches)
+        while rest:  # one time after the other, where stamps go back
+            before = {topic: cast(TimeSamples, rest.pop(topic)) for topic in list(rest)}
+            for topic, samples in before.items():
+                back = np.diff(samples.stamp_ns) < 0
+                if topic == READING:
+                    back |= samples.source[1:] != samples.source[:-1]
+                if topic != SHIP_FIX and back.any():
+                    cut = int(np.argmax(back)) + 1
+                    before[topic] = take(samples, slice(0, cut))
+                    rest[topic] = take(samples, slice(cut, None))
+            said.append(self._feed(before))
+        return merged(said)
+
+    def _feed(self, batches: Mapping[str, Samples]) -> Batches:
         if READING in batches:
             self._see_setting(cast(TimeSamples, batches[READING]))
         for topic in self.inputs:
@@ -244,6 +262,13 @@ class LongitudeStage:
                 self._health['dial_settings'] += 1
                 self._stale = set(self.inputs)
                 self._held, self._first_ns = {}, None
+            elif (
+                self._setting is not None
+                and setting.unsure_ns > self._setting.unsure_ns
+                and reading.stamp_ns[0] <= self._last_ns[READING]
+            ):
+                self._stale = set(self.inputs) - {SHIP_FIX}
+                self._held = {t: held for t, held in self._held.items() if t == SHIP_FIX}
             self._setting = setting
 
     def finish(self) -> Batches:
@@ -297,11 +322,11 @@ class LongitudeStage:
                 self._health['fixes_from_future'] += int(np.count_nonzero(~near))
                 new = _only(new, near)
         if topic in self._stale and count(new):
-            back = np.flatnonzero(new.stamp_ns <= self._last_ns[topic])
+            back = np.flatnonzero(np.diff(new.stamp_ns, prepend=self._last_ns[topic]) <= 0)
+            self._last_ns[topic] = BEFORE_ALL if len(back) else int(new.stamp_ns[-1])
             new = take(new, slice(int(back[0]) if len(back) else count(new), None))
             if len(back):
                 self._stale.discard(topic)
-                self._last_ns[topic] = BEFORE_ALL
         kept = in_order(new.stamp_ns, self._last_ns[topic])
         self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
         new = _only(new, kept)
@@ -360,7 +385,7 @@ class LongitudeStage:
     def _places(self, stamps: IntArray) -> FixSamples:
         """Return the ship's position at some stamps: the latest fix, before any the route."""
         if self._first_ns is None:
-            self._first_ns = int(stamps[0])
+            self._first_ns = self._setting.set_ns if self._setting else int(stamps[0])
         places = self._route.fixes(stamps - self._first_ns + self._starts_at_ns)
         fixes = self._held.get(SHIP_FIX)
         if not isinstance(fixes, FixSamples):

@@ -355,10 +355,13 @@ def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None)
 # changed by as much as the gyro says. Samples that do not continue it are set aside. If a later
 # sample continues the last good one, those set aside were wrong and are left out. If they continue
 # each other for `CONFIRMED_GAPS` longest gaps, time or motion has really jumped, and a new run
-# begins with them. This depends on the samples alone, not on batches or on the speed at which a
-# bag is played.
+# begins with them. Samples behind the last one that fill a gap of the last `LATE_S` are late and
+# left out, however many they are; others that go back for good are a step of the sensor's time.
+# This depends on the samples alone, not on batches or on the speed at which a bag is played.
 
 CONFIRMED_GAPS = 1.0
+LATE_S = 60.0
+"""Time for which a gap is remembered, and samples from it are known to be late."""
 LEAST_SUSPECTS = 3
 MOST_SUSPECTS = 20_000
 
@@ -387,10 +390,13 @@ class RollSample(NamedTuple):
 
 
 class MotionRun(NamedTuple):
-    """Samples of one uninterrupted motion; `begins`: the first of them begins a new one."""
+    """Samples of one uninterrupted motion; `begins`: the first of them begins a new one, its stamp
+    `stepped_ns` behind the last good one where time has gone back.
+    """
 
     imu: ImuSamples
     begins: bool
+    stepped_ns: int = 0
 
 
 class Continuity:
@@ -407,6 +413,7 @@ class Continuity:
         self._kept: ImuSamples | None = None
         self._before_ns = step_ns
         self._suspects: list[tuple[RollSample, ImuSamples]] = []
+        self._gaps: list[tuple[int, int]] = []
         self.counts = {
             'duplicated': 0,
             'out_of_order': 0,
@@ -451,8 +458,14 @@ class Continuity:
             elif (again := self._suspected(place, one)) is not None:
                 if parts:
                     yield MotionRun(join(parts), begins)
+                stepped_ns = self._last.stamp_ns - int(again.stamp_ns[0])
+                if stepped_ns < 0:
+                    self._remember(self._last.stamp_ns, int(again.stamp_ns[0]))
+                else:
+                    self._gaps.clear()
                 self.restart()
-                yield from self._runs(again)
+                for run in self._runs(again):
+                    yield run._replace(stepped_ns=max(stepped_ns, 0))
                 begins, parts = False, []
         if parts:
             yield MotionRun(join(parts), begins)
@@ -475,9 +488,18 @@ class Continuity:
         covered_ns = place.stamp_ns - aside[0][0].stamp_ns
         if len(aside) < LEAST_SUSPECTS or covered_ns < CONFIRMED_GAPS * self._max_gap_ns:
             return None
+        fills = [any(a < one.stamp_ns < b for a, b in self._gaps) for one, _ in aside]
+        if 2 * sum(fills) > len(aside):
+            self._drop_suspects()
+            return None
         confirmed = join([sample for _, sample in aside])
         aside.clear()
         return confirmed
+
+    def _remember(self, last_ns: int, next_ns: int) -> None:
+        """Note a gap in the motion, and forget those of long ago."""
+        oldest_ns = next_ns - round(LATE_S * 1e9)
+        self._gaps = [gap for gap in self._gaps if gap[1] > oldest_ns] + [(last_ns, next_ns)]
 
     def _drop_suspects(self) -> None:
         for place, _ in self._suspects:
@@ -498,6 +520,7 @@ class Continuity:
         parts = [one]
         if elapsed_ns > FILLED * usual_ns:
             self.counts['bridged_gaps'] += 1
+            self._remember(self._last.stamp_ns, place.stamp_ns)
             number = -(-elapsed_ns // usual_ns)
             parts = [_between(self._kept, one, number), one]
             self._before_ns = elapsed_ns // number
@@ -513,6 +536,7 @@ class Continuity:
             'kept': self._kept,
             'before_ns': self._before_ns,
             'suspects': [(tuple(place), sample) for place, sample in self._suspects],
+            'gaps': list(self._gaps),
             'counts': dict(self.counts),
         }
 
@@ -521,6 +545,7 @@ class Continuity:
         self._last = state['last'] and RollSample(*state['last'])
         self._kept, self._before_ns = state['kept'], state['before_ns']
         self._suspects = [(RollSample(*place), sample) for place, sample in state['suspects']]
+        self._gaps = [(a, b) for a, b in state['gaps']]
         self.counts = dict(state['counts'])
 
 
