@@ -18,12 +18,13 @@ from tauto_core.bags import decode, encode
 from tauto_core.clockwork import DialSetting, LiveTrochlea
 from tauto_core.files import DRAFTS
 from tauto_core.navigation import DriftStage, LongitudeStage
-from tauto_core.samples import READING, SHIP_IMU, TimeSamples, take
+from tauto_core.samples import OBSERVATION, READING, SHIP_IMU, TimeSamples, same, take
 from tauto_core.scene import load_scene
 from tauto_core.version import code
 from tauto_nodes import ParameterError
+from tauto_nodes.launching import state_folder
 from tauto_nodes.ports import port
-from tauto_nodes.stages import StateFile, TrochleaNode
+from tauto_nodes.stages import DriftEstimatorNode, StateFile, TrochleaNode
 
 SCENE = load_scene('measured')
 
@@ -158,3 +159,34 @@ def test_finish_ends_the_run_and_its_state(bench: Bench, tmp_path: Path) -> None
     bench.until(lambda: list(tmp_path.glob('*.state')))
     trochlea.end_input()
     assert not list(tmp_path.iterdir())
+
+
+def test_a_sight_is_in_the_state_as_soon_as_it_has_come(bench: Bench, tmp_path: Path) -> None:
+    """A kill a moment later must not take it away; the next writing is an hour off."""
+    options = {'state_folder': str(tmp_path), 'state_interval': 3600.0}
+    drift = DriftEstimatorNode(**overrides(**FOREIGN, **options))
+    navigator = bench.add(Node('navigator'), drift)
+    known = port(OBSERVATION)
+    publisher = navigator.create_publisher(known.message, OBSERVATION, known.profile)
+    bench.until(lambda: drift.inputs[OBSERVATION].matched)
+    stamp = np.array([START_NS])
+    publisher.publish(encode(OBSERVATION, TimeSamples(stamp, '', stamp, same('port', 1)))[0])
+    bench.until(lambda: list(tmp_path.glob('*.state')))
+    held = StateFile(tmp_path, '/drift_estimator', SCENE).load()
+    assert held is not None
+    assert [at for at, _ in held['pending']] == [START_NS]
+
+
+def test_the_launch_keeps_the_states_of_each_scene_apart(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv('TAUTO_FOLDER', raising=False)
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+    here = [state_folder({'scene': s, 'state_folder': 'default'}) for s in ('measured', 'ideal')]
+    assert {Path(folder).parent for folder in here} == {tmp_path / 'tauto_states'}
+    assert len(set(here)) == 2
+    assert state_folder({'scene': 'measured', 'state_folder': ''}) == ''
+    assert state_folder({'scene': 'measured', 'state_folder': '/a/b'}) == '/a/b'
+    monkeypatch.setenv('TAUTO_FOLDER', str(tmp_path / 'ours'))
+    inside = state_folder({'scene': 'measured', 'state_folder': 'default'})
+    assert Path(inside).is_relative_to(tmp_path / 'ours')

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from launch import LaunchDescription
 
-from tauto_nodes.launching import launch_description
+from tauto_nodes.launching import launch_description, state_folder
 
 DEFAULTS = {
     'scene': 'measured',
@@ -21,7 +21,7 @@ DEFAULTS = {
     'imu_reliability': 'best_effort',
     'out': '',
     'anyway': 'false',
-    'state_folder': '',
+    'state_folder': 'default',
     'namespace': '',
     'executor': 'events',
 }
@@ -29,11 +29,7 @@ DEFAULTS = {
 
 def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
     sensor = {'imu_reliability': given['imu_reliability']}
-    folder = given['state_folder']
-    stage = {
-        'scene': given['scene'],
-        'state_folder': str(Path(folder).absolute()) if folder else '',
-    }
+    stage = {'scene': given['scene'], 'state_folder': state_folder(given)}
     nodes: dict[str, dict[str, object]] = {
         'longitude': {**stage},
         'drift_estimator': {**stage, **sensor},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import difflib
+import hashlib
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping
@@ -14,7 +15,7 @@ from typing import Any
 from tauto_core.bags import check_folder, is_cut_short
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.samples import SHIP_IMU
-from tauto_core.scene import load_scene
+from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import GraphError, ParameterError, as_parameter
 from tauto_nodes.parameters import FOLDER_VARIABLE, PARAMETERS, write_parameters
@@ -39,7 +40,8 @@ ARGUMENTS = {
     'out': 'folder of the bag; empty, with a sensor only: nothing is recorded',
     'force': 'replace a bag that is there',
     'anyway': 'sail machines and ships beyond all that are known, too',
-    'state_folder': 'folder for the states of the stages; empty: none is saved',
+    'state_folder': 'folder for the states of the stages; default: one for each scene, in '
+    'tauto_states of ROS_HOME (~/.ros) or of TAUTO_FOLDER; empty: none is saved',
     'namespace': 'namespace of the nodes',
     'executor': 'what spins the nodes: events or single',
     'params_file': 'parameters of all nodes',
@@ -93,6 +95,21 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
         if given['out'] or 'speed' not in given
         else ['out :=: a voyage is recorded; name a folder']
     )
+
+
+def state_folder(given: Mapping[str, str]) -> str:
+    """Return the folder of the states: that given, or by default one for the scene.
+
+    A dial goes on where it stood only if it is the same clock, and so each scene has its own.
+    """
+    folder = given['state_folder']
+    if folder != 'default':
+        return str(Path(folder).absolute()) if folder else ''
+    home = os.environ.get('ROS_HOME') or Path.home() / '.ros'
+    scene = Path(given['scene'])
+    text = hashlib.sha256(scene_yaml(load_scene(given['scene'])).encode()).hexdigest()
+    place = Path(os.environ.get(FOLDER_VARIABLE) or home, 'tauto_states')
+    return str(place.absolute() / f'{scene.stem}_{text[:8]}')
 
 
 def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
