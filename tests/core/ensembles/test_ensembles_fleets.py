@@ -317,12 +317,12 @@ def by_tls(tmp_path):
     for_two = ('-nodes', '-days', '2', '-subj', '/CN=fleet')
     files = ('-keyout', key, '-out', certificate)
     subprocess.run([*made, *for_two, *files], check=True, capture_output=True)
-    files = {'ca-file': certificate}
+    kept = {'ca-file': certificate}
     for who in ('scheduler', 'worker', 'client'):
-        files |= {f'{who}.cert': certificate, f'{who}.key': key}
+        kept |= {f'{who}.cert': certificate, f'{who}.key': key}
     with ExitStack() as held:
         patch = held.enter_context(pytest.MonkeyPatch.context())
-        for name, file in files.items():
+        for name, file in kept.items():
             variable = name.upper().replace('.', '__').replace('-', '_')
             patch.setenv(f'DASK_DISTRIBUTED__COMM__TLS__{variable}', str(file))
             held.enter_context(dask.config.set({f'distributed.comm.tls.{name}': str(file)}))

@@ -11,6 +11,7 @@ import yaml
 
 from tauto_core.scene import SceneError, load_scene, parse_scene
 from tauto_core.scene.errors import ABSENT, UsageError
+from tauto_core.ship import ShipMotion
 
 
 def good() -> dict[str, Any]:
@@ -200,6 +201,7 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('voyage.speed', 3.0, 'voyage.speed', 'does not go with voyage.arrives_at, 600.0 s'),
         ('voyage.speed', 0.0, 'voyage.speed', 'greater than 0'),
         ('voyage.track', 'great circle', 'voyage.track', "must be 'geodesic' or 'rhumb'"),
+        ('voyage.track', 'rumb', 'voyage.track', 'did you mean rhumb?'),
         ('voyage.arrival', [90.0, 0.0], 'voyage.arrival', 'nearer to a pole than 89.68°'),
         ('voyage.waypoints', [[-89.7, 0.0]], 'voyage.waypoints[0]', 'nearer to a pole'),
         ('voyage.waypoints', [[91.0, 0.0]], 'voyage.waypoints[0].place[0]', 'at most 90'),
@@ -394,3 +396,24 @@ def test_data_that_are_not_there(tmp_path: Path, path: str) -> None:
     keys = {problem.key for problem in caught.value.problems}
     assert keys == {'ship.recorded.path', 'trochlea.cam.path'}
     assert path.removeprefix('shipped:') in str(caught.value)
+
+
+def test_a_wrong_covariate_is_refused_once_with_the_nearest_name() -> None:
+    error = refusal(('drift.covariates', ['temprature']))
+    assert [each.key for each in error.problems] == ['drift.covariates[0]']
+    assert 'did you mean temperature?' in str(error)
+
+
+@pytest.mark.parametrize(
+    ('change', 'key', 'said'),
+    [
+        ({'ship.speed': 20.0}, 'ship.speed', 'the voyage has a speed'),
+        ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', 'mean 44'),
+    ],
+)
+def test_a_ship_of_a_passage_is_refused_by_her_own_key(
+    change: dict[str, Any], key: str, said: str
+) -> None:
+    with pytest.raises(SceneError, match=said) as caught:
+        ShipMotion(load_scene('portsmouth_jamaica', **change))
+    assert caught.value.key == key

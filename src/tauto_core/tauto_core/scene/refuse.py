@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
@@ -63,7 +64,13 @@ _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
     """Return what pydantic refused of the whole, `root`, with key paths, values and remedies."""
     found: list[Problem] = []
-    for detail in error.errors(include_url=False):
+    details = error.errors(include_url=False)
+    for detail in details:
+        place = detail['loc']
+        if detail['type'] == 'too_short' and any(
+            each['loc'][: len(place)] == place for each in details if each is not detail
+        ):
+            continue  # its items were refused, so that none is counted
         if detail['type'] == 'combination':
             found += detail['ctx']['problems']
         else:
@@ -88,7 +95,13 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
         found = '' if kind in _OF_TEXT else _found(value)
         problem = f'must be {_KINDS[kind]}{found}'
     elif kind == 'literal_error':
-        problem = f'must be {context["expected"]}{_found(value)}'
+        words = context['expected']
+        near = difflib.get_close_matches(str(value), re.findall(r"'(\w+)'", words), 1)
+        problem = f'must be {words}'
+        if near:
+            problem += f'; did you mean {near[0]}?'
+        elif not (isinstance(value, str) and "'" in words):
+            problem += _found(value)
     elif kind in ('too_long', 'too_short'):
         least, most = context.get('min_length'), context.get('max_length')
         limit = f'at most {most}' if least is None else f'at least {least}'

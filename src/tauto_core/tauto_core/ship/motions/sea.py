@@ -334,6 +334,13 @@ class SeaShip(ShipKind):
             yield from self.sea.problems(self.rate)
         if self.weather is not None:
             yield from self.weather.problems(self.rate)
+            if self.weather.follow_route and self.speed:
+                yield Problem(
+                    'ship.speed',
+                    self.speed,
+                    'does not go with ship.weather.follow_route: the voyage has a speed',
+                    'Leave one of them out.',
+                )
         if self.sea is None and self.weather is None:
             yield Problem(
                 'ship.sea',
@@ -507,6 +514,8 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
             _hull_of(scene, ship).check_speed(ship.speed)
     except HullError as error:
         found, voyage = error.problem, scene.voyage
+        if found.key not in ('speed', 'heading'):
+            raise _in_keys(scene, error) from None  # she has none on any course
         where = f'after {state.at_ns / NS_PER_S / DAY_S:.3g} days'
         if voyage is not None:
             times = Passage(scene, voyage).places_ns
