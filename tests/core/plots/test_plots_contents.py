@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 import tauto_core as tauto
 from tauto_core.cli.app import app
 from tauto_core.cli.voyages import title_of
+from tauto_core.curves.numerics import trapezoid
 from tauto_core.plots.chart import draw
 from tauto_core.plots.contents import MOST_POINTS, PICTURES, TAPER_S, chart, seaway, thinned
 from tauto_core.samples import READING, TimeSamples
@@ -290,7 +291,7 @@ def test_a_known_roll_has_its_peak_where_it_is() -> None:
     [roll] = chart(voyage, 'spectrum', 0.0, 900.0).lines
     assert roll.x[int(np.argmax(roll.y))] == pytest.approx(1.0 / 9.0, abs=1.0 / 120.0)
     # the area is half the square of the amplitude in degrees
-    area = float(np.trapezoid(roll.y, roll.x))
+    area = trapezoid(roll.y, roll.x)
     assert area == pytest.approx(0.5 * np.degrees(0.05) ** 2, rel=0.05)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tauto_core.curves.numerics import trapezoid
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship import hull as hulls
 from tauto_core.ship.hull import (
@@ -223,7 +224,7 @@ def test_the_default_cutoff_doubled_changes_no_rate(any_ship, degrees, period, h
             places=places,
             omega=omega,
         )
-        energy = float(np.trapezoid(bretschneider(omega, height, period), omega))
+        energy = trapezoid(bretschneider(omega, height, period), omega)
         rates.append([(each, height**2 / 16.0 / energy) for each in found])
     for (less, scale), (more, rescale) in zip(*rates, strict=True):
         parts = abs(more.heave) + more.athwart + more.fore_and_aft

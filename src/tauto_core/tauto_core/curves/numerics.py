@@ -16,6 +16,12 @@ from tauto_core.scene.errors import TautoError
 ArrayFunction: TypeAlias = Callable[[FloatArray], FloatArray]
 """A function of an array of any shape, element by element."""
 
+
+def trapezoid(values: FloatArray, at: FloatArray) -> float:
+    """Return the integral of values by trapezoids; NumPy has `trapezoid` since 2.0."""
+    return float((np.diff(at) * (values[1:] + values[:-1]) / 2.0).sum())
+
+
 # -----------------------------------------------------------------------------
 # Differences of nearly equal functions, to full relative precision at small arguments.
 

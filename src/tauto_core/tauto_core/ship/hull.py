@@ -25,6 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.curves.numerics import trapezoid
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
@@ -879,7 +880,7 @@ def rate_by_place(
         hull.check_place(place)
 
     def mean_square(factor: ComplexArray) -> float:
-        return float(np.trapezoid(density * np.abs(factor) ** 2, omega))
+        return trapezoid(density * np.abs(factor) ** 2, omega)
 
     found = []
     for heading in headings:

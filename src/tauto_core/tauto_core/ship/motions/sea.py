@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 import numpy as np
 from pydantic import Field, Strict, field_validator, model_validator
 
+from tauto_core.curves.numerics import trapezoid
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, KindIn, key_of_place
@@ -259,7 +260,7 @@ class SeaShip(ShipKind):
         at_s = np.array([state.at_ns for state in states]) / NS_PER_S
         inside = at_s[(at_s > 0.0) & (at_s < scene.duration)]
         times = np.concatenate([[0.0], inside, [scene.duration]])
-        lasts_s = float(np.trapezoid(np.interp(times, at_s, abrupt), times))
+        lasts_s = trapezoid(np.interp(times, at_s, abrupt), times)
         lasts_s = lasts_s / abrupt[fastest] if abrupt[fastest] > 0.0 else scene.duration
         return tuple(
             WorstSea(
