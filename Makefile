@@ -62,9 +62,9 @@ coverage: setup-dev  ## which lines the tests run: a table, and coverage.xml
 docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
 	.venv/bin/zensical build --strict --clean
 
-wheels: setup-dev  ## both packages as wheels, into dist/
-	rm -rf dist src/*/build  # setuptools would pack modules of earlier builds, too
-	.venv/bin/python -m pip wheel --quiet --no-deps --wheel-dir dist src/tauto_core src/tauto_nodes
+wheels: setup-dev  ## both packages as wheels and sdists, into dist/; the same bytes each time
+	.venv/bin/python -m pip install --quiet 'build>=1.2' 'twine>=6.1'
+	.ci/dist
 
 bench: setup  ## the eight clocks of the comparison, messages per second, run time against error
 	.venv/bin/python docs/outputs.py --clocks

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import venv
 import zipfile
+from email import message_from_bytes
 from pathlib import Path
 
 import pytest
+import yaml
 
 from tauto_core.version import BASE, code
 
 ROOT = Path(__file__).parents[1]
 
 
-def run(*words: str | Path) -> str:
+def run(*words: str | Path, cwd: Path | None = None) -> str:
     done = subprocess.run(
-        [str(word) for word in words], capture_output=True, text=True, check=False
+        [str(word) for word in words], capture_output=True, text=True, check=False, cwd=cwd
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
@@ -42,6 +46,43 @@ def test_the_wheels_hold_all_that_the_sources_hold(wheels: dict[str, Path]) -> N
         for file in package.rglob('*'):
             if file.is_file() and '__pycache__' not in file.parts:
                 assert file.relative_to(package.parent).as_posix() in held, file
+
+
+def test_licence_notice_and_description_are_within(
+    wheels: dict[str, Path], tmp_path: Path
+) -> None:
+    for name, wheel in wheels.items():
+        with zipfile.ZipFile(wheel) as held:
+            info = f'{name}-{BASE}.dist-info'
+            for file in ('LICENSE', 'NOTICE'):  # newer setuptools have a folder for them
+                places = {f'{info}/{file}', f'{info}/licenses/{file}'} & set(held.namelist())
+                assert [held.read(each) for each in places] == [(ROOT / file).read_bytes()]
+            said = message_from_bytes(held.read(f'{info}/METADATA'))
+        assert said['Author']
+        assert said.get_payload().startswith(f'# {name}\n')
+        needs = said.get_all('Requires-Dist')
+        ours = [need for need in needs if need.startswith('tauto')]
+        assert ours
+        assert all(f'=={BASE}' in need for need in ours), ours  # both packages of one version
+    sources = wheels['tauto_core'].parent / 'sources'
+    for name in wheels:
+        made = tmp_path / name
+        build = 'import sys; from setuptools.build_meta import build_sdist as b; b(sys.argv[1])'
+        run(sys.executable, '-c', build, made, cwd=sources / name)
+        [sdist] = made.glob('*.tar.gz')
+        with tarfile.open(sdist) as held:
+            names = {each.partition('/')[2] for each in held.getnames()}
+        wanted = {'LICENSE', 'NOTICE', 'README.md', 'package.xml', 'setup.py'}
+        assert wanted | {f'resource/{name}'} <= names
+
+
+@pytest.mark.parametrize('file', sorted((ROOT / '.github/workflows').glob('*.yml')), ids=str)
+def test_workflows_pin_what_they_use_and_may_do_little(file: Path) -> None:
+    text = file.read_text(encoding='utf-8')
+    assert yaml.safe_load(text)['permissions'] in ({}, {'contents': 'read'})
+    used = re.findall(r'uses: (\S+)', text)
+    assert used
+    assert all(re.fullmatch(r'[\w/-]+@[0-9a-f]{40}', each) for each in used), used
 
 
 def test_the_installed_wheel_sails_by_itself(wheels: dict[str, Path], tmp_path: Path) -> None:

@@ -1,10 +1,12 @@
 """Build script: colcon reads it, pip reads it through setuptools."""
 
 import runpy
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'tauto_core'
+VERSION = runpy.run_path(f'{PACKAGE}/version.py')['BASE']
 
 TEST = [
     'bokeh>=3.4',
@@ -47,13 +49,28 @@ CLUSTER = ['distributed>=2024.8']
 # The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
 HULL = ['capytaine>=3.0']
 # The nodes, and the ROS 2 they need where none is installed.
-ROS = ['tauto_nodes[ros]']
+ROS = [f'tauto_nodes[ros]=={VERSION}']
 
 setup(
     name=PACKAGE,
-    version=runpy.run_path(f'{PACKAGE}/version.py')['BASE'],
+    version=VERSION,
     description="Sully and Euler's sea clock on a rolling ship: curves, motion, drift, longitude.",
+    long_description=Path('README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    author='The Tauto developers',
     license='Apache-2.0',
+    license_files=['LICENSE', 'NOTICE'],
+    keywords=['chronometer', 'longitude', 'isochronism', 'ROS 2', 'simulation'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3.11',
+        'Programming Language :: Python :: 3.12',
+        'Programming Language :: Python :: 3.13',
+        'Topic :: Scientific/Engineering :: Physics',
+        'Typing :: Typed',
+    ],
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={
         PACKAGE: [

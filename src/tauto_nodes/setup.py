@@ -1,16 +1,33 @@
 """Build script: colcon reads it, pip reads it through setuptools."""
 
 from glob import glob
+from pathlib import Path
 
 from setuptools import find_packages, setup
 
 PACKAGE = 'tauto_nodes'
+VERSION = '0.3.0.dev0'
 
 setup(
     name=PACKAGE,
-    version='0.3.0.dev0',
+    version=VERSION,
     description='ROS 2 Jazzy nodes of the sea clock: ship, trochlea, drift, longitude, bags.',
+    long_description=Path('README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    author='The Tauto developers',
     license='Apache-2.0',
+    license_files=['LICENSE', 'NOTICE'],
+    keywords=['chronometer', 'longitude', 'isochronism', 'ROS 2', 'simulation'],
+    classifiers=[
+        'Development Status :: 4 - Beta',
+        'Intended Audience :: Science/Research',
+        'Operating System :: POSIX :: Linux',
+        'Programming Language :: Python :: 3.11',
+        'Programming Language :: Python :: 3.12',
+        'Programming Language :: Python :: 3.13',
+        'Topic :: Scientific/Engineering :: Physics',
+        'Typing :: Typed',
+    ],
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={PACKAGE: ['py.typed', 'fastdds.xml', 'fastdds_loopback.xml']},
     data_files=[
@@ -21,7 +38,7 @@ setup(
         (f'share/{PACKAGE}/layouts', glob('layouts/*')),
     ],
     python_requires='>=3.11',
-    install_requires=['tauto_core'],
+    install_requires=[f'tauto_core=={VERSION}'],
     extras_require={
         'ros': [
             'ros-jazzy-common-interfaces>=5.3.6',
