@@ -97,6 +97,21 @@ class SpatialImu:
 
 
 @dataclass(frozen=True)
+class HungImu:
+    """What a clock feels in a case that is hung in the ship; stamps continue those before."""
+
+    stamp_ns: IntArray
+    tilt: FloatArray
+    """φ of the case [rad], unwrapped."""
+    rate: FloatArray
+    """φ̇ [rad/s]."""
+    lean: FloatArray
+    """Direction of the specific force in the case, positive to starboard [rad]."""
+    pull: FloatArray
+    """Its size [m/s2], negative where it would throw a weight out of the top of the case."""
+
+
+@dataclass(frozen=True)
 class JointSamples:
     """sensor_msgs/JointState, also used for named scalars with a stamp.
 

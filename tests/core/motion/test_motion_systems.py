@@ -109,7 +109,8 @@ def on_land(count: int, step_s: float) -> Forcing:
 
 
 def columns(motion: Any) -> np.ndarray:
-    return np.array([np.asarray(each, float) for each in vars(motion).values()])
+    values = motion[:6] if isinstance(motion, tuple) else vars(motion).values()
+    return np.array([np.asarray(each, float) for each in values])
 
 
 def bearing(count: int, step_ns: int, parts: int = 1, sway: float = 0.0) -> BearingMotion:

@@ -47,9 +47,9 @@ def swung(bearing, tilt):
     after = modes.advance(bearing)
     before = [
         np.concatenate([[start], column[:-1]])
-        for start, column in zip((tilt, tilt, 0.0, 0.0), vars(after).values(), strict=True)
+        for start, column in zip((tilt, tilt, 0.0, 0.0), after[:4], strict=True)
     ]
-    return CaseMotion(*before), after
+    return CaseMotion(*[*before, after.sway, after.lift]), after
 
 
 def test_what_presses_is_the_contact_force_of_the_full_equations():
@@ -61,8 +61,8 @@ def test_what_presses_is_the_contact_force_of_the_full_equations():
     support = SupportMotion(turn=0.0, down=-lift, lateral=sway)
     wide = (CASE.c / CASE.k) * np.sin(phi - theta)
     expected = np.asarray(forces(body, state, support).contact) * (1.0 + wide * wide)
-    motion = CaseMotion(theta, phi, theta_rate, phi_rate)
-    found = pressing(CASE, motion, sway, CASE.gravity + lift)
+    motion = CaseMotion(theta, phi, theta_rate, phi_rate, sway, CASE.gravity + lift)
+    found = pressing(CASE, motion, motion.sway, motion.lift)
     np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
@@ -92,7 +92,7 @@ def test_a_loss_is_found_where_the_exact_motion_has_it(tilt):
     exact = float(fine.end_ns[np.argmax(p <= 0.0)] * 1e-9)
     assert np.any(p <= 0.0)
     before, after = swung(coarse, tilt)
-    found = lost_at(CASE, coarse, before, after, pressing(CASE, after, *coarse.at_ends()))
+    found = lost_at(CASE, coarse, before, after)
     # to a part of the fine ones, besides
     assert found == pytest.approx(exact, abs=3e-4)
 
@@ -116,7 +116,7 @@ def test_a_dip_between_two_samples_is_seen():
         before, after = swung(bearing, 0.0)
         pressed = pressing(CASE, after, *bearing.at_ends())
         assert np.all(pressed > 0.0)
-        found = lost_at(CASE, bearing, before, after, pressed)
+        found = lost_at(CASE, bearing, before, after)
         if depth < 0.0:
             assert found is None
             continue

@@ -23,6 +23,7 @@ from tauto_core.samples import (
     SHIP_TEMPERATURE,
     Batches,
     FloatArray,
+    HungImu,
     ImuSamples,
     IntArray,
     JointSamples,
@@ -268,8 +269,8 @@ class TrochleaStage:
             self._feel(self._suspension.finish(self._origin_ns or 0))
         return self._advance(final=True)
 
-    def _feel(self, case: ImuSamples | None) -> None:
-        """Take the readings of a sensor in the suspended case."""
+    def _feel(self, case: HungImu | None) -> None:
+        """Take what is felt in the suspended case."""
         if case is not None:
             self._buffer.add(case, self._origin_ns or 0)
 

@@ -23,7 +23,7 @@ from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, load, sto
 from tauto_core.motion.suspended_case import (
     OVER,
     BearingMotion,
-    GimbalsMotion,
+    CaseMotion,
     SteppedSwing,
 )
 from tauto_core.motion.system import (
@@ -266,11 +266,12 @@ class GimbalsSwing(SteppedSwing):
         damping, friction = self._law.damping or 0.0, self._law.friction or 0.0
         return damping * roll_rate + friction * float(np.sign(roll_rate))
 
-    def advance(self, bearing: BearingMotion) -> GimbalsMotion:
+    def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts.
 
         Raises a PropagationError if the case turns over, or no step converges.
         """
-        rows = self._rows(bearing)
-        names = 'coordinate', 'coordinate', 'speed', 'speed', 'acceleration'
-        return GimbalsMotion(*(np.ascontiguousarray(rows[name]) for name in names))
+        rows, (sway, lift) = self._rows(bearing), bearing.at_ends()
+        names = 'coordinate', 'speed', 'acceleration'
+        phi, rate, bend = map(np.ascontiguousarray, map(rows.__getitem__, names))
+        return CaseMotion(phi, phi, rate, rate, sway, lift, bend)

@@ -356,7 +356,7 @@ def case_bends(
         delta, per = now.phi - now.theta, 1.0 / (case.k * case.k)
         rates = now.theta_rate, now.phi_rate
         contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
-            case, now.theta, delta, rates, sway, lift
+            (case.e, case.c, case.k), now.theta, delta, rates, sway, lift
         )
         eccentric = (case.c / case.k) * sin_delta
         contact = contact + case.c * per * sin_delta * torque / fma(eccentric, eccentric, 1.0)

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
 from itertools import pairwise
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.kernels import inlined
-from tauto_core.machines.axle_pendulum import exact_lengths, modes
+from tauto_core.kernels import entry, inlined
+from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
 from tauto_core.motion import stepping
-from tauto_core.motion.forcing import Polynomials, lifted_off, turned_over
+from tauto_core.motion.forcing import lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine
 from tauto_core.motion.lanes import (
     SIZE,
@@ -24,20 +24,25 @@ from tauto_core.motion.lanes import (
     Numeric,
     NumericPair,
     fma,
+    lane,
     larger,
     load,
+    splat,
     store,
 )
 from tauto_core.motion.linear import (
     STATE,
-    DrivenSpans,
     LinearLaw,
     Oscillator,
     SpanShape,
+    Swing,
+    U,
+    cosine_sine,
+    into_frame,
     oscillator,
-    propagate,
     responses,
     sorted_out,
+    turns_at,
 )
 from tauto_core.motion.phase import PHASE_DIGITS
 from tauto_core.motion.stepping import TOLERANCE, tolerance_of
@@ -97,10 +102,9 @@ class BearingMotion:
     @cached_property
     def end_ns(self) -> IntArray:
         """Time of each part's end from the start of the run [ns], (Σ parts,)."""
-        piece = self.piece
-        number = np.arange(1, len(piece) + 1) - (np.cumsum(self.parts) - self.parts)[piece]
-        length, parts = self.length_ns[piece], self.parts[piece]
-        return self.begin_ns[piece] + ends_of_parts(length, parts, number)
+        found = np.empty(int(self.parts.sum()), np.int64)
+        _end_parts(self.begin_ns, self.length_ns, self.parts, found)
+        return found
 
     @cached_property
     def end(self) -> FloatArray:
@@ -109,26 +113,46 @@ class BearingMotion:
         ends: FloatArray = (self.end_ns - self.begin_ns[piece]) / self.length_ns[piece]
         return ends
 
-    def at_ends(self) -> tuple[FloatArray, FloatArray]:
-        """Return ÿ and g + z̈ at the ends of the parts [m/s2], (Σ parts,)."""
-        sway, lift = np.zeros((2, len(self.end)))
-        for j in range(self.sway.shape[1] - 1, -1, -1):
-            sway = sway * self.end + self.sway[self.piece, j]
-            lift = lift * self.end + self.lift[self.piece, j]
-        return sway, lift
+    def at_ends(self) -> FloatArray:
+        """Return ÿ and g + z̈ at the ends of the parts [m/s2], (2, Σ parts)."""
+        found = np.empty((2, len(self.end)))
+        _at_ends(self.end, self.piece, self.sway, self.lift, found)
+        return found
 
 
-def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: IntArray) -> IntArray:
+@entry
+def _end_parts(begin_ns: IntArray, length_ns: IntArray, parts: IntArray, end_ns: IntArray) -> None:
+    """Fill in when the parts end, for `BearingMotion`."""
+    k = 0
+    for p in range(len(parts)):
+        for i in range(parts[p]):
+            end_ns[k] = begin_ns[p] + ends_of_parts(length_ns[p], parts[p], i + 1)
+            k += 1
+
+
+@entry
+def _at_ends(
+    end: FloatArray, piece: IntArray, sway: FloatArray, lift: FloatArray, found: FloatArray
+) -> None:
+    """Fill in the polynomials of `BearingMotion` at the ends of the parts."""
+    for k in range(len(end)):
+        x, p, y, z = end[k], piece[k], 0.0, 0.0
+        for j in range(sway.shape[1] - 1, -1, -1):
+            y = y * x + sway[p, j]
+        for j in range(lift.shape[1] - 1, -1, -1):
+            z = z * x + lift[p, j]
+        found[0, k], found[1, k] = y, z
+
+
+def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: Any) -> Any:
     """Return when the number-th of equal parts of a length ends, rounded to nanoseconds [ns].
 
     Numbers run from 1 to `parts`; 0 gives the beginning.
     """
-    ends: IntArray = (2 * number * length_ns + parts) // (2 * parts)
-    return ends
+    return (2 * number * length_ns + parts) // (2 * parts)
 
 
-@dataclass(frozen=True)
-class CaseMotion:
+class CaseMotion(NamedTuple):
     """The motion of the case at n instants, all (n,).
 
     Attributes:
@@ -136,19 +160,18 @@ class CaseMotion:
         phi: tilt φ of the case [rad].
         theta_rate: θ̇ [rad/s].
         phi_rate: φ̇ [rad/s].
+        sway: ÿ of the bearing [m/s2].
+        lift: its g + z̈ [m/s2].
+        phi_bend: φ̈ in gimbals [rad/s2]; None on an axle.
     """
 
     theta: FloatArray
     phi: FloatArray
     theta_rate: FloatArray
     phi_rate: FloatArray
-
-
-@dataclass(frozen=True)
-class GimbalsMotion(CaseMotion):
-    """The same of a case in gimbals, and φ̈ [rad/s2], (n,)."""
-
-    phi_bend: FloatArray
+    sway: FloatArray
+    lift: FloatArray
+    phi_bend: FloatArray | None = None
 
 
 class CaseSwing(Protocol):
@@ -252,7 +275,7 @@ class SuspendedCase(AxleNumbers, System):
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
         sway, lift = load(nodes.sway), load(nodes.lift)
         contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
-            self, theta, delta, rates, sway, lift
+            (e, c, k), theta, delta, rates, sway, lift
         )
         # the division in the contact force takes longest, so that little waits for it
         free = fma(sin_delta, c * (rates[1] * rates[1]), -fma(lift, sin_theta, sway * cos_theta))
@@ -287,7 +310,8 @@ class SuspendedCase(AxleNumbers, System):
         """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
-        contact = contact_force(self, theta, phi - theta, rates, at.drive.value, at.gravity)[0]
+        lengths = self.e, self.c, self.k
+        contact = contact_force(lengths, theta, phi - theta, rates, at.drive.value, at.gravity)[0]
         margin = OVER - max(abs(theta), abs(phi - theta))
         return Instant(
             angle=theta,
@@ -310,15 +334,15 @@ def _angles(system: SuspendedCase, q: Numeric, other: Numeric) -> NumericPair:
 
 @inlined
 def contact_force(
-    system: AxleNumbers,
+    lengths: tuple[float, float, float],
     theta: Numeric,
     delta: Numeric,
     rates: NumericPair,
     sway: Numeric,
     lift: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric, Numeric, Numeric]:
-    """Return N/M, sin θ, cos θ, sin δ and cos δ."""
-    e, c, k = system.e, system.c, system.k
+    """Return N/M, sin θ, cos θ, sin δ and cos δ; the lengths are e, c and k."""
+    e, c, k = lengths
     sin_theta, versine_theta = sine_versine(theta)
     sin_delta, versine_delta = sine_versine(delta)
     cos_theta, cos_delta = 1.0 - versine_theta, 1.0 - versine_delta
@@ -457,9 +481,9 @@ class AxleSwing(SteppedSwing):
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts; raises what `_rows` does."""
-        rows = self._rows(bearing)
+        rows, ends = self._rows(bearing), bearing.at_ends()
         names = 'angle', 'coordinate', 'rate', 'speed'
-        return CaseMotion(*(np.ascontiguousarray(rows[name]) for name in names))
+        return CaseMotion(*map(np.ascontiguousarray, map(rows.__getitem__, names)), *ends)
 
 
 # -----------------------------------------------------------------------------
@@ -482,6 +506,104 @@ class _Mode(NamedTuple):
 
     of: Oscillator
     share: float
+
+
+AT_END = 4
+"""Column of x^j at the end of a part, after the real and imaginary parts of b of both modes."""
+
+STRIP = 32
+"""Pieces whose cosines and sines are computed together and stay in the first cache."""
+
+
+class _Parts(NamedTuple):
+    """What is known of the parts of pieces before the bearing moves.
+
+    Attributes:
+        first: index in `rows` of the first part of each piece, (n,).
+        after_ns: when a part ends, from the beginning of its piece [ns].
+        rows: factors of the coefficients in b of both modes and in the value at the end.
+    """
+
+    first: IntArray
+    after_ns: IntArray
+    rows: FloatArray
+
+
+@entry
+def _move_modes(
+    c: float,
+    own: Modes,
+    slow: Oscillator,
+    fast: Oscillator,
+    begin_ns: IntArray,
+    parts: IntArray,
+    sway: FloatArray,
+    lift: FloatArray,
+    table: _Parts,
+    first: Swing,
+    second: Swing,
+    motion: CaseMotion,
+) -> None:
+    """Move both modes over all parts, and fill in the motion at their ends.
+
+    The bits of a part do not depend on how many pieces are moved together.
+    """
+    most = 0
+    for p in range(len(parts)):
+        most = max(most, parts[p])
+    rows, width, room = table.rows, table.rows.shape[1], STRIP * most + 1
+    turns, others = np.empty(room, np.uint64), np.empty(room, np.uint64)
+    frame, other = np.empty((2, room)), np.empty((2, room))
+    k, per_slow, per_fast = 0, 1.0 / slow.omega, 1.0 / fast.omega
+    y = first.re, first.im, first.lost_re, first.lost_im
+    z = second.re, second.im, second.lost_re, second.lost_im
+    for begin in range(0, len(begin_ns), STRIP):
+        end = min(begin + STRIP, len(begin_ns))
+        turns[0] = turns_at(begin_ns[begin], slow.turns_per_ns, slow.turns_per_ns_low)
+        others[0] = turns_at(begin_ns[begin], fast.turns_per_ns, fast.turns_per_ns_low)
+        m = 0
+        for p in range(begin, end):
+            for i in range(parts[p]):
+                m += 1
+                time_ns = begin_ns[p] + table.after_ns[table.first[p] + i]
+                turns[m] = turns_at(time_ns, slow.turns_per_ns, slow.turns_per_ns_low)
+                others[m] = turns_at(time_ns, fast.turns_per_ns, fast.turns_per_ns_low)
+        cosine_sine(turns, frame[0], frame[1])
+        cosine_sine(others, other[0], other[1])
+        m = 0
+        for p in range(begin, end):
+            for i in range(parts[p]):
+                driven, lifted, row = splat(0.0), splat(0.0), (table.first[p] + i) * width
+                for j in range(sway.shape[1]):
+                    driven = fma(load(rows, row + j), sway[p, j], driven)
+                for j in range(lift.shape[1]):
+                    lifted = fma(load(rows, row + j), lift[p, j], lifted)
+                y = add_up(y, frame[0, m], frame[1, m], lane(driven, 0), lane(driven, 1))
+                z = add_up(z, other[0, m], other[1, m], lane(driven, 2), lane(driven, 3))
+                m += 1
+                one, two = frame[0, m], frame[1, m]
+                q_rate, q = one * y[0] - two * y[1], per_slow * (one * y[1] + two * y[0])
+                one, two = other[0, m], other[1, m]
+                rate, fast_q = one * z[0] - two * z[1], per_fast * (one * z[1] + two * z[0])
+                motion.theta[k] = c * (q + fast_q)
+                motion.phi[k] = own.B * q + own.B_prime * fast_q
+                motion.theta_rate[k] = c * (q_rate + rate)
+                motion.phi_rate[k] = own.B * q_rate + own.B_prime * rate
+                motion.sway[k], motion.lift[k] = lane(driven, AT_END), lane(lifted, AT_END)
+                k += 1
+    first.re, first.im, first.lost_re, first.lost_im = y
+    second.re, second.im, second.lost_re, second.lost_im = z
+
+
+@inlined
+def add_up(
+    y: tuple[float, float, float, float], c: float, s: float, b_re: float, b_im: float
+) -> tuple[float, float, float, float]:
+    """Return Y, with what its last sum rounded off, after a part that begins with c and s."""
+    add_re, add_im = into_frame(c, s, b_re, b_im)
+    add_re, add_im = add_re - y[2], add_im - y[3]
+    re, im = y[0] + add_re, y[1] + add_im
+    return re, im, (re - y[0]) - add_re, (im - y[1]) - add_im
 
 
 class AxleModes:
@@ -516,34 +638,28 @@ class AxleModes:
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts; the lift does not matter."""
-        piece = bearing.piece
         kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
         shapes: list[SpanShape] = []
         first: list[int] = []
+        after_ns: list[int] = []
         for length_ns, parts in kinds:
             first.append(len(shapes))
-            ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1)) / length_ns
-            shapes += [SpanShape(length_ns * 1e-9, *edges) for edges in pairwise(ends.tolist())]
-        # from a part's index among all parts to that among the parts of its piece
-        shift = np.array(first)[kind] - (np.cumsum(bearing.parts) - bearing.parts)
-        shape = np.arange(len(piece)) + shift[piece]
-        # each part is a span, over which u = ÿ has the coefficients of its piece
-        sway = np.ascontiguousarray(bearing.sway)
-        u = Polynomials(np.empty(0), np.empty(0), -1 - piece, sway)
-        q, rate = np.empty((2, 2, len(piece)))
-        for m, (mode, swing) in enumerate(zip(self._modes, self._swings, strict=True)):
+            ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1))
+            shapes += [
+                SpanShape(length_ns * 1e-9, *x) for x in pairwise((ends / length_ns).tolist())
+            ]
+            after_ns += ends[1:].tolist()
+        rows = np.zeros((len(shapes), max(bearing.sway.shape[1], bearing.lift.shape[1]), SIZE))
+        for m, mode in enumerate(self._modes):
             law = LinearLaw(mode.of.omega, 0.0, -mode.share, 0.0)
-            made = responses(law, shapes, (), bearing.sway.shape[1])
-            spans = DrivenSpans(int(bearing.begin_ns[0]), bearing.end_ns, shape, made, u)
-            rate[m], q[m] = propagate(mode.of, spans, swing).z(slice(None))
-            q[m] /= mode.of.omega
-        slow, fast = self._own.B, self._own.B_prime
-        return CaseMotion(
-            self._c * (q[0] + q[1]),
-            slow * q[0] + fast * q[1],
-            self._c * (rate[0] + rate[1]),
-            slow * rate[0] + fast * rate[1],
-        )
+            made = responses(law, shapes, (), rows.shape[1]).rows[: len(shapes)]
+            rows[..., 2 * m : 2 * m + 2], rows[..., AT_END] = made[..., :U], made[..., U]
+        motion = CaseMotion(*np.empty((6, int(bearing.parts.sum()))))
+        table = _Parts(np.array(first)[kind], np.array(after_ns), rows)
+        (slow, fast), begin_ns = (mode.of for mode in self._modes), bearing.begin_ns
+        pieces = begin_ns, bearing.parts, bearing.sway, bearing.lift
+        _move_modes(self._c, self._own, slow, fast, *pieces, table, *self._swings, motion)
+        return motion
 
     def bend_at_rest(self, roll_rate: float) -> float:
         """Return 0: at rest along the apparent vertical nothing turns the case."""

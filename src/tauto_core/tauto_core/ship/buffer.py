@@ -18,7 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, SpatialImu, State, take
+from tauto_core.samples import (
+    FloatArray,
+    HungImu,
+    ImuSamples,
+    IntArray,
+    PlanarImu,
+    SpatialImu,
+    State,
+    take,
+)
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import NS_PER_S
@@ -339,7 +348,7 @@ class MotionBuffer:
         self.bridged = 0
         self.crowded = 0
 
-    def add(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> None:
+    def add(self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, origin_ns: int) -> None:
         """Take screened samples; times are counted from the origin."""
         if isinstance(imu, ImuSamples):
             kept = self._spaced(imu.stamp_ns - origin_ns)
@@ -372,7 +381,9 @@ class MotionBuffer:
         felt = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
         return (*line, *felt)
 
-    def fill(self, imu: ImuSamples | PlanarImu | SpatialImu, new: dict[str, FloatArray]) -> None:
+    def fill(
+        self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, new: dict[str, FloatArray]
+    ) -> None:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
@@ -380,7 +391,12 @@ class MotionBuffer:
         tilt, gravity = new.get('tilt'), new.get('gravity')
         lean = new.get('lean', tilt)
         force = lean is not None or gravity is not None
-        if isinstance(imu, PlanarImu):
+        if isinstance(imu, HungImu):
+            felt = (roll, imu.tilt), (rate, imu.rate), (lean, imu.lean), (gravity, imu.pull)
+            for channel, values in felt:
+                if channel is not None:
+                    channel[:] = values
+        elif isinstance(imu, PlanarImu):
             read_roll(imu, roll, rate)
             if force:
                 read_force(imu, lean, gravity)
@@ -391,7 +407,8 @@ class MotionBuffer:
             kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
             if force:
                 kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
-        self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
+        if not isinstance(imu, HungImu):
+            self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
 

@@ -417,9 +417,28 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     rows = len(force) // SIZE
     for i in range(rows):
         _, y, z = vectors(force, i, _THREE)
-        _store_forces(y, z, i, tilt, size)
+        store_forces(y, z, i, tilt, size)
     for i in range(SIZE * rows, len(force)):
         _store_upwards(force[i, 1], force[i, 2], i, tilt, size)
+
+
+@entry
+def level_force_of(
+    orientation: FloatArray, force: FloatArray, upright: bool, aside: FloatArray, up: FloatArray
+) -> None:
+    """Fill the specific force in the plane athwart, level axes: to port, and up.
+
+    The plane pitches with the ship, or is upright. The quaternion's norm cancels.
+    """
+    for k in range(len(aside)):
+        x, y, z, w = orientation[k, 0], orientation[k, 1], orientation[k, 2], orientation[k, 3]
+        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
+        across = math.sqrt(sine * sine + cosine * cosine)
+        deck = (sine * force[k, 1] + cosine * force[k, 2]) / across
+        aside[k], up[k] = (cosine * force[k, 1] - sine * force[k, 2]) / across, deck
+        if upright:
+            square = (x * x + y * y) + (z * z + w * w)
+            up[k] = (across * deck - 2.0 * (w * y - z * x) * force[k, 0]) / square
 
 
 @entry
@@ -462,16 +481,14 @@ def planar_force(
         s, c = half_angles(0.5 * eight(angle, i))
         y, z = specific_force(s, c, i, eight(rate, i), acceleration, heave, height, gravity)
         if i < rows:
-            _store_forces(y, z, i, tilt, size)
+            store_forces(y, z, i, tilt, size)
         else:
             for r in range(len(angle) - SIZE * rows):
                 _store_upwards(lane(y, r), lane(z, r), SIZE * rows + r, tilt, size)
 
 
 @inlined
-def _store_forces(
-    y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArray | None
-) -> None:
+def store_forces(y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArray | None) -> None:
     """Write the results of `force_of` for lanes to row i."""
     if tilt is not None:
         _store_directions(-y, z, i, tilt)

@@ -16,14 +16,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tauto_core.kernels import entry
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
-from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, GimbalsMotion
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, PlanarImu, SpatialImu, State
+from tauto_core.motion.gauss_step import sine_versine
+from tauto_core.motion.lanes import SIZE, lane, larger, largest, lowest, splat
+from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, contact_force
+from tauto_core.samples import (
+    FloatArray,
+    HungImu,
+    ImuSamples,
+    IntArray,
+    PlanarImu,
+    SpatialImu,
+    State,
+)
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import MotionBuffer, SamplePieces, felt_step_ns
-from tauto_core.ship.imu import attitude, contiguous, imu_from_roll, message
+from tauto_core.ship.imu import contiguous, message
+from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.sections import SuspensionKind
-from tauto_core.ship.six_motions import force_in_plane
 
 # -----------------------------------------------------------------------------
 # Whether the axle of a suspended case stays in its bearing, also between samples
@@ -83,16 +94,11 @@ def lost_at(
     bearing: BearingMotion,
     before: CaseMotion,
     after: CaseMotion,
-    pressed: FloatArray,
 ) -> float | None:
     """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
-    `before` and `after` are the motions of the case at both ends of each part, and `pressed` is P
-    at its end [m/s²], all (Σ parts,).
+    `before` and `after` are the motions of the case at both ends of each part, all (Σ parts,).
     """
-    longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
-    if np.min(pressed) > 2.0 * longest * _steepest(case, bearing, before, after):
-        return None
     end, end_ns, piece = bearing.end, bearing.end_ns, bearing.piece
     first = np.concatenate([[True], piece[1:] != piece[:-1]])
     begin = np.where(first, 0.0, np.roll(end, 1))
@@ -140,25 +146,35 @@ def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> Flo
 
 
 def _steepest(
-    case: HungCase, bearing: BearingMotion, before: CaseMotion, after: CaseMotion
+    case: HungCase, bearing: BearingMotion, theta: float, phi: float, rates: tuple[float, float]
 ) -> float:
-    """Return an upper bound of |dP/dt| in a batch."""
+    """Return an upper bound of |dP/dt| in a batch with |θ|, |φ|, |θ̇| and |φ̇| up to these."""
     e, c, k, gravity = case
-    columns = zip(vars(before).values(), vars(after).values(), strict=True)
-    theta, phi, theta_rate, phi_rate = (
-        float(max(abs(first[0]), np.max(np.abs(rest)))) for first, rest in columns
-    )
+    theta_rate, phi_rate = rates
     shortest = float(np.min(bearing.length_ns)) * 1e-9
-    sums = []
-    for coefficients in (np.abs(bearing.sway), np.abs(bearing.lift)):
-        slopes = coefficients @ np.arange(coefficients.shape[1])
-        sums += [float(np.max(coefficients.sum(axis=1))), float(np.max(slopes)) / shortest]
+    sums: list[float] = []
+    for coefficients in (bearing.sway, bearing.lift):
+        value, slope = _largest(coefficients)
+        sums += [float(value), slope / shortest]
     sway, sway_rate, lift, lift_rate = sums
     phi_bend = gravity * c / (k * k) * (theta + phi)
     theta_bend = (sway + gravity * theta + c * phi_bend) / e
     rate = lift_rate + sway_rate * theta + (lift * theta + sway) * theta_rate
     rate += 2.0 * (e * theta_rate * theta_bend + c * phi_rate * phi_bend)
     return rate + c * phi_rate**2 * (theta + phi) * (theta_rate + phi_rate)
+
+
+@entry
+def _largest(coefficients: FloatArray) -> tuple[float, float]:
+    """Return upper bounds of the sizes of polynomials and of their slopes, 0 ≤ x ≤ 1."""
+    value = slope = 0.0
+    for p in range(len(coefficients)):
+        here = steep = 0.0
+        for j in range(coefficients.shape[1]):
+            here += abs(coefficients[p, j])
+            steep += j * abs(coefficients[p, j])
+        value, slope = max(value, here), max(slope, steep)
+    return value, slope
 
 
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
@@ -214,6 +230,42 @@ SMALL_ANGLE = 0.5
 """Largest tilt [rad] for the equations of small angles; there sin differs by 4 %."""
 
 
+@entry
+def _feel(
+    case: HungCase, motion: CaseMotion, lean: FloatArray, pull: FloatArray
+) -> tuple[float, float, float, float, float]:
+    """Fill the direction of the specific force at the clock and its size (`samples.HungImu`).
+
+    Return the least N/M on an axle, and the largest |θ|, |φ|, |θ̇| and |φ̇|. Outputs are longer
+    than the motion, up to a multiple of eight; each sample is computed by itself.
+    """
+    n, least = len(motion.phi), math.inf
+    widest, farthest, fast, faster = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    for i in range(len(lean) // SIZE):
+        theta, phi = eight(motion.theta, i), eight(motion.phi, i)
+        rates = eight(motion.theta_rate, i), eight(motion.phi_rate, i)
+        sway, lift = eight(motion.sway, i), eight(motion.lift, i)
+        if motion.phi_bend is None:
+            contact, _, _, sine, cosine = contact_force(
+                (case.e, case.c, case.k), theta, phi - theta, rates, sway, lift
+            )
+            y, z = contact * sine, contact * cosine
+            if SIZE * i + SIZE <= n:
+                least = min(least, lowest(contact))
+            else:
+                for r in range(n - SIZE * i):
+                    least = min(least, lane(contact, r))
+            widest, farthest = larger(widest, theta), larger(farthest, phi)
+            fast, faster = larger(fast, rates[0]), larger(faster, rates[1])
+        else:
+            sine, versine = sine_versine(phi)
+            cosine = 1.0 - versine
+            y = sway * cosine + lift * sine + case.c * eight(motion.phi_bend, i)
+            z = lift * cosine - sway * sine + case.c * (rates[1] * rates[1])
+        store_forces(y, z, i, lean, pull)
+    return least, largest(widest), largest(farthest), largest(fast), largest(faster)
+
+
 class BearingBuffer(MotionBuffer):
     """Turns samples into polynomials of the specific force at the bearing, piece by piece.
 
@@ -249,21 +301,21 @@ class BearingBuffer(MotionBuffer):
             return ()
         return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
-    def fill(self, imu: ImuSamples | PlanarImu | SpatialImu, new: dict[str, FloatArray]) -> None:
+    def fill(
+        self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, new: dict[str, FloatArray]
+    ) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
-        whole = message(imu)
-        read, force = attitude(whole), force_in_plane(whole, self._plane)
-        c, s = np.cos(read.roll), np.sin(read.roll)
-        y, z = contiguous(force[:, 1]), contiguous(force[:, 2])
-        new['sway'][:] = y * c - z * s
-        new['lift'][:] = y * s + z * c
-        if self._rolls:
-            from tauto_core.ship import kernels  # kernels
+        from tauto_core.ship import kernels  # kernels
 
-            new['roll'][:], new['roll_rate'][:] = read.roll, read.roll_rate
-            self._turns, self._last_roll = kernels.unwrap(
-                new['roll'], self._turns, self._last_roll
-            )
+        assert not isinstance(imu, HungImu)
+        roll, rate = new.get('roll'), new.get('roll_rate')
+        read = imu.samples(self._rolls, True) if isinstance(imu, SpatialImu) else message(imu)
+        orientation, force = contiguous(read.orientation), contiguous(read.linear_acceleration)
+        upright = self._plane == 'vertical'
+        kernels.level_force_of(orientation, force, upright, new['sway'], new['lift'])
+        if roll is not None:
+            kernels.roll_of(orientation, contiguous(read.angular_velocity), roll, rate)
+            self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
 
     def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
         """Return ÿ, g + z̈ and −ρ over each span, for a wheel that turns the case."""
@@ -298,7 +350,7 @@ class BearingBuffer(MotionBuffer):
 
 
 class Suspension:
-    """Turns samples of ship/imu into those of a sensor in the case, up to four samples later.
+    """Turns samples of ship/imu into what a clock in the case feels, up to four samples later.
 
     At the start the case hangs at rest in equilibrium: θ = φ along the apparent vertical (at small
     angles −ÿ/g), both rates 0.
@@ -331,7 +383,7 @@ class Suspension:
         """Number of samples of the ship that were left out because they are too close together."""
         return self._buffer.crowded
 
-    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> ImuSamples | None:
+    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> HungImu | None:
         """Take screened samples; return those of the case that are known by now, if any.
 
         Raises:
@@ -342,11 +394,11 @@ class Suspension:
         self._buffer.add(imu, origin_ns)
         return self._advance(origin_ns, final=False)
 
-    def finish(self, origin_ns: int) -> ImuSamples | None:
+    def finish(self, origin_ns: int) -> HungImu | None:
         """Return the remaining samples, interpolated with one-sided windows."""
         return self._advance(origin_ns, final=True)
 
-    def _advance(self, origin_ns: int, *, final: bool) -> ImuSamples | None:
+    def _advance(self, origin_ns: int, *, final: bool) -> HungImu | None:
         first: tuple[float, ...] | None = None
         if not self._released and self._buffer.has_samples:  # in equilibrium
             sway, lift, *rolling = self._buffer.first()
@@ -356,50 +408,49 @@ class Suspension:
             self._last = np.array([tilt, tilt, 0.0, 0.0])
             rubbed = self._swing.bend_at_rest(rolling[1]) if rolling else 0.0
             upright = lift * math.cos(tilt) - sway * math.sin(tilt)
-            first = tilt, 0.0, self._case.c * rubbed, upright
+            across, upright = self._case.c * rubbed, lift * math.cos(tilt) - sway * math.sin(tilt)
+            first = tilt, 0.0, math.atan2(-across, upright), math.hypot(across, upright)
         bearing = self._buffer.motion(final=final)
         if bearing is None:
             return None
         case = self._swing.advance(bearing)
-        columns = [case.phi, case.phi_rate, *self._felt(case, bearing)]
-        stamps: IntArray = bearing.end_ns
+        n, stamps = len(case.phi), bearing.end_ns
+        lean, pull = np.empty((2, -(-n // SIZE) * SIZE))
+        least, *most = _feel(self._case, case, lean, pull)
+        if case.phi_bend is None and self._large:
+            if not least > 0.0:  # at a sample; its propagator checks between samples
+                lost = pressing(self._case, case, case.sway, case.lift) <= 0.0
+                raise lifted_off(float(stamps[np.argmax(lost)] * 1e-9))
+        elif case.phi_bend is None:
+            self._check_small(case, bearing, least, most)
+        columns = [case.phi, case.phi_rate, lean[:n], pull[:n]]
         if first is not None:
             self._released = True
             stamps = np.concatenate([bearing.begin_ns[:1], stamps])
-            columns = [
-                np.concatenate([[at_start], column])
-                for at_start, column in zip(first, columns, strict=True)
-            ]
-        return imu_from_roll(stamps + origin_ns, *columns)
+            columns = [np.append(*pair) for pair in zip(first, columns, strict=True)]
+        return HungImu(stamps + origin_ns, *columns)
 
-    def _felt(self, case: CaseMotion, bearing: BearingMotion) -> tuple[FloatArray, FloatArray]:
-        """Return the specific force at the clock, to port and up in the case."""
-        sway, lift = bearing.at_ends()
-        if isinstance(case, GimbalsMotion):
-            c, s, depth = np.cos(case.phi), np.sin(case.phi), self._case.c
-            across = sway * c + lift * s + depth * case.phi_bend
-            return across, lift * c - sway * s + depth * case.phi_rate**2
-        delta = case.phi - case.theta
-        wide = (self._case.c / self._case.k) * np.sin(delta)
-        pressed = pressing(self._case, case, sway, lift)
-        contact = pressed / (1.0 + wide * wide)
-        if self._large:
-            lost = contact <= 0.0  # at a sample; its propagator checks between samples
-            if np.any(lost):
-                raise lifted_off(float(bearing.end_ns[np.argmax(lost)] * 1e-9))
-        else:
-            self._check_small(case, bearing, pressed)
-        return contact * np.sin(delta), contact * np.cos(delta)
-
-    def _check_small(self, case: CaseMotion, bearing: BearingMotion, pressed: FloatArray) -> None:
+    def _check_small(
+        self, case: CaseMotion, bearing: BearingMotion, least: float, most: list[float]
+    ) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
 
         The interval between two batches is checked with the later batch, so batches do not matter.
+        `least` is the least contact force, `most` has the largest sizes of angles and rates.
         """
-        after = np.stack([case.theta, case.phi, case.theta_rate, case.phi_rate])
-        before = np.concatenate([self._last[:, None], after[:, :-1]], axis=1)
-        self._last = after[:, -1].copy()
-        lost_s = lost_at(self._case, bearing, CaseMotion(*before), case, pressed)
+        last, self._last = self._last, np.array([column[-1] for column in case[:4]])
+        theta, phi, *rates = np.maximum(np.abs(last), most).tolist()
+        longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
+        presses = least > 2.0 * longest * _steepest(self._case, bearing, theta, phi, rates)
+        if presses and max(most[:2]) <= SMALL_ANGLE:
+            return
+        before = case._replace(
+            **{
+                name: np.append(last[i], getattr(case, name)[:-1])
+                for i, name in enumerate(CaseMotion._fields[:4])
+            }
+        )
+        lost_s = None if presses else lost_at(self._case, bearing, before, case)
         size = np.maximum(np.abs(case.theta), np.abs(case.phi))
         beyond = np.flatnonzero(size > SMALL_ANGLE)
         if beyond.size:
