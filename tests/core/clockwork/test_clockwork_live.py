@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
 from tauto_core.clockwork.live import Limits
 from tauto_core.navigation import DriftStage, LongitudeStage
+from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.longitude import Route
 from tauto_core.samples import (
     CORRECTED,
@@ -303,7 +304,7 @@ def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
     assert estimate.position[0, 1] == pytest.approx(sigma, rel=0.01)
     assert np.abs(corrected.time_ref_ns - after).max() < 10**8
     # observed to have lost but 6.5 s: believed at once, since the state is open
-    seen = TimeSamples(after[50:51], '', after[50:51] - 5 * 10**8, same('sky', 1))
+    seen = TimeSamples(after[50:51], '', after[50:51] - 5 * 10**8, same('sextant', 1))
     later = after[-1] + 10**9 * np.arange(1, 3)
     said = drift.feed({OBSERVATION: seen, READING: readings(later, -7 * 10**9, stopped)})
     assert said[ESTIMATE].position[-1, 0] == pytest.approx(-6.5, abs=0.1)
@@ -329,6 +330,52 @@ def test_a_known_stop_costs_the_estimate_one_release():
     offset, sigma, *_ = drift.feed({READING: after})[ESTIMATE].position[0]
     assert offset == pytest.approx(-67.0, abs=0.5)
     assert before < sigma < np.hypot(before, 0.7)
+
+
+def test_each_source_of_time_has_its_sigma_and_others_are_refused_by_name():
+    stamps = START_NS + 10**9 * np.arange(200)
+    still = readings(stamps, 0, DialSetting(START_NS))
+    settings_s = {'drift.observation_sigma': 0.5, 'drift.lunars': {'sigma': 60.0}}
+    scene = load_scene('measured', **settings_s)
+    sigmas = {}
+    for source in ('sextant', 'lunar', 'gps', 'gnss', 'sundial', ''):
+        drift = DriftStage(scene, expect_schedule=False)
+        sky = TimeSamples(stamps[:1], '', stamps[:1], same(source, 1))
+        said = drift.feed({OBSERVATION: sky, READING: still})
+        sigmas[source] = said[ESTIMATE].position[0, 1]
+        refused = drift.health()['observations_unknown']
+        assert refused == len(drift.notices) == (source == 'sundial')
+    prior = 10.0 * scene.drift.observation_sigma
+    expected = {
+        'sextant': 0.5,
+        'lunar': 60.0,
+        'gps': 0.2,
+        'gnss': 0.2,
+        'sundial': np.inf,
+        '': 0.5,
+    }
+    for source, sigma in expected.items():
+        known = 1.0 / np.hypot(1.0 / prior, 1.0 / sigma)
+        assert sigmas[source] == pytest.approx(known, rel=1e-6), source
+    finer = load_scene('measured', **{'drift.gnss_sigma': 0.01})
+    assert clock_model(finer).sigma_of('gnss') == 0.01
+
+
+def test_a_source_that_is_wrong_for_good_stays_a_warning():
+    """GPS time for UTC, 18 s, from the fourth of nine observations on, and a stop after that."""
+    scene = load_scene('measured', **{'drift.observation_interval': 1000.0})
+    drift, setting = DriftStage(scene, expect_schedule=False), DialSetting(START_NS)
+    stamps = START_NS + 10**9 * np.arange(9000)
+    seen = stamps[500::1000]
+    wrong = seen + 18 * 10**9 * (np.arange(9) >= 3)
+    sky = TimeSamples(seen, '', wrong, same('sextant', 9))
+    drift.feed({READING: readings(stamps, 0, setting), OBSERVATION: sky})
+    drift.feed({READING: readings(stamps[-1:] + 10**9, 0, setting)})
+    assert drift.health()['observations_gated'] == 2
+    assert any('had to be believed' in line for line in drift.notices)
+    stopped = DialSetting(START_NS, 5 * 10**9, 1)
+    drift.feed({READING: readings(stamps[-1:] + 7 * 10**9, -5 * 10**9, stopped)})
+    assert any('had to be believed' in line for line in drift.notices)
 
 
 def test_an_estimate_that_begins_in_mid_voyage_begins_when_the_dial_was_set():

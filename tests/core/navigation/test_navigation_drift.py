@@ -47,7 +47,7 @@ def scene_of(duration=60.0, states=2, gate=1e9):
 def times(stamps_s, errors_s=0.0):
     stamps = np.asarray(np.array(stamps_s) * S, np.int64)
     errors = np.asarray(np.broadcast_to(errors_s, stamps.shape) * S, np.int64)
-    return TimeSamples(stamps, '', stamps + errors, same('dial', len(stamps)))
+    return TimeSamples(stamps, '', stamps + errors, same('port', len(stamps)))
 
 
 def readings_of(scene, rate_s=0.003):

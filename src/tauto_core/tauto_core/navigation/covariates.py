@@ -26,6 +26,7 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.navigation.kalman import (
+    GNSS_SIGMA_S,
     LUNAR_SIGMA_S,
     RANDOM_WALK_FM_FLOOR_PER_S,
     WHITE_FM_FLOOR_S,
@@ -93,6 +94,7 @@ def dial_model(scene: Scene) -> ClockModel:
         gate=drift.gate,
         patience_s=PATIENCE * drift.observation_interval,
         lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
+        gnss_sigma_s=drift.gnss_sigma or GNSS_SIGMA_S,
     )
 
 

@@ -15,6 +15,7 @@ from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.kalman import (
     REFUSED,
     REOPENED,
+    SOURCES,
     ClockModel,
     Estimate,
     Filtered,
@@ -208,15 +209,16 @@ class Seen(NamedTuple):
 class Track:
     """Takes observations in any order, and gives the state as if they had come in order.
 
-    It begins with the state when the dial was set.
+    It begins with the state when the dial was set, or after a stop, with the track `before` it.
     """
 
-    def __init__(self, start: Known, model: ClockModel) -> None:
+    def __init__(self, start: Known, model: ClockModel, before: Track | None = None) -> None:
         self._model = model
         self._base = self._last = start
         self._oldest_ns = start.stamp_ns
         self._seen: list[Seen] = []
-        self._counts = {REFUSED: 0, REOPENED: 0}
+        fates = (REFUSED, REOPENED)
+        self._counts = {fate: before.count(fate) if before else 0 for fate in fates}
 
     @property
     def oldest_ns(self) -> int:
@@ -335,6 +337,9 @@ _SAID = {
     'observations_unscheduled': '{observations} {were} not at the times of the scene and left out',
     'observations_missing': '{observations} of the scene did not come',
     'observations_too_old': '{observations} {were} older than what is remembered and left out',
+    'observations_unknown': '{observations} named a source of time that has no sigma and {were} '
+    f'left out; sources are {", ".join(SOURCES[1:])} (drift.observation_sigma, '
+    'drift.lunars.sigma, drift.gnss_sigma)',
     'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
     'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
     '{gate:g} sigmas',
@@ -386,8 +391,8 @@ HISTORY = 4096
 _COUNTED = (
     'readings_out_of_order', 'observations_out_of_order', 'observations_repeated',
     'observations_delayed', 'observations_from_future', 'observations_unscheduled',
-    'observations_missing', 'observations_too_old', 'observations_unmatched', 'dial_stops',
-    'dial_settings',
+    'observations_missing', 'observations_too_old', 'observations_unmatched',
+    'observations_unknown', 'dial_stops', 'dial_settings',
 )  # fmt: skip
 
 RELEASE_SIGMA = 0.6
@@ -460,8 +465,11 @@ class DriftStage:
     def notices(self) -> list[str]:
         """What the last estimates lacked, and what to do about it."""
         lost = self._motion.lost if self._motion else ()
-        unknown = (f'{name}_unknown' for name in lost)
-        found = drift_warnings({name: self.health()[name] for name in unknown}, self._scene)
+        names = [f'{name}_unknown' for name in lost]
+        # what was once wrong with the sights stays so until somebody sees to it
+        names += ['observations_unknown', 'estimates_reopened']
+        health = self.health()
+        found = drift_warnings({name: health[name] for name in names}, self._scene)
         if self._late_s:
             found.append(
                 f'drift: the estimate began in mid-voyage, {self._late_s:.6g} s after the dial '
@@ -520,7 +528,7 @@ class DriftStage:
         elapsed_s = max(newest_ns - last.stamp_ns, 0) / NS_PER_S
         now = predict(last.estimate, elapsed_s, self._model, gained)
         opened = self._stopped(now, before, setting)
-        self._track = Track(Known(at_ns, opened, integrals_s=reached), self._model)
+        self._track = Track(Known(at_ns, opened, integrals_s=reached), self._model, self._track)
 
     def _stopped(
         self, now: Estimate[float], before: DialSetting, setting: DialSetting
@@ -612,8 +620,10 @@ class DriftStage:
         references: list[int] = observation.time_ref_ns.tolist()
         sigmas = [self._model.sigma_of(source) for source in observation.source.tolist()]
         accepts = self._is_foreign_new if self._schedule is None else self._is_due
-        for stamp, reference, sigma in zip(stamps, references, sigmas, strict=True):
-            if accepts(stamp):
+        known = np.isin(observation.source.astype(str), SOURCES) | (self._schedule is not None)
+        self._health['observations_unknown'] += int(np.count_nonzero(~known))
+        for stamp, reference, sigma, named in zip(stamps, references, sigmas, known, strict=True):
+            if named and accepts(stamp):
                 self._pending[stamp] = reference, sigma
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 

@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import EstimationError
 from tauto_core.scene.times import DAY_S, NS_PER_S
-from tauto_core.ship.source import LUNAR
+from tauto_core.ship.source import LANDFALL, LUNAR, PORT
 
 # -----------------------------------------------------------------------------
 # The coefficients of the rate equation as further states of the drift filter (theory E11).
@@ -158,6 +158,12 @@ AGEING_TIME_S = 100.0 * DAY_S
 LUNAR_SIGMA_S = 60.0
 """Default sigma of lunar distances [s] (`scene.sections.Lunars`)."""
 
+GNSS_SIGMA_S = 0.2
+"""Default sigma of the time by a GNSS receiver's messages, without its pulse [s]."""
+
+SOURCES = ('', PORT, LANDFALL, 'sextant', LUNAR, 'gnss', 'gps')
+"""What the source of a `clock/observation` may be; each has a sigma (`ClockModel.sigma_of`)."""
+
 SETTING_SIGMAS = 10.0
 """Prior sigma of the dial's offset, in sigmas of an observation. It is so wide that the first
 observation determines the offset, however the dial was set.
@@ -223,6 +229,7 @@ class ClockModel:
         patience_s: time after the last observation used for which others are refused [s], > 0
             (`filtering`).
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
+        gnss_sigma_s: sigma of one phase observation by a GNSS receiver [s].
         coefficients: the coefficients of the rate equation with their priors.
 
     Raises:
@@ -238,6 +245,7 @@ class ClockModel:
     gate: float | None = None
     patience_s: float = math.inf
     lunar_sigma_s: float = LUNAR_SIGMA_S
+    gnss_sigma_s: float = GNSS_SIGMA_S
     coefficients: tuple[Coefficient, ...] = ()
 
     def __post_init__(self) -> None:
@@ -246,7 +254,7 @@ class ClockModel:
                 f'states = {self.states}: must be 2 (offset, rate) or 3 (and ageing). '
                 'Choose one of them'
             )
-        for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s'):
+        for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s', 'gnss_sigma_s'):
             _check(name, getattr(self, name), above_zero=True)
         for name in ('white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3'):
             _check(name, getattr(self, name), above_zero=False)
@@ -268,8 +276,12 @@ class ClockModel:
         return tuple(coefficient.name for coefficient in self.coefficients)
 
     def sigma_of(self, source: str) -> float:
-        """Return sigma of an observation by the source that its message states [s]."""
-        return self.lunar_sigma_s if source == LUNAR else self.observation_sigma_s
+        """Return sigma of an observation by the source that its message states [s].
+
+        A source that is none of `SOURCES` is taken for a sextant's.
+        """
+        by = {LUNAR: self.lunar_sigma_s, 'gnss': self.gnss_sigma_s, 'gps': self.gnss_sigma_s}
+        return by.get(source, self.observation_sigma_s)
 
 
 def _check(name: str, value: float, *, above_zero: bool) -> None:

@@ -280,6 +280,11 @@ class DriftSettings(Section):
     lunars: Lunars | None = Field(
         default=None, description='mapping: interval, sigma of lunar distances between the ports'
     )
+    gnss_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] | None = Field(
+        default=None,
+        description='standard deviation of the time that a GNSS receiver gives the graph (source '
+        'gnss or gps), 1e-9 to 86400 [s] (when left out: 0.2, the delay of its messages)',
+    )
     clouds: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
         default=0.0,
         description='share of the observations in port and by the Moon that clouds hide, 0 to 1',
