@@ -183,8 +183,25 @@ def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
             publisher.publish(payload)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 200)
     assert trochlea.health()['ship/imu other_frame'] == 100
-    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, 'other_frame'))
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, "frame 'keel', not 'mast'"))
     assert any("frame 'keel', not 'mast'" in line for line in heard.log)
+
+
+def test_a_driver_restarted_in_another_frame_is_an_error_and_then_taken(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN, stale_after=0.2))
+    sensor = bench.add(Node('xsens'), trochlea)
+    heard = Heard(sensor)
+    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    sent[0] = 0
+    send(publisher, replace(still_sensor(5.0), frame_id='mast'), bench, trochlea)
+    send(publisher, replace(still_sensor(9.0, 5.0), frame_id='keel'), bench, trochlea)
+    words = "ship/imu: frame 'keel', not 'mast' as before; such messages are left aside"
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'nothing for 0.2 s'))
+    send(publisher, replace(still_sensor(9.0, 14.0), frame_id='keel'), bench, trochlea)
+    bench.until(lambda: trochlea.health()['dial_stops'] == 1)
+    assert not trochlea.trouble
 
 
 def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:

@@ -36,13 +36,19 @@ def test_a_pack_is_a_message_of_its_type_and_padding_does_no_harm() -> None:
     assert unpack('scene', octets + bytes(3)) == [b'abc', b'de']
 
 
-@pytest.mark.parametrize('cut', [0, 4, 15, 19, 27, -1])
+@pytest.mark.parametrize('cut', [0, 4, 15, 19, 27, 35, -1])
 def test_what_is_cut_short_is_refused(cut: int) -> None:
     (octets,) = pack([b'abc', b'de'])
     with pytest.raises(NodesError, match='_tauto/pack/scene: '):
         unpack('scene', octets[:cut])
 
 
+def test_packs_of_another_run_hold_nothing_for_us() -> None:
+    (octets,) = pack([b'abc', b'de'], run=1_700_000_000_000_000_000)
+    assert unpack('scene', octets) == []
+    assert unpack('scene', octets, 1_700_000_000_000_000_000) == [b'abc', b'de']
+
+
 def test_random_octets_are_refused_or_hold_no_more_than_they_are() -> None:
     with pytest.raises(NodesError):
-        unpack('scene', b'\xff' * 64)
+        unpack('scene', b'\xff' * 64, 2**64 - 1)

@@ -534,3 +534,24 @@ def test_what_cannot_be_played_is_refused_before_anything_starts(
     played = CliRunner().invoke(app, ['play', *words])
     assert played.exit_code == 2
     assert played.stderr.startswith(f'tauto: {said}')
+
+
+def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(
+    tmp_path: Path,
+) -> None:
+    """The domain is that of this test process (conftest), as it is on most robots."""
+    words = ('graph', 'measured', '--duration', '60', '--speed', '1.5', '--out')
+    first = subprocess.Popen(tauto(*words, str(tmp_path / 'first')))
+    until((tmp_path / 'first').exists)
+    second = subprocess.run(
+        tauto(*words, str(tmp_path / 'second')),
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+    said = ' '.join(second.stderr.split())
+    assert second.returncode == 1, said
+    assert 'another graph of the namespace / sails in this domain since' in said
+    assert first.wait(PATIENCE_S) == 0
+    assert read_bag(tmp_path / 'first').counts['/clock/reading'] == 61

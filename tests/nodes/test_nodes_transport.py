@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,8 +23,8 @@ from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
 from tauto_core.scene import load_scene
 from tauto_nodes import NodesError
-from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, WINDOW, End, Report
-from tauto_nodes.node import GraphNode
+from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, RUN, WINDOW, End, Report
+from tauto_nodes.node import GraphNode, assess
 from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
 from tauto_nodes.recorder import RecorderNode
 from tauto_nodes.stages import StageNode, TrochleaNode
@@ -172,6 +173,55 @@ def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_pa
     with pytest.raises(NodesError, match=r'ship/imu: more than one publisher .*/ship_motion'):
         bench.until(lambda: False)
     sink.close()
+
+
+def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(RUN, '5')
+    flow = {**FLOW, 'packed': True}
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**flow))
+    source = TestSource(1_500, speed=1.0, **flow)
+    sink = bench.add(recorder(tmp_path / 'bag', packed=True), stage, source)
+    bench.until(lambda: sink.inputs[SHIP_IMU].taken)
+    stranger = bench.add(Node('compass'))
+    publisher = stranger.create_publisher(Imu, SHIP_IMU, 10)
+    bench.until(lambda: 'compass' in ''.join(source.strangers()))
+    publisher.publish(Imu())
+    assert source.strangers() == ['/compass publishes ship/imu, too; the graph ignores it']
+    bench.until(lambda: '/compass publishes' in assess(source, time.monotonic())[1])
+    bench.until(lambda: sink.over)
+    counts = {n['written'] for n in sink.counts().values()}
+    assert counts == {1_500}
+    assert sink.exit_code == 0
+
+
+def test_the_graph_that_came_second_ends_and_the_first_goes_on(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    flow = {**FLOW, 'packed': True}
+    graphs = []
+    for run in ('5', '6'):
+        monkeypatch.setenv(RUN, run)
+        sink = recorder(tmp_path / run, packed=True)
+        stage = StageNode('trochlea', lambda _: Echo(), **overrides(**flow))
+        graphs.append([sink, stage, TestSource(3_000, speed=1.0, **flow)])
+        bench.add(*graphs[-1])
+        if run == '5':
+            bench.until(lambda: sink.inputs[SHIP_IMU].taken)  # noqa: B023
+    first, second = graphs
+    refused = list(second)
+    while refused:
+        with pytest.raises(NodesError, match='another graph of the namespace / sails'):
+            bench.until(lambda: False)
+        for node in [node for node in refused if node.failure]:
+            refused.remove(node)
+            if node is second[0]:
+                node.close()
+            bench.remove(node)
+    bench.until(lambda: first[0].over)
+    assert {n['written'] for n in first[0].counts().values()} == {3_000}
+    assert second[0].counts()[SHIP_IMU]['received'] == 0
 
 
 def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
     common = {
         'scene': given['scene'],
         'duration': float(given['duration']),
-        'packed': speed == 0.0,
+        'packed': True,
     }
     bag = {
         'output': str(Path(given['out']).absolute()),

@@ -25,6 +25,9 @@ PACKED_TIMES = 10
 """Where messages go in packs, window and batch are so many times as large: a message costs little
 then, and what a piece of work costs, whatever it holds, is paid for more of them."""
 
+RUN = 'TAUTO_RUN'
+"""Environment variable: when a node's graph began [ns], by which two of them are told apart."""
+
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
 
@@ -38,13 +41,14 @@ class Report:
 
     It tells the messages `taken` so far of each topic that the node subscribes to, which of these
     have found a publisher (`matched`), and whether its publishers have found all their
-    subscribers (`ready`).
+    subscribers (`ready`). `run` is that of its graph (RUN); 0: its nodes were started one by one.
     """
 
     node: str
     taken: dict[str, int]
     matched: tuple[str, ...] = ()
     ready: bool = False
+    run: int = 0
 
     def to_json(self) -> str:
         """Return the message's text."""
@@ -70,6 +74,7 @@ class Report:
                 {str(topic): int(n) for topic, n in content['taken'].items()},
                 tuple(content['matched']),
                 bool(content['ready']),
+                int(content.get('run', 0)),
             )
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise NodesError(f'{CREDIT_TOPIC}: not a credit report: {text[:80]!r}') from error
@@ -81,6 +86,7 @@ class End:
 
     node: str
     sent: dict[str, int]
+    run: int = 0
 
     def to_json(self) -> str:
         """Return the message's text."""
@@ -92,7 +98,7 @@ class End:
         try:
             content = json.loads(text)
             sent = {str(topic): int(n) for topic, n in content['sent'].items()}
-            return End(str(content['node']), sent)
+            return End(str(content['node']), sent, int(content.get('run', 0)))
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise NodesError(f'{END_TOPIC}: not an end marker: {text[:80]!r}') from error
 
@@ -100,6 +106,8 @@ class End:
 @dataclass
 class Flow:
     """One node's view of the graph, which names all nodes, its own included, and its topics.
+
+    What comes from the nodes of another `run` is ignored.
 
     By `time.monotonic()` [s], `heard_s` tells when each node was last heard, `moved_s` when a
     report last differed from the one before.
@@ -109,6 +117,7 @@ class Flow:
     graph: tuple[str, ...]
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
+    run: int = 0
     reports: dict[str, Report] = field(default_factory=dict)
     totals: dict[str, int] = field(default_factory=dict)
     heard_s: dict[str, float] = field(default_factory=dict)
@@ -124,7 +133,7 @@ class Flow:
 
     def hear(self, report: Report) -> None:
         """Take a node's report; those of nodes outside the graph are ignored."""
-        if report.node not in self.graph:
+        if report.node not in self.graph or report.run != self.run:
             return
         self.heard_s[report.node] = time.monotonic()
         if self.reports.get(report.node) != report:
@@ -133,7 +142,7 @@ class Flow:
 
     def hear_end(self, end: End) -> None:
         """Take a node's end marker."""
-        if end.node in self.graph:
+        if end.node in self.graph and end.run == self.run:
             self.totals.update(end.sent)
 
     def absent(self) -> list[str]:
@@ -181,8 +190,9 @@ class Flow:
 # -----------------------------------------------------------------------------
 # Packs: many messages in one, between the nodes of our own graph. The overhead is paid once.
 #
-# A pack is a std_msgs/UInt8MultiArray. Its data are, as little-endian uint32, the number of
-# messages and their lengths, then the messages, with their exact lengths: DDS pads none of them.
+# A pack is a std_msgs/UInt8MultiArray. Its data are, little-endian, the graph's run (uint64), the
+# number of messages and their lengths (uint32), then the messages, with their exact lengths: DDS
+# pads none of them.
 
 PACK_TOPIC = '_tauto/pack/'
 """Prefix of the name of a packed topic."""
@@ -194,33 +204,38 @@ MOST_BYTES = 60_000
 _HEAD = struct.Struct('<4sIII')
 
 
-def pack(payloads: Sequence[bytes]) -> Iterator[bytes]:
-    """Yield the serialised packs of messages, in their order."""
+def pack(payloads: Sequence[bytes], run: int = 0) -> Iterator[bytes]:
+    """Yield the serialised packs of a run's messages, in their order."""
     first = size = 0
     for last, payload in enumerate(payloads):
         if size and size + len(payload) > MOST_BYTES:
-            yield _packed(payloads[first:last])
+            yield _packed(payloads[first:last], run)
             first, size = last, 0
         size += len(payload)
     if payloads:
-        yield _packed(payloads[first:])
+        yield _packed(payloads[first:], run)
 
 
-def _packed(payloads: Sequence[bytes]) -> bytes:
+def _packed(payloads: Sequence[bytes], run: int) -> bytes:
     n = len(payloads)
-    lengths = struct.pack(f'<{n + 1}I', n, *map(len, payloads))
+    lengths = struct.pack(f'<Q{n + 1}I', run, n, *map(len, payloads))
     data = b''.join([lengths, *payloads])
     return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
 
 
-def unpack(topic: str, octets: bytes) -> list[bytes]:
-    """Return the messages of a serialised pack of a topic; NodesError where it is none."""
+def unpack(topic: str, octets: bytes, run: int = 0) -> list[bytes]:
+    """Return the messages of a serialised pack of a topic, none where it is of another run.
+
+    NodesError: it is no pack.
+    """
     try:
-        (n,) = struct.unpack_from('<I', octets, _HEAD.size)
-        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 4)
+        sender, n = struct.unpack_from('<QI', octets, _HEAD.size)
+        if sender != run:
+            return []
+        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 12)
     except struct.error:
         raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
-    at = _HEAD.size + 4 * (n + 1)
+    at = _HEAD.size + 8 + 4 * (n + 1)
     if at + sum(lengths) > len(octets):
         raise NodesError(
             f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'

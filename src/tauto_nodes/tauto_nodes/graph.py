@@ -17,6 +17,7 @@ from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
 from tauto_nodes import GraphError
+from tauto_nodes.flow import RUN
 from tauto_nodes.parameters import FOLDER_VARIABLE, write_parameters
 from tauto_nodes.recorder import RecorderReport
 from tauto_nodes.running import (
@@ -71,6 +72,7 @@ class Supervisor:
     folder: Path
     environment: Mapping[str, str]
     children: list[Child] = field(default_factory=list)
+    run: int = field(default_factory=time.time_ns)
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
         """Start `python -m tauto_nodes NAME` with these arguments."""
@@ -81,7 +83,7 @@ class Supervisor:
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=subprocess.STDOUT,
-                env={**self.environment, SUPERVISOR: str(os.getpid())},
+                env={**self.environment, SUPERVISOR: str(os.getpid()), RUN: str(self.run)},
                 start_new_session=True,
             )
         self.children.append(Child(name, process, log))
@@ -164,7 +166,7 @@ class GraphPlan:
         compose: all nodes in one process.
         namespace: namespace of the graph; empty: the root.
         executor: executor of all nodes, `events` or `single`.
-        packed: whether at full speed the nodes send each other many messages in one.
+        packed: whether the nodes send each other many messages in one, and so know their own.
         changed: whether keys of the scene were given other values, so that the nodes load the
             scene as it was checked and not what `scene` names.
     """
@@ -230,7 +232,7 @@ def parameters_of(plan: GraphPlan, scene: Scene, report: Path) -> dict[str, dict
             **own[node],
             'executor': plan.executor,
             'flow_control': 'credits',
-            'packed': plan.packed and plan.speed == 0.0,
+            'packed': plan.packed,
             'graph': list(NODE_NAMES),
         }
         for node in NODE_NAMES

@@ -7,6 +7,7 @@ import difflib
 import hashlib
 import math
 import os
+import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -18,6 +19,7 @@ from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import GraphError, ParameterError, as_parameter
+from tauto_nodes.flow import RUN
 from tauto_nodes.parameters import FOLDER_VARIABLE, PARAMETERS, write_parameters
 from tauto_nodes.running import (
     SUPERVISOR,
@@ -158,7 +160,7 @@ def launch_description(
         if problems := [*strange, *problems_of(given)]:
             raise ParameterError('; '.join(problems))
         check_discovery()
-        variables = {SUPERVISOR: str(os.getpid()), **environment()}
+        variables = {SUPERVISOR: str(os.getpid()), RUN: str(time.time_ns()), **environment()}
         own = parameters(given)
         whole = {name: {'executor': given['executor'], **held} for name, held in own.items()}
         # A file of ours: from a mapping, launch_ros makes a temporary one for each node, and

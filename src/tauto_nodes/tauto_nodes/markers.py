@@ -135,7 +135,7 @@ class MarkersNode(GraphNode):
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Keep the latest attitude and angle."""
         for topic, messages in payloads.items():
-            samples, _ = self.intake(topic).samples(messages[-1:])
+            samples, _ = self.decoded(topic, messages[-1:])
             if isinstance(samples, ImuSamples):
                 x, y, z, w = samples.orientation[-1].tolist()
                 self._ship = x, y, z, w

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,7 +19,8 @@ from rclpy.qos import QoSProfile, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX
+from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, Samples
+from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.flow import (
     BATCH,
@@ -26,6 +28,7 @@ from tauto_nodes.flow import (
     END_TOPIC,
     PACK_TOPIC,
     PACKED_TIMES,
+    RUN,
     WINDOW,
     End,
     Flow,
@@ -88,6 +91,8 @@ class GraphNode(Node):
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)
         times = PACKED_TIMES if self.settings.packed else 1
         self._window, self._batch = WINDOW * times, BATCH * times
+        self._run = int(os.environ.get(RUN) or 0)
+        self._met = False
         self.inputs: dict[str, Input] = {}
         self.outputs: dict[str, Output] = {}
         self.flow: Flow | None = None
@@ -136,7 +141,7 @@ class GraphNode(Node):
     @property
     def trouble(self) -> str:
         """What keeps the node from working at present; empty if nothing does."""
-        return ''
+        return '; '.join(intake.trouble for intake in self._intakes.values() if intake.trouble)
 
     @property
     def notices(self) -> list[str]:
@@ -150,6 +155,13 @@ class GraphNode(Node):
         if topic not in self._intakes:
             self._intakes[topic] = Intake(topic, partial(self.note, topic))
         return self._intakes[topic]
+
+    def decoded(self, topic: str, raw: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
+        """Return the samples of the usable messages, and these; others do not end a silence."""
+        samples, good = self.intake(topic).samples(raw)
+        if samples is not None:
+            self.inputs[topic].last_s = time.monotonic()
+        return samples, good
 
     def note(self, topic: str, reason: str, words: str) -> None:
         """Count what is wrong with a message; name the first one of a kind in the log.
@@ -213,7 +225,7 @@ class GraphNode(Node):
         """
         if self.settings.credits:
             topics = tuple(p.name for p in inputs), tuple(p.name for p in outputs)
-            self.flow = Flow(self.get_name(), self.settings.names('graph'), *topics)
+            self.flow = Flow(self.get_name(), self.settings.names('graph'), *topics, self._run)
         try:
             for port in outputs:
                 self._publish_on(port)
@@ -251,6 +263,7 @@ class GraphNode(Node):
         if self.settings.packed:
             name = PACK_TOPIC + port.name
             output.carrier = self.create_publisher(UInt8MultiArray, name, PACK_QOS)
+            output.run = self._run
 
     def listen_to(self, port: TopicPort) -> Any:
         """Create a subscription with its state in `inputs`; return it."""
@@ -260,7 +273,9 @@ class GraphNode(Node):
             source.subscription = self.create_subscription(
                 UInt8MultiArray,
                 PACK_TOPIC + port.name,
-                self.guard(lambda octets: self.received(source, unpack(port.name, octets))),
+                self.guard(
+                    lambda octets: self.received(source, unpack(port.name, octets, self._run))
+                ),
                 PACK_QOS,
                 raw=True,
             )
@@ -308,7 +323,8 @@ class GraphNode(Node):
             count = source.subscription.get_publisher_count()
             if count != source.matched:
                 source.matched, source.last_s = count, time.monotonic()
-                if count > 1:
+                # packs tell which graph they are of
+                if count > 1 and not (self._run and self.settings.packed):
                     self._several_sources(topic)
         for output in self.outputs.values():
             output.matched = output.link.get_subscription_count()
@@ -365,7 +381,7 @@ class GraphNode(Node):
             if source.pending:
                 payloads[topic] = source.pending
                 source.taken += len(source.pending)
-                source.last_s = now
+                source.last_s = now if self.flow is not None else source.last_s
                 source.pending = []
         if payloads:
             self.take(payloads)
@@ -395,6 +411,9 @@ class GraphNode(Node):
     def _hear(self, octets: bytes) -> None:
         assert self.flow is not None
         report = Report.from_octets(octets)
+        if report.run != self._run:
+            self._meet(report)
+            return
         if report.node == self.flow.node:
             return
         self.flow.hear(report)
@@ -403,6 +422,32 @@ class GraphNode(Node):
                 self._pump(topic, output)
         if not self.backlogged:
             self.tick()
+
+    def _meet(self, other: Report) -> None:
+        """Let the graph that began first go on, and the other one end; NodesError in that."""
+        if 0 < other.run < self._run:
+            since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(other.run // NS_PER_S))
+            raise NodesError(
+                f'another graph of the namespace {self.get_namespace()} sails in this domain '
+                f'since {since}, and it goes on. Wait for its end, or give this one a namespace '
+                'or a ROS_DOMAIN_ID of its own'
+            )
+        self._reported = None  # so that it hears of us at once
+        if not self._met:
+            self.get_logger().warning('a second graph starts in this namespace; it is ignored')
+        self._met = True
+
+    def strangers(self) -> list[str]:
+        """Return who else publishes on the outputs of a graph that takes nothing from them."""
+        if not (self._run and self.settings.packed):
+            return []
+        own = self.get_fully_qualified_name()
+        return [
+            f'{name} publishes {topic}, too; the graph ignores it'
+            for topic, output in self.outputs.items()
+            for info in self.get_publishers_info_by_topic(output.publisher.topic_name)
+            if (name := node_of(info)) != own
+        ]
 
     def _found(self, topic: str) -> set[str]:
         """Return the names of the nodes of this namespace whose subscriptions are matched."""
@@ -428,7 +473,7 @@ class GraphNode(Node):
             self.waiting = self.flow.waiting({topic: self._found(topic) for topic in self.outputs})
         matched = tuple(topic for topic, source in self.inputs.items() if source.matched > 0)
         taken = {topic: source.taken for topic, source in self.inputs.items()}
-        report = Report(self.flow.node, taken, matched, not self.waiting)
+        report = Report(self.flow.node, taken, matched, not self.waiting, self._run)
         # A report costs every node time: before it is due it must be news to them.
         since_s, last = now - self._reported_s, self._reported
         is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
@@ -477,7 +522,7 @@ class GraphNode(Node):
         if self.outputs and self.input_over and not self.backlogged and not self._ended:
             self._ended = True
             sent = {topic: output.sent for topic, output in self.outputs.items()}
-            self._end.publish(String(data=End(self.get_name(), sent).to_json()))
+            self._end.publish(String(data=End(self.get_name(), sent, self._run).to_json()))
         self._report()
 
 
@@ -527,6 +572,8 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
     if passed := node.recent_alarm(now_s):
         yield error, passed
     yield from _missing(node, now_s)
+    for stranger in node.strangers():
+        yield warn, stranger
     for topic, source in node.inputs.items():
         if source.matched > 1:
             yield warn, f'several publishers on {topic}: {", ".join(node.sources_of(topic))}'

@@ -29,6 +29,7 @@ from tauto_core import samples as s
 from tauto_core.bags import TOPICS, decode
 from tauto_core.navigation import ESTIMATE_NAMES
 from tauto_core.scene.errors import BagError
+from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.flow import PACKED_TIMES, pack
 from tauto_nodes.parameters import QOS_PREFIX, overrides_of, shared_names
@@ -173,12 +174,13 @@ class Input:
 class Output:
     """State of one publisher.
 
-    `carrier`: of packs, where the graph has them; the topic itself then carries what others
-    subscribe to, `watchers` in number. `matched` counts the subscribers within the graph.
+    `carrier`: of packs, where the graph has them, of its `run`; the topic itself then carries what
+    others subscribe to, `watchers` in number. `matched` counts the subscribers within the graph.
     """
 
     publisher: Any
     carrier: Any = None
+    run: int = 0
     is_latched: bool = False
     watchers: int = 0
     sent: int = 0
@@ -194,7 +196,7 @@ class Output:
     def publish(self, payloads: Sequence[bytes]) -> None:
         """Send messages, packed where the graph has packs."""
         if self.carrier is not None:
-            for octets in pack(payloads):
+            for octets in pack(payloads, self.run):
                 self.carrier.publish(octets)
         if self.carrier is None or self.watchers or self.is_latched:
             for payload in payloads:
@@ -218,15 +220,23 @@ def node_of(info: Any) -> str:
 # message does not depend on the others that came with it.
 
 
+FRAME_NS = 10 * NS_PER_S
+"""Time of messages in a new frame alone, as after a driver's restart, after which it is taken."""
+
+
 class Intake:
     """Decodes the messages of one topic of the table.
 
     `note` is called with a reason and its description, once for each message that is ignored.
+    Messages in another frame than before are ignored until they alone have come for `FRAME_NS`;
+    meanwhile `trouble` says so.
     """
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
         self._topic, self._note = topic, note
         self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
+        self._other: tuple[str, int] | None = None
+        self.trouble = ''
         # Names with which the scalars must begin; for other topics the first message decides.
         self._required = ESTIMATE_NAMES if topic == s.ESTIMATE else None
 
@@ -238,6 +248,7 @@ class Intake:
         try:
             whole = self._decoded(payloads)
             if not any(self._faults(whole)):
+                self._other, self.trouble = None, ''
                 return whole, list(payloads)
         except BagError:
             pass  # one by one it is found which of them cannot be decoded
@@ -246,6 +257,10 @@ class Intake:
             try:
                 sample = self._decoded([payload])
                 fault = next(self._faults(sample), None)
+                if fault is not None and fault[0] == 'other_frame':
+                    fault = self._waited(sample, fault)
+                elif fault is None:
+                    self._other, self.trouble = None, ''
             except BagError as error:
                 fault = 'undecodable', str(error)
             if fault is None:
@@ -255,6 +270,18 @@ class Intake:
         if not good:
             return None, []
         return s.join([cast(s.TimeSamples, one) for one, _ in good]), [raw for _, raw in good]
+
+    def _waited(self, sample: Any, fault: tuple[str, str]) -> tuple[str, str] | None:
+        """Return the fault of a message in another frame; None once that frame is taken."""
+        frame, stamp_ns = sample.frame_id, int(sample.stamp_ns[0])
+        if self._other is None or self._other[0] != frame:
+            self._other = frame, stamp_ns
+        if stamp_ns - self._other[1] >= FRAME_NS:
+            self._kind = self._other = None
+            self.trouble = ''
+            return next(self._faults(sample), None)
+        self.trouble = f'{self._topic}: {fault[1]}; such messages are left aside'
+        return fault
 
     def _decoded(self, payloads: Sequence[bytes]) -> s.Samples:
         samples = decode(self._topic, payloads, np.zeros(len(payloads), np.int64))

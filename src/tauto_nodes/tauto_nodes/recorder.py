@@ -141,7 +141,7 @@ class RecorderNode(GraphNode):
                 for message in messages:
                     self._bag.write_raw(topic, message, header_stamp_ns(message))
                 continue
-            samples, good = self.intake(topic).samples(messages)
+            samples, good = self.decoded(topic, messages)
             if samples is None:
                 continue
             if isinstance(samples, TextSamples):

@@ -213,7 +213,7 @@ class StageNode(GraphNode):
         """Feed the stage with what arrived and send what it returns."""
         batches = {}
         for topic, raw in payloads.items():
-            samples, _ = self.intake(topic).samples(raw)
+            samples, _ = self.decoded(topic, raw)
             if samples is not None:
                 batches[topic] = samples
         if batches:
@@ -239,7 +239,7 @@ class StageNode(GraphNode):
     @property
     def trouble(self) -> str:
         """What keeps the stage from publishing anything; empty if nothing does."""
-        return str(getattr(self.stage, 'trouble', ''))
+        return super().trouble or str(getattr(self.stage, 'trouble', ''))
 
     def at_end(self) -> None:
         """Send what the stage still holds back; no state remains to continue from."""
