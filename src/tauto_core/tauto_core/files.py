@@ -176,6 +176,47 @@ def _renameat2() -> Callable[..., int] | None:
 
 
 # -----------------------------------------------------------------------------
+# What a compressed part of a file may become.
+
+LARGEST_PART, PLAUSIBLE = 2**29, 200
+"""Most bytes of a decompressed part, and how many times its own size where above `SMALL_PART`.
+
+Chunks of rosbag2 have 0.8 MB, of other recorders 4 MB, or a message that is larger; motion and
+pictures shrink by 2 to 50 times.
+"""
+SMALL_PART = 2**24
+
+
+def decompressed(compression: str, body: bytes, size: int) -> bytes:
+    """Return the content of a compressed part (zstd, lz4, or none) that states its size.
+
+    What is larger than it states, or implausibly large, is not decompressed; a ValueError says so.
+    """
+    if size > SMALL_PART and size > min(LARGEST_PART, PLAUSIBLE * len(body)):
+        raise ValueError(f'{len(body)} bytes that would become {size} are not decompressed')
+    if compression == 'zstd':
+        import zstandard
+
+        try:
+            # the frame's own size is what would be allocated
+            if zstandard.frame_content_size(body) not in (-1, size):
+                raise ValueError('it states two sizes')
+            return zstandard.decompress(body, size)
+        except (zstandard.ZstdError, MemoryError, OverflowError) as error:
+            raise ValueError(str(error)) from None
+    if compression == 'lz4':
+        import lz4.frame  # type: ignore[import-untyped]
+
+        try:
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(body, max_length=size + 1))
+        except (RuntimeError, EOFError, MemoryError) as error:
+            raise ValueError(str(error)) from None
+    if compression:
+        raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
+    return body
+
+
+# -----------------------------------------------------------------------------
 # Figures as files: arguments are checked first, and the same figure gives the same bytes.
 
 DOTS_AN_INCH = 192

@@ -8,17 +8,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tauto_core.curves.cams.table import _read_rows
+from tauto_core.ensembles.fleets import read_draws
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import SceneError, TautoError
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
     LARGEST_BYTES,
     Column,
     Columns,
+    header_words,
+    read_data,
     read_header,
     read_table,
     unit_factor,
 )
+from tauto_core.ship.hull import load_hull
 
 TIME = Column('time_s', unit='s', rising='later than the time before')
 HEAT = Column('air_degc', unit='°C', least=-60.0, most=60.0, why='no sea is so')
@@ -134,3 +139,43 @@ def test_a_large_file_takes_little_more_memory_than_its_numbers(tmp_path):
     tracemalloc.stop()
     assert len(table) == rows
     assert most < 5_000_000  # the text has 10 MB, the numbers and lines 1.6 MB
+
+
+SECRET = 'root:$6$salt$hash:20228:0:99999:7:::\nsully:$6$pepper:20229::\n'
+
+
+def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
+    """Whoever names another file finds none of it in the report that he passes on."""
+    file = tmp_path / 'shadow'
+    file.write_text(SECRET)
+    tries = [
+        lambda: read_table(str(file), [Column('time_s')], remedy='Name another.'),
+        lambda: load_scene(file),
+        lambda: read_draws(file),
+        lambda: load_hull(file),
+        lambda: _read_rows(file),
+    ]
+    for refused in tries:
+        with pytest.raises(TautoError) as caught:
+            refused()
+        assert not any(word in str(caught.value) for word in ('root:', 'salt', 'pepper', '20228'))
+
+
+def test_a_header_is_told_where_it_has_names():
+    assert header_words(['time_s', 'roll deg']) == 'time_s, roll deg'
+    assert header_words([f'c{k}' for k in range(20)]).endswith('c11, …')
+    assert header_words(['PATH=/bin']) == 'no names'
+    assert header_words([]) == 'none'
+
+
+def test_what_has_no_end_is_read_up_to_its_limit(tmp_path):
+    with pytest.raises(OSError, match='not a regular file'):
+        read_data(Path('/dev/zero'))
+    with pytest.raises(FileNotFoundError):
+        read_data(tmp_path / 'none')
+    (tmp_path / 'some').write_bytes(b'1234')
+    assert read_data(tmp_path / 'some', 4) == b'1234'
+    with pytest.raises(OSError, match='more than 3 bytes'):
+        read_data(tmp_path / 'some', 3)
+    with pytest.raises(SceneError, match='cannot be read: is not a regular file'):
+        read_draws(Path('/dev/zero'))

@@ -14,11 +14,20 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from tauto_core.bags.codec import decode_as
-from tauto_core.bags.read import METADATA, Bag, McapFile, by_number, find_files, open_mcap
+from tauto_core.bags.read import (
+    LARGEST_METADATA,
+    METADATA,
+    Bag,
+    McapFile,
+    by_number,
+    find_files,
+    open_mcap,
+)
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.write import CUT_SHORT, BagWriter, DeclaredTopic, check_folder, definition_of
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
+from tauto_core.scene.tables import read_data
 
 _PART = 10_000
 """Messages of a topic that are held before they are decoded."""
@@ -114,7 +123,7 @@ def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
         information |= _information(text, nested=False)
     beside = path / METADATA
     if beside.is_file():
-        information |= _information(beside.read_text('utf-8', 'replace'))
+        information |= _information_beside(beside)
     custom = information.get('custom_data')
     return dict(custom) if isinstance(custom, Mapping) else {}
 
@@ -130,6 +139,12 @@ def _information(text: str, *, nested: bool = True) -> dict[str, Any]:
     if nested and isinstance(content, Mapping):
         content = content.get('rosbag2_bagfile_information')
     return dict(content) if isinstance(content, Mapping) else {}
+
+
+def _information_beside(metadata: Path) -> dict[str, Any]:
+    with suppress(OSError):
+        return _information(read_data(metadata, LARGEST_METADATA).decode('utf-8', 'replace'))
+    return {}
 
 
 def _check_file(found: Soundness, walked: McapFile) -> None:
@@ -205,7 +220,7 @@ def _check_metadata(found: Soundness) -> None:
     path = found.bag.path / METADATA
     if not path.is_file():
         return
-    said = _information(path.read_text('utf-8', 'replace'))
+    said = _information_beside(path)
     start_ns, end_ns = found.bag.start_ns, found.bag.end_ns
     held: dict[str, Any] = {'message_count': sum(found.bag.counts.values())}
     if start_ns is not None and end_ns is not None:

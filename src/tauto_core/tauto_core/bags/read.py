@@ -17,14 +17,17 @@ import numpy as np
 
 from tauto_core.bags.codec import decode_as, payloads_joined
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
+from tauto_core.files import decompressed
 from tauto_core.samples import SCENE, Batches, IntArray, Samples, TextSamples
 from tauto_core.scene.errors import BagError, BagPlaceError
+from tauto_core.scene.tables import read_data
 
 if TYPE_CHECKING:
     from mcap.records import Channel as ChannelRecord
     from mcap.records import Schema
 
 METADATA = 'metadata.yaml'
+LARGEST_METADATA = 2**24
 
 # -----------------------------------------------------------------------------
 # MCAP as octets: records, the messages among them, and what a chunk holds.
@@ -71,30 +74,10 @@ def chunk_records(record: bytes) -> bytes:
         return body
     if len(body) < length:
         raise ValueError(f'{len(body)} of {length} bytes')
-    octets = _decompressed(compression, body, size)
+    octets = decompressed(compression, body, size)
     if len(octets) != size or (crc and zlib.crc32(octets) != crc):
         raise ValueError('wrong checksum')
     return octets
-
-
-def _decompressed(compression: str, body: bytes, size: int) -> bytes:
-    if compression == 'zstd':
-        import zstandard
-
-        try:
-            return zstandard.decompress(body, size)
-        except (zstandard.ZstdError, MemoryError, OverflowError) as error:
-            raise ValueError(str(error)) from None
-    if compression == 'lz4':
-        import lz4.frame  # type: ignore[import-untyped]
-
-        try:
-            return bytes(lz4.frame.decompress(body))
-        except (RuntimeError, EOFError, MemoryError) as error:
-            raise ValueError(str(error)) from None
-    if compression:
-        raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
-    return body
 
 
 def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
@@ -254,6 +237,8 @@ def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
     """
     file = McapFile(path)
     try:
+        if not path.is_file() and path.exists():  # to open a pipe may block for ever
+            raise BagError(f'{path} is not a regular file; name a rosbag2 folder or an .mcap file')
         with path.open('rb') as stream:
             magic = stream.read(len(MAGIC))
             if magic != MAGIC:
@@ -736,7 +721,7 @@ def _listed_files(metadata: Path) -> list[Path]:
     import yaml
 
     try:
-        content: Any = yaml.safe_load(metadata.read_text('utf-8'))
+        content: Any = yaml.safe_load(read_data(metadata, LARGEST_METADATA))
         information = content['rosbag2_bagfile_information']
         names = [str(name) for name in information['relative_file_paths']]
         storage = information.get('storage_identifier', 'mcap')

@@ -51,6 +51,7 @@ from tauto_core.scene.loader import (
     write_mapping,
 )
 from tauto_core.scene.sections import Number, Positive, Section
+from tauto_core.scene.tables import read_data
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:
@@ -145,7 +146,7 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
     normal, uniform or list. A file that cannot be read or has something else is a SceneError.
     """
     try:
-        content = read_mapping(path.read_text('utf-8'), str(path))
+        content = read_mapping(read_data(path, 2**20).decode(), str(path))
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, 'strerror', None) or 'is not UTF-8 text'
         remedy = ArgumentText('Name a YAML file with ', Argument('vary'), '.')

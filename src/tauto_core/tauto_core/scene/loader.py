@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import copy
 import difflib
+import errno
 import math
 import os
 import re
@@ -40,7 +41,7 @@ from tauto_core.scene.sections import (
     kind_of,
     kinds_in,
 )
-from tauto_core.scene.tables import is_shipped, missing_file
+from tauto_core.scene.tables import is_shipped, missing_file, read_data
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
 from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
@@ -446,6 +447,10 @@ class _RefusedError(Exception):
         super().__init__(self.problem)
 
 
+_WORD = re.compile(r'[^\W\d][\w.\[\] -]{0,199}')
+"""A key at the left, or the path of one."""
+
+
 def read_mapping(text: str, origin: str) -> dict[str, Any]:
     """Return the mapping in a YAML text of one document; errors have origin, line and column."""
     try:
@@ -461,6 +466,10 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         found = 'nothing' if content is None else f'a {names[type(content)]}'
         problem = f'holds {found}, but a scene is a mapping of keys to values'
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
+    if any(not _WORD.fullmatch(key) for key in content):
+        # nothing of it is repeated: it may be a file that nobody should read in a report
+        problem = 'has a line that begins with no word and a colon, so it is no such file'
+        raise SceneError(origin, '', None, problem, 'Name a YAML file of keys and values.')
     return content
 
 
@@ -724,8 +733,7 @@ def _scene_error(origin: str, found: tuple[Problem, ...]) -> SceneError:
 
 def _read(file: Path, origin: str) -> str:
     try:
-        with file.open('rb') as stream:
-            raw = stream.read(_LARGEST_FILE + 1)
+        raw = read_data(file, _LARGEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
         near = difflib.get_close_matches(origin, shipped_scenes(), 1)
         guess = f'Did you mean {near[0]}? ' if near else ''
@@ -738,15 +746,15 @@ def _read(file: Path, origin: str) -> str:
     except (OSError, ValueError) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         remedy = 'Make it readable, or name another file.'
+        if getattr(error, 'errno', None) == errno.EFBIG:
+            problem = f'is larger than {_LARGEST_FILE} bytes, so it is not a scene'
+            remedy = 'Name a scene, not its data or a bag.'
     else:
-        problem = f'is larger than {_LARGEST_FILE} bytes, so it is not a scene'
-        remedy = 'Name a scene, not its data or a bag.'
-        if len(raw) <= _LARGEST_FILE:
-            try:
-                return raw.decode('utf-8-sig')
-            except UnicodeDecodeError as error:
-                problem = f'is not UTF-8 text (byte {error.start})'
-                remedy = 'Name a YAML file, saved as UTF-8.'
+        try:
+            return raw.decode('utf-8-sig')
+        except UnicodeDecodeError as error:
+            problem = f'is not UTF-8 text (byte {error.start})'
+            remedy = 'Name a YAML file, saved as UTF-8.'
     raise SceneError(origin, '', origin, problem, remedy) from None
 
 

@@ -23,8 +23,10 @@ The last line makes `log.csv: line 9, air_degc = 31.0: is warmer than the sea. C
 from __future__ import annotations
 
 import csv
+import errno
 import math
 import os
+import re
 import stat
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -137,6 +139,42 @@ def why_unreadable(file: Path, *, bag: bool = False) -> str:
     if found.st_size > LARGEST_BYTES and not bag:
         return f'has {found.st_size} bytes; a data file may have at most {LARGEST_BYTES}'
     return ''
+
+
+def read_data(file: Path, most: int = LARGEST_BYTES) -> bytes:
+    """Return the content of a regular file of at most so many bytes; another is an OSError.
+
+    What grows while it is read, or states no size (`/proc`), ends at the limit as well.
+    """
+    if stat.S_ISDIR(file.stat().st_mode):  # what is not there is the error of that
+        raise IsADirectoryError(errno.EISDIR, 'it is a folder')
+    if reason := why_unreadable(file):
+        raise OSError(errno.EINVAL, reason)
+    with file.open('rb') as stream:
+        content = stream.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f'it has more than {most} bytes')
+    return content
+
+
+_NAME = re.compile(r'[^\W\d][\w .%°/()-]{0,31}')
+"""A word that may name a column."""
+
+
+def header_words(cells: Sequence[str]) -> str:
+    """Return the names in a header, for a message; nothing of a line that has no names.
+
+    A file that was named by mistake may hold what nobody should read in a report.
+    """
+    if not all(_NAME.fullmatch(cell) for cell in cells):
+        return 'no names'
+    return ', '.join(cells[:12]) + ', …' * (len(cells) > 12) or 'none'
+
+
+def words_of(error: Exception) -> str:
+    """Return the first words of a library's error, without what it quotes of a file."""
+    said = re.split('[\'"`\\n]', str(error))[0].strip()
+    return f'{type(error).__name__}: {said}' if said else type(error).__name__
 
 
 # -----------------------------------------------------------------------------
@@ -315,7 +353,7 @@ def read_table(
         for column in columns:
             if header.count(column.name) > 1 or not (column.optional or column.name in header):
                 what = 'is named more than once' if column.name in header else 'is missing'
-                problem = f'{what}; the columns are {", ".join(header) or "none"}'
+                problem = f'{what}; the columns are {header_words(header)}'
                 raise SceneError(path, f'line 1, column {column.name}', ABSENT, problem, remedy)
             if column.name in header:
                 wanted.append((column, header.index(column.name), array('d')))

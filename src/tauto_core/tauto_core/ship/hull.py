@@ -29,6 +29,7 @@ from tauto_core.curves.numerics import trapezoid
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
+from tauto_core.scene.tables import read_data
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 from tauto_core.ship.sea import spline
 
@@ -43,6 +44,9 @@ _PAIRS = np.add.outer(np.arange(6), np.arange(6)) % 2 == 0
 """Motions of a hull with equal sides that act on each other: 1, 3, 5 and 2, 4, 6."""
 _FORMAT = 1
 _DAMAGED = (zipfile.BadZipFile, zlib.error)
+_LARGEST = 2**26
+"""Most bytes of the arrays of a hull, once decompressed; shipped ones have 30 kB."""
+
 SHAPES_FOLDER = Path(__file__).parent / 'hulls'
 
 
@@ -300,7 +304,7 @@ def load_hull(path: Path) -> HullCoefficients:
         HullError: no such file, or its content is not that of a hull.
     """
     try:
-        content = path.read_bytes()
+        content = read_data(path)
     except FileNotFoundError:
         raise HullError('path', str(path), 'there is no such file', _MAKE_ONE) from None
     except OSError as error:
@@ -321,9 +325,11 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
     """
     remedy = _MAKE_ONE
     try:
+        if sum(each.file_size for each in zipfile.ZipFile(BytesIO(content)).infolist()) > _LARGEST:
+            raise ValueError
         with np.load(BytesIO(content), allow_pickle=False) as file:
             held = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, *_DAMAGED):
+    except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, MemoryError, *_DAMAGED):
         problem = 'cannot be read: it is no .npz file, or damaged'
         raise HullError('path', path, problem, remedy) from None
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')

@@ -18,6 +18,7 @@ import numpy as np
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import install
+from tauto_core.scene.tables import why_unreadable, words_of
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.hull import (
     SHAPES,
@@ -104,13 +105,13 @@ def read_mesh(path: Path) -> Any:
     capytaine = solver()
     if not path.is_file():
         raise HullError('mesh', str(path), 'there is no such file', 'Name a file of a mesh.')
+    if reason := why_unreadable(path):
+        raise HullError('mesh', str(path), reason, 'Name a file of a mesh.')
     try:
         mesh = capytaine.load_mesh(str(path)).merged().immersed_part()
     except Exception as error:  # each format's reader has errors of its own
-        said = str(error).strip().partition('\n')[0] or type(error).__name__
-        raise HullError(
-            'mesh', str(path), f'cannot be read: {said}', 'Give a mesh that capytaine reads.'
-        ) from None
+        said = f'cannot be read: {words_of(error)}'
+        raise HullError('mesh', str(path), said, 'Give a mesh that capytaine reads.') from None
     if mesh.nb_faces == 0:
         raise HullError(
             'mesh', str(path), 'has nothing under z = 0', 'Put the waterline at z = 0.'

@@ -29,11 +29,13 @@ from tauto_core.scene.tables import (
     Columns,
     data_path,
     missing_file,
+    read_data,
     read_header,
     read_table,
     source_name,
     unit_factor,
     utc,
+    words_of,
 )
 from tauto_core.ship.sections import (
     ATHWART,
@@ -77,7 +79,7 @@ def read_hull(asked: HullFile) -> dict[str, Any]:
     """Return the keys of `ship.hull`, with the contents of the file as `table`; refuse others."""
     from tauto_core.ship.hull import HullError, hull_of_file
 
-    content = data_path(asked.path).read_bytes()
+    content = read_data(data_path(asked.path))
     try:
         hull_of_file(content, asked.path)
     except HullError as error:
@@ -358,7 +360,7 @@ def _read_with_library(asked: SpectrumFile) -> Any:
             density = readers[asked.format]()['efth']
             return density.spec.oned() if 'dir' in density.dims else density
         except Exception as error:  # a malformed file may make the library raise anything
-            said = f'{type(error).__name__}: {" ".join(str(error).split())}'
+            said = words_of(error)
     problem = f'cannot be read as format {asked.format}: {said}'
     remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'
     raise SceneError(asked.path, '', None, problem, remedy)

@@ -25,9 +25,9 @@ from pydantic import Field
 from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever, hollow
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import ABSENT, SceneError
 from tauto_core.scene.sections import OneLine, Positive
-from tauto_core.scene.tables import data_path
+from tauto_core.scene.tables import data_path, header_words, read_data
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
@@ -163,14 +163,16 @@ def _read_rows(path: Path) -> list[tuple[int, float, float]]:
     """Return (line, angle, arm) of all rows; blank lines are skipped."""
     name = str(path)
     try:
-        text = path.read_text(encoding='utf-8-sig')
+        text = read_data(path).decode('utf-8-sig')
     except (OSError, UnicodeDecodeError) as error:
         problem = f'cannot be read as text: {error}'
         raise SceneError(name, '', None, problem, 'Give a readable CSV file.') from error
     lines = csv.reader(text.splitlines())
     header = next(lines, [])
     if tuple(cell.strip() for cell in header) != TABLE_COLUMNS:
-        raise SceneError(name, 'line 1', ','.join(header), 'the header is not right', _FORM)
+        raise SceneError(
+            name, 'line 1', ABSENT, f'the header is not right: {header_words(header)}', _FORM
+        )
     rows = []
     for cells in lines:
         if not ''.join(cells).strip():

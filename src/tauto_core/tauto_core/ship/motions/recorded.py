@@ -12,13 +12,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, BinaryIO, Literal
 
 import numpy as np
 from pydantic import Field
 
+from tauto_core.files import decompressed
 from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
 from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Section
@@ -120,10 +121,22 @@ def _collect(
     file: Path, name: str, topic: str, topics: dict[str, str], payloads: list[bytes]
 ) -> str:
     """Add the topics found, with type and encoding, and the payloads on one; return what broke."""
-    from mcap.records import Channel, Message, Schema  # only for bags
+    from mcap.records import Channel, Chunk, Message, Schema  # only for bags
 
     # mcap's seeking readers cannot read a file without a footer
-    from mcap.stream_reader import StreamReader
+    from mcap.stream_reader import StreamReader, breakup_chunk
+
+    def records(stream: BinaryIO) -> Iterator[object]:
+        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+            if not isinstance(record, Chunk):
+                yield record
+                continue
+            size = record.uncompressed_size
+            content = decompressed(record.compression, record.data, size)
+            if len(content) != size:
+                raise ValueError('wrong checksum')
+            plain = replace(record, compression='', data=content)
+            yield from breakup_chunk(plain, validate_crc=True)
 
     try:
         stream = file.open('rb')
@@ -141,7 +154,7 @@ def _collect(
         schemas: dict[int, str] = {}
         wanted: set[int] = set()
         try:
-            for record in StreamReader(stream, validate_crcs=True).records:
+            for record in records(stream):
                 if isinstance(record, Schema):
                     schemas[record.id] = record.name
                 elif isinstance(record, Channel):
