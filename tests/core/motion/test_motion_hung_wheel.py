@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tauto_core.checks.facts import resonances
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing, make_collocation
 from tauto_core.samples import JOINT_STATES, Batches, JointSamples, join
 from tauto_core.scene import SceneError, load_scene
+from tauto_core.scene.times import DAY_S
+from tauto_core.ship.gravity import normal_gravity
 from tauto_core.voyage import sail
 
 G, INERTIA, OMEGA, MASS, L, K = 9.81, 4e-4, math.tau, 10.0, 0.05, 0.12
@@ -26,11 +29,13 @@ ROLLS = {
 }
 
 
-def scene_of(suspension, ship=STILL, power=None, **changes):
+def scene_of(
+    suspension, ship=STILL, power=None, gravity=G, duration=20.0, interval=1.0, **changes
+):
     return load_scene(
         'ideal',
-        gravity=G,
-        duration=20.0,
+        gravity=gravity,
+        duration=duration,
         trochlea={
             'inertia': INERTIA,
             'cam': {'kind': 'hole', 'lever_rate': INERTIA * OMEGA**2 / 2.0},
@@ -41,7 +46,7 @@ def scene_of(suspension, ship=STILL, power=None, **changes):
         suspension=suspension,
         ship=ship,
         clock={},
-        log={'interval': 1.0},
+        log={'interval': interval},
         **changes,
     )
 
@@ -59,16 +64,20 @@ def ship_at(t, ship):
     return sway, G - height * (rho2 * math.sin(rho) + rho1**2 * math.cos(rho)), rho1
 
 
+def wheel_of(scene):
+    batches: list[Batches] = []
+    sail(scene, watch=batches.append)
+    found = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
+    return join([each for each in found if isinstance(each, JointSamples)])
+
+
 @pytest.mark.parametrize('ship', [STILL, ROLLS], ids=['still', 'rolls'])
 @pytest.mark.parametrize('hung', [GIMBALS | {'damping_ratio': 0.1}, AXLE], ids=['gimbals', 'axle'])
 def test_case_and_wheel_follow_dop853(hung, ship):
     """Also with viscous drag, which turns the case too."""
     viscous = 2e-4
     scene = scene_of(hung, ship, drag={'viscous': viscous})
-    batches: list[Batches] = []
-    sail(scene, watch=batches.append)
-    found = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
-    wheel = join([each for each in found if isinstance(each, JointSamples)])
+    wheel = wheel_of(scene)
     square = K * K + L * L
     damping = 0.2 * math.sqrt(G * L / square) if hung['kind'] == 'gimbals' else 0.0
     e = 0.015
@@ -114,6 +123,74 @@ def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth, shift):
     roots = np.sqrt(np.roots([1.0, -(OMEGA**2 * (1.0 + share) + case), OMEGA**2 * case]))
     assert np.min(np.abs(roots - found)) < 1e-12 * found
     assert (found / OMEGA - 1.0) * 86400.0 == pytest.approx(shift, abs=2.0)
+
+
+def test_gravity_changes_the_rate_in_a_light_case():
+    """From Portsmouth to Jamaica, by the roots of the quadratic and by the clock itself.
+
+    The slow mode has 2 per cent of the swing and puts the phase off by 0.02 rad: 0.08 s/day in an
+    hour.
+    """
+    predicted, found = [], []
+    for latitude in (50.79, 17.93):
+        g = float(normal_gravity(math.radians(latitude)))
+        square = K * K + L * L
+        share, case = INERTIA / (MASS * square), g * L / square
+        roots = np.sqrt(np.roots([1.0, -(OMEGA**2 * (1.0 + share) + case), OMEGA**2 * case]))
+        predicted.append((float(np.max(roots)) / OMEGA - 1.0) * DAY_S)
+        scene = scene_of(GIMBALS, gravity=g, duration=3600.0)
+        found.append(sail(scene).result['clock']['rate_s_per_day'])
+    np.testing.assert_allclose(np.diff(predicted), -2.6, rtol=0, atol=0.05)
+    # the dial has the period of the wheel in a heavy case
+    np.testing.assert_allclose(found, predicted, rtol=0, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    ('mass', 'detuned', 'warned'),
+    [
+        (10.0, 1.0, True),
+        (10.0, 0.9, False),
+        (2.0, 0.9, False),
+        (2.0, 1.1, True),
+        (10.0, 1.1, False),
+    ],
+)
+def test_a_light_case_in_resonance_takes_the_swing_and_is_warned_of(mass, detuned, warned):
+    """θ = θ₀ (p cos ω₁t + (1 − p) cos ω₂t), p the part of mode 1 that is in the thread: the swing
+    falls to 2p − 1. Also 10 per cent from the wheel's frequency, where the case is light.
+    """
+    depth = 0.12
+    radius = math.sqrt(G * depth / (detuned * OMEGA) ** 2 - depth * depth)
+    hung = GIMBALS | {'mass': mass, 'depth': depth, 'gyration_radius': radius}
+    scene = scene_of(hung, duration=60.0, interval=0.01)
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    assert machine.case is not None
+    kept = machine.case.wheel_mode(INERTIA, machine.frequency, G).in_thread
+    wheel = wheel_of(scene)
+    swing = np.hypot(wheel.position[:, 0], wheel.velocity[:, 0] / OMEGA)
+    assert np.min(swing) == pytest.approx(0.6 * (2.0 * kept - 1.0), abs=0.05)
+    said = [each for each in resonances(scene, machine) if 'in resonance with the wheel' in each]
+    assert bool(said) == warned == (kept < 0.9)
+
+
+def test_pivots_that_rub_take_the_swing_of_the_wheel_and_its_frequency_is_the_damped_one():
+    """In a case of 10 kg with a tenth of critical damping; the warning says in which time."""
+    scene = scene_of(GIMBALS | {'damping_ratio': 0.1}, duration=300.0)
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    assert machine.case is not None
+    mode = machine.case.wheel_mode(INERTIA, machine.frequency, G)
+    wheel = wheel_of(scene)
+    swing = np.log(np.hypot(wheel.position[:, 0], wheel.velocity[:, 0] / mode.omega))
+    # the slow mode is gone after 10 s; θ̇/θ of a damped swing wavers by decay/ω
+    found = (swing[50] - swing[250]) / 200.0
+    assert found == pytest.approx(mode.decay, rel=0.01)
+    shifts = (mode.omega / OMEGA - 1.0) * DAY_S, sail(scene).result['clock']['rate_s_per_day']
+    # the phase of the start is off by 0.02 rad
+    assert shifts[0] == pytest.approx(shifts[1], abs=1.0)
+    [said] = [each for each in resonances(scene, machine) if 'damping_ratio' in each]
+    assert f'63 per cent of the swing in {1.0 / mode.decay:.3g} s' in said
 
 
 def test_an_impulse_adds_its_energy_to_wheel_and_case_together():

@@ -61,6 +61,10 @@ LARGEST_STRETCH = 0.02
 """Largest relative change of the period of small swings by a swinging thread."""
 NEAR_PERIOD = 0.05
 """Relative difference of two periods below which they are in resonance."""
+LEAST_IN_THREAD = 0.9
+"""Part of the energy of the wheel's mode in its thread, below which a case that it turns is in
+resonance with it: the swing then beats by more than a fifth.
+"""
 
 
 @dataclass(frozen=True)
@@ -134,6 +138,10 @@ def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
     answer = hung.answer(waves.frequency, scene.g, scene.duration)
     periods = tuple(math.tau / omega for omega in hung.frequencies(scene.g))
     wheel = any(abs(period / machine.small_period - 1.0) < NEAR_PERIOD for period in periods)
+    case = scene.case_of_mass
+    if case is not None and isinstance(machine, Machine):
+        mode = case.wheel_mode(machine.inertia, machine.frequency, scene.g)
+        wheel = wheel or mode.in_thread < LEAST_IN_THREAD
     return _following(waves, answer, periods, wheel=wheel)
 
 
@@ -311,7 +319,10 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
 
 
 def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
-    """Return warnings about a thread or a case in resonance with the wheel or the waves."""
+    """Return warnings about a thread or a case in resonance with the wheel or the waves.
+
+    Also about a case whose pivots take the wheel's swing.
+    """
     if isinstance(machine, FluidPendulum):
         return []
 
@@ -326,6 +337,15 @@ def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
             said.append(
                 f'{scene.name}: {key}: swings by itself in {own}, in resonance with {with_whom}. '
                 'Change its dimensions'
+            )
+    case = scene.case_of_mass
+    if case is not None and isinstance(machine, Machine):
+        decay = case.wheel_mode(machine.inertia, machine.frequency, scene.g).decay
+        if decay * scene.duration > 1.0:
+            said.append(
+                f'{scene.name}: suspension.damping_ratio: the wheel turns the case, whose pivots '
+                f'take 63 per cent of the swing in {1.0 / decay:.3g} s. Use a larger '
+                'suspension.mass, less damping, or an escapement that makes up for it'
             )
     return said
 

@@ -31,6 +31,20 @@ class SlackThreadError(TautoError):
     """A swing in which the thread would have to push."""
 
 
+class WheelMode(NamedTuple):
+    """Small swings of a wheel that turns its case.
+
+    Attributes:
+        omega: frequency [rad/s].
+        decay: by which the pivots damp them [1/s].
+        in_thread: part of the potential energy that is in the thread.
+    """
+
+    omega: float
+    decay: float
+    in_thread: float
+
+
 class CaseOfMass(NamedTuple):
     """A hung case so light that the wheel turns it (theory G5).
 
@@ -49,10 +63,14 @@ class CaseOfMass(NamedTuple):
     damping: float
 
     def wheel_frequency(self, inertia: float, frequency: float, gravity: float) -> float:
-        """Return ω of small swings of a wheel that turns the case, undamped [rad/s].
+        """Return ω of small swings of a wheel that turns the case [rad/s]."""
+        return self.wheel_mode(inertia, frequency, gravity).omega
 
-        It is that of the mode in which most of the energy is in the thread: with M and K of the
-        links (E3.1) in (θ, φ), or of φ alone in gimbals, and I/M for the wheel's ψ.
+    def wheel_mode(self, inertia: float, frequency: float, gravity: float) -> WheelMode:
+        """Return the mode of such swings in which most of the potential energy is in the thread.
+
+        It is a root of the equations with M and K of the links (E3.1) in
+        (θ, φ), or of φ alone in gimbals, and I/M for the wheel's ψ. Gimbals may damp φ.
         """
         e, c, share = self.link, self.depth, inertia / self.mass
         square, stiffness = self.gyration_radius**2, share * frequency**2
@@ -60,15 +78,23 @@ class CaseOfMass(NamedTuple):
         masses[0, 1] = masses[1, 0] = e * c
         springs = np.diag([gravity * e, gravity * c + stiffness, stiffness])
         springs[1, 2] = springs[2, 1] = -stiffness
-        first = 0 if e else 1
-        values, modes = np.linalg.eig(
-            np.linalg.solve(masses[first:, first:], springs[first:, first:])
+        dampers = np.diag([0.0, self.damping * (c * c + square), 0.0])
+        free = slice(0 if e else 1, 3)
+        masses, springs, dampers = (each[free, free] for each in (masses, springs, dampers))
+        n = len(masses)
+        values, states = np.linalg.eig(
+            np.block(
+                [
+                    [np.zeros((n, n)), np.eye(n)],
+                    [-np.linalg.solve(masses, springs), -np.linalg.solve(masses, dampers)],
+                ]
+            )
         )
-        twist = (modes[-1] - modes[-2]) ** 2
-        in_thread = (
-            stiffness * twist / np.einsum('im,ij,jm->m', modes, springs[first:, first:], modes)
-        )
-        return math.sqrt(float(values[np.argmax(in_thread)]))
+        modes = states[:n]
+        in_all = np.einsum('im,ij,jm->m', modes.conj(), springs, modes).real
+        in_thread = stiffness * np.abs(modes[-1] - modes[-2]) ** 2 / in_all
+        own = int(np.argmax(np.where(values.imag > 0.0, in_thread, 0.0)))
+        return WheelMode(float(values[own].imag), -float(values[own].real), float(in_thread[own]))
 
 
 @dataclass(frozen=True)
