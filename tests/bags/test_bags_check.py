@@ -23,7 +23,8 @@ from rosbags.rosbag2 import Reader
 
 from tauto_core import samples as s
 from tauto_core import voyage
-from tauto_core.bags import BagWriter, Message, check_bag, encode, read_bag, recover_bag
+from tauto_core.bags import BagWriter, Message, check, check_bag, encode, read_bag, recover_bag
+from tauto_core.bags.read import Channel, McapFile
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import BagError, BagPlaceError
 from tauto_core.ship import bag_metadata
@@ -354,3 +355,38 @@ def test_a_bag_that_an_error_ended_says_so(tmp_path: Path) -> None:
     assert found.damage == []
     assert found.cut_short
     assert not found.whole
+
+
+def test_a_topic_that_never_had_a_message_is_no_damage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """rosbag2 declares one of its own in the index, and nowhere else."""
+    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    plain = check.open_mcap
+
+    def declared(path: Path, *, walk: bool = False) -> McapFile:
+        file = plain(path, walk=walk)
+        if not walk:
+            file.channels[999] = Channel('/events/write_split', 'a/msg/B', 'cdr', b'', '', {})
+        return file
+
+    monkeypatch.setattr(check, 'open_mcap', declared)
+    assert check_bag(bag).whole
+
+
+def test_log_times_that_go_back_on_a_topic_of_others_are_a_note(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """rosbag2 writes /rosout, of all nodes, with times of receipt that cross."""
+    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    plain = McapFile.messages
+
+    def crossed(self: McapFile, *arguments: Any) -> Any:
+        yield from sorted(plain(self, *arguments), key=lambda each: -each.stamp_ns)
+
+    monkeypatch.setattr(McapFile, 'messages', crossed)
+    assert any('a log time lies before' in each for each in check_bag(bag).faults)
+    monkeypatch.setattr(check, 'MESSAGE_TYPES', {})
+    found = check_bag(bag)
+    assert not any('a log time lies' in each for each in found.faults)
+    assert any('a log time lies before' in each for each in found.notes)

@@ -18,6 +18,7 @@ from tauto_core.bags.read import (
     LARGEST_METADATA,
     METADATA,
     Bag,
+    Channel,
     McapFile,
     by_number,
     find_files,
@@ -161,7 +162,8 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
     found.counted += sum(opened.counts.values())
     for what, said, held in (
         ('counts', _nonzero(opened.counts), _nonzero(walked.counts)),
-        ('topics', opened.channels, walked.channels),
+        # rosbag2 declares topics that never had a message in the index alone
+        ('topics', _heard(opened), _heard(walked)),
         ('chunks', _places(opened), _places(walked)),
     ):
         if said != held:
@@ -179,6 +181,11 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
         except (McapError, ValueError, struct.error, EOFError) as error:
             if not walked.warnings:
                 found.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
+
+
+def _heard(file: McapFile) -> dict[int, Channel]:
+    counts = _nonzero(file.counts)
+    return {number: channel for number, channel in file.channels.items() if number in counts}
 
 
 def _nonzero(counts: Mapping[int, int]) -> dict[int, int]:
@@ -303,10 +310,13 @@ def _check_content(found: Soundness) -> None:
         if reading.payloads:
             reading.judge()
     found.faults += [reading.fault for reading in topics.values() if reading.fault]
-    found.faults += [
-        f'{reading.origin}: {reading.steps_back} times a log time lies before the one before it'
-        for reading in topics.values()
-        if reading.steps_back
+    back = {topic: each for topic, each in topics.items() if each.steps_back}
+    said = ' times a log time lies before the one before it'
+    # rosbag2 notes when a message came; on /rosout, of all nodes, those times cross
+    known = [reading for reading in back.values() if reading.ros_type in MESSAGE_TYPES]
+    found.faults += [f'{each.origin}: {each.steps_back}{said}' for each in known]
+    found.notes += [
+        f'{topic}: {each.steps_back}{said}' for topic, each in back.items() if each not in known
     ]
     _check_scene(found)
 
