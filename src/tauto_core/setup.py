@@ -38,6 +38,8 @@ DOCS = [
     'mkdocstrings-python>=2.0.11',
     'zensical>=0.0.73,<0.1',
 ]
+# Tracks as log-books.
+GPX = ['gpxpy>=1.5']
 # The files of buoys; a spectrum as a table needs nothing.
 SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
@@ -113,6 +115,7 @@ setup(
         'dev': TEST + LINT + DOCS,
         'docs': DOCS,
         'fleet': FLEET,
+        'gpx': GPX,
         'hull': HULL,
         'report': REPORT,
         'ros': ROS,

@@ -38,8 +38,10 @@ from tauto_core.scene.sections import (
     Positive,
     Section,
     Solver,
+    VoyageLog,
     kind_of,
     kinds_in,
+    log_of_voyage,
 )
 from tauto_core.scene.tables import is_shipped, missing_file, read_data
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
@@ -47,6 +49,7 @@ from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.airs import RecordAir
 from tauto_core.ship.gravity import normal_gravity
+from tauto_core.ship.logbook import with_log_read
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
@@ -94,7 +97,7 @@ class Scene(Section):
     )
     voyage: Itinerary | None = Field(
         default=None,
-        description='mapping: departure, arrival, sails_at, arrives_at or speed, …',
+        description='mapping: departure, arrival, sails_at, arrives_at or speed, …; or log',
     )
     drift: DriftSettings = Field(
         default=DriftSettings(), description='mapping: observation_interval, …'
@@ -104,10 +107,27 @@ class Scene(Section):
 
     @model_validator(mode='before')
     @classmethod
-    def _gravity_of_the_voyage(cls, keys: Any) -> Any:
-        """Take normal gravity where there is a voyage and nothing else is said."""
-        if isinstance(keys, dict) and keys.get('voyage') and keys.get('gravity') is None:
-            return {**keys, 'gravity': 'normal'}
+    def _by_the_voyage(cls, keys: Any) -> Any:
+        """Take normal gravity where there is a voyage, and the length and hour of a log's.
+
+        The scene ends an interval of the log after her arrival, when the clock is checked.
+        """
+        if not isinstance(keys, dict) or not keys.get('voyage'):
+            return keys
+        keys = {**keys}
+        if keys.get('gravity') is None:
+            keys['gravity'] = 'normal'
+        log = log_of_voyage(keys['voyage'])
+        if log is None:
+            if isinstance(keys['voyage'], dict) and keys['voyage'].get('log') is not None:
+                keys.setdefault('duration', DAY_S)  # what is wrong with the log is told alone
+        else:
+            section = keys.get('log')
+            interval = section.get('interval', 1.0) if isinstance(section, dict) else 1.0
+            if keys.get('duration') is None and isinstance(interval, int | float) and interval > 0:
+                keys['duration'] = (math.ceil(log.at[-1] / interval) + 1.0) * interval
+            if keys.get('starts_at') is None:
+                keys['starts_at'] = DAY_S + _since_midnight(log)
         return keys
 
     @model_validator(mode='after')
@@ -218,6 +238,7 @@ class Scene(Section):
             )
         if self.voyage is not None:
             yield from self.voyage.problems()
+            yield from self._log_problems(self.voyage)
         elif self.drift.lunars is not None:
             yield Problem(
                 'drift.lunars',
@@ -244,6 +265,28 @@ class Scene(Section):
                 )
         if self.solver is not None:
             yield from self.solver.problems()
+
+    def _log_problems(self, voyage: Itinerary) -> Iterator[Problem]:
+        """Yield what is wrong between a log and the times of the scene."""
+        if voyage.log is None or any(voyage.log.problems()):
+            return
+        begins = _since_midnight(voyage.log)
+        if abs(math.remainder(self.starts_at - begins, DAY_S)) > 1e-6:
+            yield Problem(
+                'starts_at',
+                self.starts_at,
+                f'is another hour of the day than that of the log, {begins / 3600.0:.6g} h after '
+                'midnight when the scene starts',
+                f'Leave it out, or write {DAY_S + begins!r}.',
+            )
+        last, interval = voyage.log.at[-1], self.log.interval
+        if self.duration > last + 2.0 * interval:
+            yield Problem(
+                'duration',
+                self.duration,
+                f'is longer than the log, whose last entry is {last!r} s after the start',
+                'Leave it out, or make it shorter.',
+            )
 
     def _hot_case_problems(self, mass: float | None) -> Iterator[Problem]:
         """Yield what is wrong with a wheel that turns its case and changes on the way."""
@@ -318,6 +361,13 @@ class Scene(Section):
                 'Write `trochlea: …`, mapping: inertia, cam, thread, power, release_angle; or '
                 '`regulator: …`, mapping with `kind`.',
             )
+
+
+def _since_midnight(log: VoyageLog) -> float:
+    """Return the time of day at Greenwich at which the scene of a log starts [s]."""
+    first = log.begins
+    midnight = first.replace(hour=0, minute=0, second=0, microsecond=0)
+    return ((first - midnight).total_seconds() - log.harbour_days * DAY_S) % DAY_S
 
 
 # -----------------------------------------------------------------------------
@@ -551,6 +601,8 @@ _PATHS = (
     ('ship', 'hull', 'path'),
     ('ship', 'weather', 'path'),
     ('ship', 'roll', 'decay', 'path'),
+    ('voyage', 'log', 'path'),
+    ('voyage', 'log', 'winds'),
 )
 _OF_BAGS = 'tauto replay, plot, report, play and bag check'
 _SHIPPED = Path(__file__).parent / 'shipped'
@@ -713,6 +765,8 @@ def checked_scene(
                 content = content | {'ship': model.with_files_read(ship, origin)}
     if isinstance(content.get('air'), dict):
         content = content | {'air': RecordAir.with_file_read(content['air'], origin)}
+    if isinstance(content.get('voyage'), dict):
+        content = content | {'voyage': with_log_read(content['voyage'], origin)}
     try:
         return Scene.model_validate(content)
     except ValidationError as error:

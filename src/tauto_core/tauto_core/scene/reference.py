@@ -25,7 +25,7 @@ from tauto_core.machines.trochlea import THREADS
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
-from tauto_core.scene.sections import Kind, KindIn, Section, kind_of, kinds_in
+from tauto_core.scene.sections import Kind, KindIn, LogFile, Section, kind_of, kinds_in
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.airs import AirRecordFile
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
@@ -42,7 +42,11 @@ file* is read when the scene is loaded; the scene that runs, which is also writt
 its numbers instead.
 """
 
-_FROM_FILES: dict[str, type[Section]] = {**FILE_FORMS, 'air': AirRecordFile}
+_FROM_FILES: dict[str, type[Section]] = {
+    **FILE_FORMS,
+    'air': AirRecordFile,
+    'voyage.log': LogFile,
+}
 """The form of each section, of a sea's ship or of the scene, whose values are in a file."""
 
 
@@ -151,6 +155,11 @@ def schema() -> dict[str, Any]:
     ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
     air = found['properties']['air']['anyOf'][0]
     air['oneOf'].append({'$ref': f'{_REF}AirRecordFile'})
+    # what follows from a log-book need not be given
+    logged = definitions['Itinerary']
+    logged['properties']['log']['anyOf'].insert(1, {'$ref': f'{_REF}LogFile'})
+    logged['anyOf'] = [{'required': logged.pop('required')}, {'required': ['log']}]
+    by_log = {'properties': {'voyage': {'required': ['log']}}, 'required': ['voyage']}
     definitions['Landfall'] = waypoint
     place = waypoint['properties']['place']
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
@@ -160,6 +169,7 @@ def schema() -> dict[str, Any]:
     for name in (*names, RecordFile.__name__, AirRecordFile.__name__):
         definitions[name].setdefault('required', []).insert(0, 'kind')
     found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
+    found['allOf'] = [{'anyOf': [{'required': found.pop('required')}, by_log]}]
     head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}
     cleaned: dict[str, Any] = _cleaned({**head, **found, 'title': head['title']})
     return cleaned

@@ -9,12 +9,22 @@ from __future__ import annotations
 import datetime
 import math
 import pkgutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias, Union, cast
+from typing import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    ClassVar,
+    Literal,
+    NamedTuple,
+    TypeAlias,
+    Union,
+    cast,
+)
 
 from pydantic import (
     BaseModel,
@@ -23,10 +33,14 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     PlainSerializer,
+    SerializerFunctionWrapHandler,
     Strict,
+    ValidationError,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
     WrapValidator,
+    model_serializer,
+    model_validator,
 )
 from pydantic_core import CoreSchema, PydanticCustomError
 
@@ -430,19 +444,229 @@ def _plain_date(value: object) -> object:
         raise PydanticCustomError('date', 'is not a day, such as 1761-11-18') from None
 
 
+# -----------------------------------------------------------------------------
+# A log-book: places in time with wind and air (theory/logbooks.md, H1 to H3).
+
+FASTEST_KNOTS = 14.0
+"""A faster step of a log is a correction of the reckoning, not a motion [knots]."""
+
+NEAREST_ENTRIES_S = 3600.0
+"""Shortest time between two entries of a log [s]."""
+
+STRONGEST_WIND = 40.0
+"""Wind above the strongest class of the logs, 35 m/s [m/s]."""
+
+AIR_CELSIUS = -60.0, 60.0
+"""Temperatures that air at sea may have [°C]."""
+
+LEAST_WIND = 1.0
+"""Wind below which no sea grows [m/s]."""
+
+VARIABLE = (361.0, 362.0, 500.0, 999.0)
+"""Numbers by which CLIWOC says that a wind has no direction."""
+
+LogEntry: TypeAlias = tuple[
+    OneLine, Latitude, Longitude, Number | None, Number | None, Number | None
+]
+"""UTC, latitude, longitude, direction from which the wind blows [deg], its speed [m/s], and the
+temperature of the air [°C]."""
+
+
+def has_wind(entry: LogEntry) -> bool:
+    """Return whether an entry says enough of the wind for a sea to grow, or not to grow."""
+    wind_from, wind = entry[3:5]
+    known = wind_from is not None and wind_from not in VARIABLE
+    return wind is not None and (wind < LEAST_WIND or known)
+
+
+class EntryProblem(NamedTuple):
+    """What is wrong with an entry of a log: its number from 0, the column, and words."""
+
+    entry: int
+    column: str
+    value: object
+    problem: str
+    remedy: str
+
+
+def log_time(text: str) -> datetime.datetime:
+    """Return the time of an entry, UTC without a zone; a ValueError says what is wrong."""
+    if 'T24' in text or ' 24:' in text:
+        raise ValueError('has the hour 24; write 00:00 of the next day')
+    try:
+        found = datetime.datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError('is no date with time, such as 1791-10-26T13:00') from None
+    if found.tzinfo is not None:
+        found = found.astimezone(datetime.UTC).replace(tzinfo=None)
+    return found
+
+
+def nautical_miles(one: Position, other: Position) -> float:
+    """Return the distance between two places on a sphere [nmi], good to half a per cent."""
+    south, north = math.radians(one[0]), math.radians(other[0])
+    east = math.radians(other[1] - one[1])
+    part = math.sin(0.5 * (north - south)) ** 2
+    part += math.cos(south) * math.cos(north) * math.sin(0.5 * east) ** 2
+    return 10_800.0 / math.pi * 2.0 * math.asin(math.sqrt(min(part, 1.0)))
+
+
+def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iterator[EntryProblem]:
+    """Yield what is wrong with the entries of a log: times, jumps, winds and temperatures."""
+    if len(entries) < 2:
+        said = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
+        yield EntryProblem(0, '', ABSENT, f'{said}: she sails from one to the next', 'Add more.')
+    times: list[datetime.datetime] = []
+    for number, (utc, latitude, longitude, wind_from, wind, celsius) in enumerate(entries):
+        try:
+            times.append(log_time(utc))
+        except ValueError as error:
+            yield EntryProblem(number, 'utc', utc, str(error), 'Correct it.')
+            return
+        if wind_from is not None and not 0.0 <= wind_from <= 360.0 and wind_from not in VARIABLE:
+            said = 'must lie between 0 and 360 degrees from true north'
+            remedy = 'Leave it empty if the wind was variable.'
+            yield EntryProblem(number, 'wind_from_deg', wind_from, said, remedy)
+        if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
+            said = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
+            remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
+            yield EntryProblem(number, 'wind_mps', wind, said, remedy)
+        if celsius is not None and not AIR_CELSIUS[0] <= celsius <= AIR_CELSIUS[1]:
+            said = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
+            yield EntryProblem(number, 'air_celsius', celsius, said, 'Give it in °C.')
+        if not number:
+            continue
+        took_s = (times[-1] - times[-2]).total_seconds()
+        miles = nautical_miles(entries[number - 1][1:3], (latitude, longitude))
+        if took_s < NEAREST_ENTRIES_S:
+            said = 'is the time of the entry before, too'
+            if took_s < 0.0:
+                said = f'is earlier than the entry before, {entries[number - 1][0]}'
+            elif took_s > 0.0:
+                said = f'comes {took_s / 60.0:.3g} minutes after the entry before'
+            remedy = 'Sort the entries, and keep one of two that are less than an hour apart.'
+            yield EntryProblem(number, 'utc', utc, said, remedy)
+        elif took_s > longest_gap_days * DAY_S:
+            said = f'comes {took_s / DAY_S:.3g} days after the entry before; more than '
+            said += f'{longest_gap_days:g} (longest_gap_days) are not bridged'
+            yield EntryProblem(number, 'utc', utc, said, 'Cut the passage there, or fill the gap.')
+        elif miles > FASTEST_KNOTS * took_s / 3600.0:
+            said = f'is {miles:.0f} nautical miles from the entry before, {took_s / 3600.0:.3g} '
+            said += f'hours earlier; she makes at most {FASTEST_KNOTS:g} knots'
+            remedy = 'Correct the place, or cut the passage where the reckoning was corrected.'
+            yield EntryProblem(number, 'latitude', [latitude, longitude], said, remedy)
+
+
+class VoyageLog(Section):
+    """A passage of a log-book, in place of departure, waypoints, arrival and times."""
+
+    source: OneLine = Field(description='origin of the log')
+    passage: OneLine = Field(description='name of the passage there')
+    ship: OneLine | None = Field(default=None, description='name of the ship')
+    nation: OneLine | None = Field(default=None, description='nation of the ship')
+    sailed_from: OneLine | None = Field(default=None, description='port from which she came')
+    bound_to: OneLine | None = Field(default=None, description='port to which she went')
+    entries: Annotated[tuple[LogEntry, ...], Field(max_length=10_000)] = Field(
+        description='list of [UTC, latitude, longitude, direction from which the wind blows '
+        '(degrees), its speed (m/s), air (°C)]; null where there is none, at most 10000'
+    )
+    harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
+        default=0.0,
+        description='days in still water before the first entry, at its place, so that the clock '
+        'can be rated: an invention, 0 to 1000',
+    )
+    longest_gap_days: Positive = Field(
+        default=6.0, description='longest time between two entries that is bridged [days]'
+    )
+
+    @property
+    def days(self) -> tuple[float, ...]:
+        """Times of the entries since the first one [days]."""
+        times = [log_time(each[0]) for each in self.entries]
+        return tuple((each - times[0]).total_seconds() / DAY_S for each in times)
+
+    @property
+    def at(self) -> tuple[float, ...]:
+        """Times of the entries from the start of the scene [s]."""
+        return tuple(round((self.harbour_days + day) * DAY_S, 3) for day in self.days)
+
+    @property
+    def begins(self) -> datetime.datetime:
+        """UTC of the first entry."""
+        return log_time(self.entries[0][0])
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with its entries."""
+        for each in entry_problems(self.entries, self.longest_gap_days):
+            yield Problem(
+                f'voyage.log.entries[{each.entry}]',
+                each.value,
+                f'{each.column} {each.problem}'.lstrip(),
+                each.remedy,
+            )
+
+    def itinerary(self) -> dict[str, Any]:
+        """Return the keys of the voyage that follow from the log."""
+        first, *between, last = (each[1:3] for each in self.entries)
+        sails_at, *passed, arrives_at = self.at
+        return {
+            'departure': first,
+            'waypoints': [
+                {'place': place, 'at': at} for place, at in zip(between, passed, strict=True)
+            ]
+            or None,
+            'arrival': last,
+            'date': self.begins.date(),
+            'sails_at': sails_at,
+            'arrives_at': arrives_at,
+        }
+
+
+class LogFile(Section):
+    """A log-book in a file; the scene that runs contains the entries of the passage."""
+
+    path: OneLine = Field(description='the log-book (`tauto logbook` lists its passages)')
+    passage: OneLine | None = Field(
+        default=None, description='name of the passage; not needed where the file has only one'
+    )
+    winds: OneLine | None = Field(
+        default=None,
+        description='for a track in GPX: CSV file with utc, wind_from_deg, wind_mps, air_celsius',
+    )
+    harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
+        default=0.0,
+        description='days in still water before the first entry, at its place, so that the clock '
+        'can be rated: an invention, 0 to 1000',
+    )
+    longest_gap_days: Positive = Field(
+        default=6.0, description='longest time between two entries that is bridged [days]'
+    )
+
+
+def log_of_voyage(voyage: object) -> VoyageLog | None:
+    """Return the log of a voyage that is not checked yet; None without one that is sound."""
+    if not isinstance(voyage, dict) or not isinstance(voyage.get('log'), dict):
+        return None
+    try:
+        log = VoyageLog.model_validate(voyage['log'])
+    except ValidationError:
+        return None
+    return None if any(log.problems()) else log
+
+
 class Itinerary(Section):
     """From port to port, at constant speed between places with times; from the scene's start."""
 
     departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     waypoints: (
         Annotated[
-            tuple[Annotated[Waypoint, BeforeValidator(_with_place)], ...], Field(max_length=1000)
+            tuple[Annotated[Waypoint, BeforeValidator(_with_place)], ...], Field(max_length=10_000)
         ]
         | None
     ) = Field(
         default=None,
         description='list of [latitude, longitude] or {place: [latitude, longitude], '
-        'landfall: true, at: 1e5}, at most 1000, in the order of the voyage',
+        'landfall: true, at: 1e5}, at most 10000, in the order of the voyage',
     )
     arrival: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     track: Literal['geodesic', 'rhumb'] | None = Field(
@@ -462,6 +686,44 @@ class Itinerary(Section):
     speed: Positive | None = Field(
         default=None, description='speed over the ground [m/s]; or give arrives_at'
     )
+    log: VoyageLog | None = Field(
+        default=None,
+        description='mapping: path, passage, harbour_days; a log-book in place of departure, '
+        'waypoints, arrival, date and times',
+    )
+
+    @model_validator(mode='before')
+    @classmethod
+    def _by_its_log(cls, keys: Any) -> Any:
+        """Take places and times from the log; one that is wrong is reported by itself."""
+        if not isinstance(keys, dict) or keys.get('log') is None:
+            return keys
+        log = log_of_voyage(keys)
+        follows: dict[str, Any] = {'departure': (0.0, 0.0), 'arrival': (0.0, 0.0), 'sails_at': 0.0}
+        if log is not None:
+            follows = log.itinerary()
+        given = tuple(
+            Problem(
+                f'voyage.{key}',
+                keys[key],
+                'does not go with voyage.log, from which it follows',
+                'Leave one of them out.',
+            )
+            for key in _BY_LOG
+            if keys.get(key) is not None
+        )
+        if given:
+            raise PydanticCustomError(
+                'combination', '{summary}', {'summary': str(given[0]), 'problems': given}
+            )
+        return {**keys, **follows}
+
+    @model_serializer(mode='wrap')
+    def _without_what_the_log_says(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        keys: dict[str, Any] = handler(self)
+        if self.log is not None:
+            keys = {key: value for key, value in keys.items() if key not in _BY_LOG}
+        return keys
 
     @property
     def places(self) -> tuple[Position, ...]:
@@ -490,6 +752,10 @@ class Itinerary(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys, without computing the route."""
+        wrong = [] if self.log is None else list(self.log.problems())
+        if wrong:
+            yield from wrong
+            return
         if self.date is not None and not EARLIEST_YEAR <= self.date.year <= LATEST_YEAR:
             yield Problem(
                 'voyage.date',
@@ -577,8 +843,14 @@ class Itinerary(Section):
                 )
 
 
+_BY_LOG = ('departure', 'waypoints', 'arrival', 'date', 'sails_at', 'arrives_at', 'speed')
+"""Keys of a voyage that follow from its log."""
+
+
 def key_of_place(voyage: Itinerary, index: int) -> str:
     """Return the path to the key of one of `voyage.places`."""
+    if voyage.log is not None:
+        return f'voyage.log.entries[{index}]'
     if index == 0:
         return 'voyage.departure'
     last = len(voyage.places) - 1

@@ -120,7 +120,7 @@ class GeodesicLeg:
         return math.atan2(east * (1.0 - SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
 
 
-@lru_cache(maxsize=1024)  # a scene asks for its legs several times, a fleet for each ship
+@lru_cache(maxsize=4096)  # a scene asks for its legs several times, a fleet for each ship
 def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
     """Return the geodesic between two places [degrees]."""
     from geographiclib.geodesic import Geodesic

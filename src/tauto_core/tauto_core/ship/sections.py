@@ -43,7 +43,8 @@ RAO_LENGTH_MEANS = (
 CUTOFF = 4.0
 """Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
 energy, but not of its accelerations, which have no limit without a hull (theory G7)."""
-Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=1.5, le=32.0)]
+LEAST_CUTOFF = 1.5
+Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=LEAST_CUTOFF, le=32.0)]
 MOST_CUTOFF = 8.0
 CUTOFF_MEANS = (
     'highest frequency of the components over that of the peak, 1.5 to 32; when left out 4, and '
@@ -58,8 +59,13 @@ def cutoff_for(length: float | None, peak_period: float) -> float:
     """
     if length is None:
         return CUTOFF
+    return min(max(still_from(length, peak_period), CUTOFF), MOST_CUTOFF)
+
+
+def still_from(length: float, peak_period: float) -> float:
+    """Return the frequency of waves of a tenth of a length [m], over that of the peak."""
     highest = math.sqrt(20.0 * math.pi * STANDARD_GRAVITY / length)
-    return min(max(highest * peak_period / math.tau, CUTOFF), MOST_CUTOFF)
+    return highest * peak_period / math.tau
 
 
 class Sea(Section):

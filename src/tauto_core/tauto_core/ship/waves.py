@@ -57,6 +57,15 @@ class Harmonics:
         return size + (0.0 if order else abs(self.mean))
 
 
+def together(sums: Sequence[Harmonics]) -> Harmonics:
+    """Return the sum of several sums of harmonics."""
+    amplitude, period, phase = (
+        np.concatenate([getattr(each, name) for each in sums])
+        for name in ('amplitude', 'period', 'phase')
+    )
+    return Harmonics(amplitude, period, phase, sum(each.mean for each in sums))
+
+
 class SampledHarmonics:
     """Values and derivatives of harmonics at sample indices k, t = k step.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -44,6 +44,7 @@ class WeatherState:
         heading: direction in which the waves run, from the bow to port [rad].
         speed: speed of the ship [m/s].
         key: the key of the scene that gives it, for error messages.
+        swell: a second sea at the same time, with a heading of its own, and so on.
     """
 
     at_ns: int
@@ -51,14 +52,26 @@ class WeatherState:
     heading: float
     speed: float
     key: str
+    swell: WeatherState | None = None
 
     @property
     def height(self) -> float:
-        """Significant wave height [m]."""
-        return 0.0 if self.sea is None else self.sea.significant_wave_height
+        """Significant wave height of all seas together [m]."""
+        own = 0.0 if self.sea is None else self.sea.significant_wave_height
+        return own if self.swell is None else math.hypot(own, self.swell.height)
+
+    @property
+    def alone(self) -> tuple[WeatherState, ...]:
+        """The state with each of its seas alone."""
+        if self.swell is None:
+            return (self,)
+        return (replace(self, swell=None), *self.swell.alone)
 
     def goes_on(self, before: WeatherState) -> bool:
         """Return whether nothing has changed since the previous state."""
+        if self.swell is not None or before.swell is not None:
+            ours, theirs = self.alone, before.alone
+            return len(ours) == len(theirs) and all(map(WeatherState.goes_on, ours, theirs))
         same_way = (self.heading, self.speed) == (before.heading, before.speed)
         return self.sea == before.sea and (self.sea is None or same_way)
 
@@ -107,8 +120,9 @@ class WeatherKind(Kind):
         """Return what reports say about the weather besides its states."""
         return {}
 
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
         """Return what the user should know about it before sailing."""
+        del setting
         return ()
 
 
@@ -183,6 +197,7 @@ class WeatherSetting:
         heading: float | None = None,
         waves_to: float | None = None,
         speed: float | None = None,
+        cutoff: float | None = None,
     ) -> WeatherState:
         """Return a state with waves.
 
@@ -195,6 +210,7 @@ class WeatherSetting:
             heading: direction in which the waves run, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
             speed: speed of the ship [m/s], where the route is not followed.
+            cutoff: that of this sea, where neither the weather nor the hull says it.
 
         Raises:
             SceneError: a sea higher than any known, or no voyage to follow.
@@ -210,7 +226,7 @@ class WeatherSetting:
             significant_wave_height=height,
             peak_period=period,
             components=weather.components,
-            cutoff=weather.cutoff or cutoff_for(self.length, period),
+            cutoff=weather.cutoff or cutoff or cutoff_for(self.length, period),
             **({'gamma': weather.gamma} if shape == 'jonswap' else {}),
         )
         if weather.follow_route:
@@ -274,19 +290,29 @@ def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
     sums = sums_of(states)
     pairs = [(sums[0],), *pairwise(sums), (sums[-1],)]
-    present = [sum(states[number].sea is not None for number in set(pair)) for pair in pairs]
+    seas = [sum(each.sea is not None for each in state.alone) for state in states]
+    present = [sum(seas[number] for number in set(pair)) for pair in pairs]
     return float(np.dot(lengths, present) / max(lengths.sum(), 1))
 
 
 def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
-    """Return the states as rows of numbers; for a calm the height is 0 and the rest None."""
-    return [
-        {
+    """Return the states as rows of numbers; for a calm the height is 0 and the rest None.
+
+    Height and period of a state with several seas are those of the first, and `swells` has the
+    others.
+    """
+
+    def row(state: WeatherState) -> dict[str, Any]:
+        sea = state.sea
+        return {
             'at_s': state.at_ns / NS_PER_S,
-            'significant_wave_height_m': state.height,
-            'peak_period_s': None if state.sea is None else state.sea.peak_period,
-            'heading_rad': None if state.sea is None else state.heading,
-            'speed_m_s': None if state.sea is None else state.speed,
+            'significant_wave_height_m': 0.0 if sea is None else sea.significant_wave_height,
+            'peak_period_s': None if sea is None else sea.peak_period,
+            'heading_rad': None if sea is None else state.heading,
+            'speed_m_s': None if sea is None else state.speed,
         }
+
+    return [
+        row(state) | ({'swells': list(map(row, state.alone[1:]))} if state.swell else {})
         for state in states
     ]

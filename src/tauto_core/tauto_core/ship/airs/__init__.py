@@ -1,4 +1,4 @@
-"""The kinds of air: by the places of the voyage or its climate, and as it was recorded."""
+"""The kinds of air: by the places of the voyage or its climate, as recorded, and by a log."""
 
 from __future__ import annotations
 
@@ -12,7 +12,14 @@ from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import LONGEST_TEXT, Number, OneLine, Positive, Section
+from tauto_core.scene.sections import (
+    LONGEST_TEXT,
+    Number,
+    OneLine,
+    Positive,
+    Section,
+    log_time,
+)
 from tauto_core.scene.tables import Column, read_header, read_table, source_name, utc
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.air import (
@@ -353,4 +360,47 @@ class RecordAir(AirKind):
             )
 
 
-KINDS = (RouteAir, RecordAir)
+# -----------------------------------------------------------------------------
+# Air by the log-book of the voyage.
+
+
+class LogAir(AirKind):
+    """Air by the thermometer of the voyage's log, from entry to entry linear in time.
+
+    Where an entry has no temperature, it is the mean over the sea at the latitude and in the
+    month. In the harbour before the log the air is that of the first entry.
+    """
+
+    rank = 3
+    starter: ClassVar[Mapping[str, Any]] = {}
+
+    kind: Literal['log'] = 'log'
+
+    def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
+        """Return the times and temperatures of the entries."""
+        log = None if scene.voyage is None else scene.voyage.log
+        assert log is not None
+        times = [log_time(each[0]) for each in log.entries]
+        years = [
+            (each - datetime.datetime(each.year, 1, 1)).total_seconds() / DAY_S / 365.2425
+            for each in times
+        ]
+        usual = zonal_celsius(np.array([each[1] for each in log.entries]), np.array(years))
+        celsius = [
+            mean if each[5] is None else each[5]
+            for each, mean in zip(log.entries, usual.tolist(), strict=True)
+        ]
+        return np.array([nanoseconds(at) for at in log.at], np.int64), np.array(celsius)
+
+    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
+        """Yield a problem where the voyage has no log."""
+        if scene.voyage is None or scene.voyage.log is None:
+            yield Problem(
+                'air.kind',
+                self.kind,
+                'needs a log-book, and the voyage has none',
+                'Write `voyage: {log: {path: …, passage: …}}`, or another kind.',
+            )
+
+
+KINDS = (RouteAir, RecordAir, LogAir)

@@ -40,7 +40,7 @@ from tauto_core.ship.sections import (
     cutoff_for,
 )
 from tauto_core.ship.six_motions import SixMotions, at_clock, hull_answer
-from tauto_core.ship.waves import Encounter, Harmonics
+from tauto_core.ship.waves import Encounter, Harmonics, together
 from tauto_core.ship.weather_kind import FOLDER as WEATHERS
 from tauto_core.ship.weather_kind import (
     WeatherKind,
@@ -70,6 +70,10 @@ MET_ORDER = 10
 """Order of the derivative by which seas are compared: that of the error in accelerations, which
 are second derivatives, between eight samples.
 """
+
+
+SWELL_STREAMS = 1_000_000
+"""Number of streams from one sea to the next at the same time; no weather has as many states."""
 
 
 Drawn: TypeAlias = tuple[Sea | SpectrumTable, int, int]
@@ -220,11 +224,13 @@ class SeaShip(ShipKind):
 
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
         """Return the states of the weather; a `SceneError` where it does not go with the scene."""
+        setting = self.setting(scene)
+        return checked(setting.weather.resolved(setting), scene)
+
+    def setting(self, scene: Surroundings) -> WeatherSetting:
+        """Return scene and ship for which the weather is resolved."""
         assert self.weather is not None
-        setting = WeatherSetting(
-            scene, self.weather, self.relative_heading, self.speed, self._length
-        )
-        return checked(self.weather.resolved(setting), scene)
+        return WeatherSetting(scene, self.weather, self.relative_heading, self.speed, self._length)
 
     def in_state(self, state: WeatherState) -> Self:
         """Return the ship in the sea of one state."""
@@ -237,7 +243,8 @@ class SeaShip(ShipKind):
         """Return the ship in the highest of its seas."""
         if self.weather is None:
             return self
-        highest = max(self.states(scene), key=lambda state: state.height)
+        seas = [sea for state in self.states(scene) for sea in state.alone]
+        highest = max(seas, key=lambda state: state.height)
         # a shortened voyage may end before she leaves a calm
         return StillShip() if highest.sea is None else self.in_state(highest)
 
@@ -252,8 +259,16 @@ class SeaShip(ShipKind):
         if self.weather is None:
             return super().worst_seas(scene)
         states = self.states(scene)
-        highest = max(range(len(states)), key=lambda number: states[number].height)
-        abrupt = np.array([self._abruptness(scene, state) for state in states])
+        # of seas at the same time the one that is worst by itself
+        steepest = [
+            max(state.alone, key=lambda sea: self._abruptness(scene, sea))
+            if state.swell
+            else state
+            for state in states
+        ]
+        tallest = [max(state.alone, key=lambda sea: sea.height) for state in states]
+        highest = max(range(len(states)), key=lambda number: tallest[number].height)
+        abrupt = np.array([self._abruptness(scene, state) for state in steepest])
         fastest = int(np.argmax(abrupt))
         reasons = {highest: 'highest'}
         reasons[fastest] = 'highest and met fastest' if fastest == highest else 'met fastest'
@@ -268,9 +283,10 @@ class SeaShip(ShipKind):
                 told((state,))[0],
                 # a shortened voyage may end before she leaves a calm
                 StillShip() if state.sea is None else self.in_state(state),
-                lasts_s if state is states[fastest] else scene.duration,
+                lasts_s if number == fastest else scene.duration,
             )
-            for state, why in ((states[number], why) for number, why in reasons.items())
+            for number, why in reasons.items()
+            for state in [steepest[number] if number == fastest else tallest[number]]
         )
 
     def _abruptness(self, scene: Surroundings, state: WeatherState) -> float:
@@ -616,27 +632,33 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
     states = ship.states(scene)
     above = below = 0.0
     for number, state in enumerate(states):
-        if state.sea is not None:
-            here = ship.in_state(state)
-            low, high = (2.0 * np.pi * each for each in band_hz(state.sea))
+        for place, alone in enumerate(state.alone):
+            if alone.sea is None:
+                continue
+            here = ship.in_state(alone)
+            low, high = (2.0 * np.pi * each for each in band_hz(alone.sea))
             # between the ends of the band the encounter frequency may have an extreme
-            along = state.speed * math.cos(state.heading)
+            along = alone.speed * math.cos(alone.heading)
             turns = 0.5 * scene.g / along if along > 0.0 else low
             band = np.array([low, high, min(max(turns, low), high)])
-            _check_rate(scene, here, band, f'{state.key}.peak_period')
-            _check_course(scene, here, state)
+            _check_rate(scene, here, band, f'{alone.key}.peak_period')
+            _check_course(scene, here, alone)
             if ship.rao is not None:
-                outside = sea_motion(scene, here, number).outside
+                outside = sea_motion(scene, here, number + place * SWELL_STREAMS).outside
                 above, below = max(above, outside[0]), max(below, outside[1])
 
     def motions_of(number: int) -> list[Harmonics]:
-        found = sea_motion(scene, ship.in_state(states[number]), number)
-        if found.six is not None:
-            return [getattr(found.six, each.name) for each in fields(found.six)]
-        return [found.roll] if found.heave is None else [found.roll, found.heave]
+        parts = []
+        for place, alone in enumerate(states[number].alone):
+            found = sea_motion(scene, ship.in_state(alone), number + place * SWELL_STREAMS)
+            if found.six is not None:
+                parts.append([getattr(found.six, each.name) for each in fields(found.six)])
+            else:
+                parts.append([found.roll] if found.heave is None else [found.roll, found.heave])
+        return parts[0] if len(parts) == 1 else list(map(together, zip(*parts, strict=True)))
 
-    assert ship.weather is not None
-    warnings = (*sea_warnings(above, below), *ship.weather.warnings())
+    setting = ship.setting(scene)
+    warnings = (*sea_warnings(above, below), *setting.weather.warnings(setting))
     metadata = ship.metadata(scene)
     if ship.turns_in_space:
         six = SixMotions(*fades_of(states, motions_of, len(fields(SixMotions))))

@@ -110,8 +110,9 @@ class RecordWeather(WeatherKind):
             'rows_without_direction': self.rows_without_direction,
         }
 
-    def warnings(self) -> tuple[str, ...]:
+    def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
         """Return what became of rows without a direction where the route is followed."""
+        del setting
         number = self.rows_without_direction
         if not number:
             return ()

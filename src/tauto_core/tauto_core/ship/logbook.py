@@ -1,0 +1,697 @@
+"""Log-books: files of noon entries, the passages in them, and a scene of a passage.
+
+Formats, told apart by what a file begins with:
+
+- our columns: `passage`, `utc`, `latitude`, `longitude` [degrees, north and east +],
+  `wind_from_deg`, `wind_mps`, and where known `air_celsius`, `nation`, `ship`, `from`, `to`;
+- CLIWOC's tables with a header, of release 1.5 (`UTC`, `Lat3`, `Lon3`; winds in words, by the
+  tables `Lookup_*_WindForce.csv` and `Lookup_*_WindDirection.csv` beside it) and 2.1 (`YR`, …);
+- CLIWOC's text: the core of the International Maritime Meteorological Archive (108 characters),
+  and the attachment of release 2.1 for the names;
+- tracks in GPX (by gpxpy, the extra `gpx`), with a CSV file of winds: `utc`, `wind_from_deg`,
+  `wind_mps`, `air_celsius`.
+
+Any of them may be compressed (`.gz`). In our columns a passage is what is named so, and what is
+wrong with it is refused. In the others the entries of a log are sorted, and one passage goes on as
+long as no gap is longer than `LONGEST_GAP_DAYS` and no step faster than a ship sails.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import datetime
+import difflib
+import gzip
+import io
+import math
+import re
+import zlib
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import chain, groupby, pairwise
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
+from tauto_core.scene.refuse import explain
+from tauto_core.scene.sections import (
+    FASTEST_KNOTS,
+    NEAREST_ENTRIES_S,
+    VARIABLE,
+    EntryProblem,
+    LogEntry,
+    LogFile,
+    entry_problems,
+    has_wind,
+    log_time,
+    nautical_miles,
+)
+from tauto_core.scene.tables import (
+    MISSING,
+    Column,
+    data_path,
+    missing_file,
+    read_table,
+    source_name,
+)
+from tauto_core.scene.times import DAY_S
+from tauto_core.wording import counted
+
+LONGEST_GAP_DAYS = 6.0
+"""Longest time between two entries of one passage, where a format does not name passages."""
+
+LEAST_ENTRIES = 25
+"""Fewest entries of a passage there; shorter pieces are left out."""
+
+FAST_KNOTS = 10.0
+"""Speed from noon to noon from which a step is doubtful [knots]."""
+
+FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class LoggedPassage:
+    """A passage of a log-book.
+
+    Attributes:
+        name: by which a scene asks for it: day of the first entry and number of the voyage.
+        source: name of the file.
+        lines: place of each entry in the file.
+        entries: as `voyage.log.entries`.
+        wrong: a cell that cannot be read, which makes the passage unusable.
+        left_out: number of entries of this log that were dropped, within an hour of others.
+        lost: number of its rows that have no possible time and place.
+    """
+
+    name: str
+    source: str
+    ship: str = ''
+    nation: str = ''
+    sailed_from: str = ''
+    bound_to: str = ''
+    lines: tuple[int, ...] = ()
+    entries: tuple[LogEntry, ...] = ()
+    wrong: EntryProblem | None = None
+    left_out: int = 0
+    lost: int = 0
+    unit: str = field(default='line', compare=False)
+
+    def problems(self, longest_gap_days: float = LONGEST_GAP_DAYS) -> Iterator[Problem]:
+        """Yield what keeps it from being sailed, by passage and row."""
+        for each in [self.wrong] if self.wrong else entry_problems(self.entries, longest_gap_days):
+            place = f'passage {self.name}'
+            if each.entry < len(self.lines):
+                place += f', row {each.entry + 1} ({self.unit} {self.lines[each.entry]})'
+            key = f'{place}, {each.column}' if each.column else place
+            yield Problem(key, each.value, each.problem, each.remedy)
+
+    @property
+    def days(self) -> float:
+        """Time from the first to the last entry [days]."""
+        first, last = (log_time(self.entries[index][0]) for index in (0, -1))
+        return (last - first).total_seconds() / DAY_S
+
+    def share(self, column: int) -> float:
+        """Return the share of entries that have a number in a column of `LogEntry`."""
+        return sum(each[column] is not None for each in self.entries) / max(len(self.entries), 1)
+
+    def notes(self) -> list[str]:
+        """Return what is doubtful, though it can be sailed."""
+        found = []
+        steps = [
+            (
+                (log_time(after[0]) - log_time(before[0])).total_seconds(),
+                nautical_miles(before[1:3], after[1:3]),
+            )
+            for before, after in pairwise(self.entries)
+        ]
+        fast = [miles * 3600.0 / took for took, miles in steps if took > 0.0]
+        hurried = [knots for knots in fast if knots > FAST_KNOTS]
+        if hurried:
+            said = (
+                f'{counted(len(hurried), "step")} of {FAST_KNOTS:g} to {max(hurried):.1f} knots, '
+            )
+            found.append(f'{said}perhaps corrections of the reckoning')
+        gaps = [took / DAY_S for took, _ in steps if took > 1.5 * DAY_S]
+        if gaps:
+            found.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
+        windless = sum(not has_wind(each) for each in self.entries)
+        if windless:
+            variable = sum(each[3] in VARIABLE for each in self.entries)
+            said = f', {variable} variable' if variable else ''
+            found.append(f'{counted(windless, "noon")} without a wind{said}')
+        if self.left_out:
+            found.append(f'{counted(self.left_out, "row")} within an hour of others, left out')
+        if self.lost:
+            found.append(
+                f'{counted(self.lost, "row")} of this log without a possible time and place'
+            )
+        return found
+
+    def section(self) -> dict[str, Any]:
+        """Return the keys of `voyage.log`, with the entries as figures."""
+        keys: dict[str, Any] = {'source': self.source, 'passage': self.name}
+        for key in ('ship', 'nation', 'sailed_from', 'bound_to'):
+            if getattr(self, key):
+                keys[key] = getattr(self, key)
+        return {**keys, 'entries': [list(each) for each in self.entries]}
+
+
+def scene_of_passage(
+    scene: dict[str, Any], passage: LoggedPassage, harbour_days: float = 0.0
+) -> dict[str, Any]:
+    """Return the mapping of a scene that sails a passage, with the machine of another scene.
+
+    The sea is grown from the logged wind, and the air is the logged one; of the scene's own
+    weather and air only what does not depend on the voyage is kept. Length and times follow from
+    the log.
+
+    Args:
+        scene: mapping as it stands in a scene file.
+        passage: one without problems.
+        harbour_days: days in still water before it [days].
+    """
+    dropped = ('duration', 'starts_at', 'voyage', 'air')
+    found = {key: value for key, value in scene.items() if key not in dropped}
+    found['name'] = f'{scene.get("name", "scene")} {passage.name}'
+    ship = dict(found.get('ship') or {})
+    for key in ('sea', 'heading', 'speed'):
+        ship.pop(key, None)
+    own = ship.get('weather') or {}
+    kept = {key: own[key] for key in ('spectrum', 'gamma', 'components', 'cutoff') if key in own}
+    found['ship'] = {**ship, 'kind': 'sea', 'weather': {'kind': 'log', **kept}}
+    if isinstance(scene.get('air'), dict):
+        kept = {
+            key: scene['air'][key]
+            for key in ('diurnal', 'warmest_hour', 'box_hours')
+            if key in scene['air']
+        }
+        found['air'] = {'kind': 'log', **kept}
+    log = passage.section()
+    if harbour_days:
+        log['harbour_days'] = harbour_days
+    found['voyage'] = {'log': log}
+    return found
+
+
+def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
+    """Return the keys of a voyage with the entries of the passage that `log` names, if it does.
+
+    Raises:
+        SceneError: keys, a file or a passage that are wrong; by passage and row.
+    """
+    log = voyage.get('log')
+    if not isinstance(log, dict) or 'path' not in log:
+        return voyage
+    try:
+        asked = LogFile.model_validate(log)
+    except ValidationError as error:
+        found = [
+            Problem(f'voyage.log.{each.key}', each.value, each.problem, each.remedy)
+            for each in explain(error, LogFile)
+        ]
+    else:
+        found = missing_file('voyage.log.path', asked.path, folders=True)
+        if asked.winds is not None:
+            found += missing_file('voyage.log.winds', asked.winds)
+        if not found:
+            passage = find_passage(asked.path, asked.passage, winds=asked.winds)
+            found = list(passage.problems(asked.longest_gap_days))
+            if not found:
+                kept = asked.model_dump(include={'harbour_days', 'longest_gap_days'})
+                return {**voyage, 'log': {**passage.section(), **kept}}
+            origin = asked.path
+    first, *further = found
+    raise SceneError(
+        origin, first.key, first.value, first.problem, first.remedy, further=further
+    ) from None
+
+
+def find_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
+    """Return a passage of a log-book by its name; without one, the only passage of the file.
+
+    Raises:
+        SceneError: there is none, or without a name there are several.
+    """
+    names = []
+    found = None
+    for passage in read_passages(path, winds=winds):
+        if passage.name == name:
+            return passage
+        names.append(passage.name)
+        found = found or passage
+    if name is None and found is not None and len(names) == 1:
+        return found
+    near = difflib.get_close_matches(name or '', names, 3) or names[:3]
+    said = f'is none of the {len(names)} passages of {source_name(path)}'
+    if name is None:
+        said = f'is missing: {source_name(path)} has {len(names)} passages'
+    remedy = f'Use for example {", ".join(near)}, or see `tauto logbook`.' if near else 'See it.'
+    raise SceneError(path, 'voyage.log.passage', name or ABSENT, said, remedy)
+
+
+# -----------------------------------------------------------------------------
+# Reading files, row by row.
+
+
+def read_passages(
+    path: str, *, winds: str | None = None, progress: Progress | None = None
+) -> Iterator[LoggedPassage]:
+    """Yield the passages of a log-book, those with problems too.
+
+    Args:
+        path: the file, in any of the formats above.
+        winds: for tracks in GPX, a CSV file of winds.
+        progress: called with the share of the file that has been read.
+
+    Raises:
+        SceneError: a file that is none of these, cannot be read, or lacks columns.
+    """
+    file = data_path(path)
+    try:
+        with file.open('rb') as raw:
+            packed = raw.read(2) == b'\x1f\x8b'
+            size = raw.seek(0, 2)
+            raw.seek(0)
+            stream: Any = gzip.GzipFile(fileobj=raw) if packed else raw
+            lines = io.TextIOWrapper(stream, encoding='utf-8-sig', errors=_LATIN, newline='')
+
+            def told() -> Iterator[str]:
+                for count, line in enumerate(lines):
+                    if progress is not None and count % 4096 == 0:
+                        progress(raw.tell() / size)
+                    yield line
+
+            beginning = lines.readline().rstrip('\r\n')
+            is_track = beginning.lstrip().startswith('<')
+            if winds is not None and not is_track:
+                problem = 'go with tracks in GPX; this log-book has winds of its own'
+                raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
+            divided = max('\t;,', key=beginning.count)
+            names = [name.strip().strip('"') for name in beginning.split(divided)]
+            rows = csv.reader(told(), delimiter=divided)
+            if is_track:
+                yield from _pieces(path, _tracks(path, winds), 'point')
+            elif _IMMA.match(beginning):
+                yield from _pieces(path, _archive(chain([beginning], told())), 'line')
+            elif 'YR' in names:
+                yield from _pieces(path, _release_21(path, names, rows), 'line')
+            elif 'UTC' in names:
+                yield from _pieces(path, _release_15(path, names, rows), 'line')
+            elif _OURS & set(names):
+                yield from _ours(path, names, rows)
+            else:
+                shown = ', '.join(names[:12])[:300] or 'nothing'
+                problem = f'is no log-book that is known; it begins with {shown}'
+                raise SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
+    except (OSError, EOFError, zlib.error) as error:
+        problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
+        raise SceneError(path, '', None, problem, 'Name another file.') from None
+    except csv.Error as error:
+        problem = f'cannot be read as a table: {error}'
+        raise SceneError(path, '', None, problem, f'Give {FORMS}.') from None
+
+
+_LATIN = 'tauto-latin'
+_OURS = {'passage', 'utc', 'latitude', 'longitude', 'wind_from_deg', 'wind_mps'}
+_IMMA = re.compile(r'\d{4}[ \d]{4}[ \d]{4}[-+ \d]{5}[-+ \d]{6}')
+
+
+def _as_latin(error: UnicodeError) -> tuple[str, int]:
+    """Read bytes that are not UTF-8 as Latin letters, as CLIWOC has them."""
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode('latin-1'), error.end
+
+
+codecs.register_error(_LATIN, _as_latin)
+
+
+def _places(path: str, names: list[str], wanted: Iterable[str]) -> dict[str, int]:
+    """Return where the columns of a header stand; refuses where one that is wanted is missing."""
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        near = difflib.get_close_matches(missing[0], names, 1, 0.5)
+        guess = f'Rename {near[0]}, with its unit, if that is meant. ' if near else ''
+        problem = f'is missing; the columns are {", ".join(names)}'
+        remedy = f'{guess}Give {FORMS}.'
+        raise SceneError(path, f'line 1, column {missing[0]}', ABSENT, problem, remedy)
+    return {name: index for index, name in reversed(list(enumerate(names)))}
+
+
+def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[LoggedPassage]:
+    """Yield the passages of a table with our columns, as they are named."""
+    at = _places(path, names, sorted(_OURS))
+    numbers = ('latitude', 'longitude', 'wind_from_deg', 'wind_mps', 'air_celsius')
+    past: set[str] = set()
+
+    def passage(name: str, group: list[tuple[int, list[str]]]) -> LoggedPassage:
+        wrong, entries = None, []
+        for row, (_, cells) in enumerate(group):
+            entry: list[Any] = [cells[at['utc']].strip() if len(cells) > at['utc'] else '']
+            for column in numbers:
+                place = at.get(column, len(names))
+                cell = cells[place].strip() if place < len(cells) else ''
+                value = None
+                try:
+                    if cell not in MISSING:
+                        value = float(cell)
+                    limit = {'latitude': 90.0, 'longitude': 360.0}.get(column, math.inf)
+                    if value is None and column in numbers[:2]:
+                        raise ValueError('is missing')
+                    if value is not None and not abs(value) <= min(limit, 1e9):
+                        said = f'must lie within {limit:g} degrees' if limit < 1e9 else ''
+                        raise ValueError(said or 'is not a finite number')
+                except ValueError as error:
+                    said = str(error) if str(error)[:2] in ('is', 'mu') else 'is no number'
+                    wrong = wrong or EntryProblem(row, column, cell or ABSENT, said, 'Correct it.')
+                    value = 0.0
+                entry.append(value)
+            entry[2] = _wrapped(entry[2])
+            entries.append(tuple(entry))
+            if len(cells) != len(names):
+                said = f'has {len(cells)} cells, the header {len(names)}'
+                wrong = wrong or EntryProblem(row, '', ABSENT, said, 'Correct it.')
+        if name in past:
+            said = 'comes again after other passages'
+            remedy = 'Keep its rows together, in the order of their times.'
+            wrong = wrong or EntryProblem(0, 'passage', name, said, remedy)
+        past.add(name)
+        words: dict[str, Any] = {
+            key: group[0][1][at[column]].strip()
+            for key, column in _WORDS.items()
+            if at.get(column, len(names)) < len(group[0][1])
+        }
+        lines = tuple(line for line, _ in group)
+        return LoggedPassage(
+            name, source_name(path), **words, lines=lines, entries=tuple(entries), wrong=wrong
+        )
+
+    numbered = ((rows_read + 2, cells) for rows_read, cells in enumerate(rows))
+    named = ((line, cells) for line, cells in numbered if ''.join(cells).strip())
+    empty = True
+    for name, group in groupby(named, lambda row: (row[1] + [''] * len(names))[at['passage']]):
+        empty = False
+        yield passage(name.strip(), list(group))
+    if empty:
+        raise SceneError(path, '', ABSENT, 'holds no rows below its header', 'Add some.')
+
+
+_WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
+
+
+def _wrapped(longitude: float) -> float:
+    """Return a longitude within ±180 degrees."""
+    return longitude if -180.0 <= longitude <= 180.0 else (longitude + 180.0) % 360.0 - 180.0
+
+
+# -----------------------------------------------------------------------------
+# Files that do not name passages: rows by log, cut at gaps and jumps.
+
+_Rows = list[tuple[datetime.datetime, int, LogEntry]]
+_Wind = tuple[float | None, float | None, float | None]
+
+
+@dataclass
+class _Logs:
+    """The rows of each log (time, place in the file, entry), its names, and rows without use."""
+
+    rows: dict[Any, _Rows] = field(default_factory=dict)
+    named: dict[Any, dict[str, str]] = field(default_factory=dict)
+    lost: Counter[Any] = field(default_factory=Counter)
+
+    def put(
+        self,
+        log: object,
+        line: int,
+        day: tuple[float, float, float],
+        hour: float,
+        place: tuple[float, float],
+        wind: _Wind,
+    ) -> None:
+        """Add a row; one without a possible time and place counts as lost."""
+        rows = self.rows.setdefault(log, [])
+        try:
+            year, month, date = map(int, day)
+            midnight = datetime.datetime(year, month, date)
+        except ValueError:
+            self.lost[log] += 1
+            return
+        latitude, longitude = place
+        if not (0.0 <= hour < 24.0 and abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
+            self.lost[log] += 1
+            return
+        at = midnight + datetime.timedelta(seconds=round(hour * 3600.0))
+        utc = at.isoformat(timespec='minutes')
+        rows.append((at, line, (utc, latitude, _wrapped(longitude), *wind)))
+
+
+def _pieces(path: str, logs: _Logs, unit: str) -> Iterator[LoggedPassage]:
+    """Yield the passages of logs, cut at gaps and at steps that no ship makes."""
+    least = LEAST_ENTRIES if unit == 'line' else 2
+    for number, (log, rows) in enumerate(logs.rows.items(), 1):
+        rows.sort(key=lambda row: row[:2])
+        pieces: list[_Rows] = []
+        dropped = 0
+        for row in rows:
+            if not pieces:
+                pieces.append([row])
+                continue
+            before = pieces[-1][-1]
+            took_s = (row[0] - before[0]).total_seconds()
+            if took_s < NEAREST_ENTRIES_S:
+                dropped += 1
+                continue
+            miles = nautical_miles(before[2][1:3], row[2][1:3])
+            far = miles > FASTEST_KNOTS * took_s / 3600.0
+            if far or took_s > LONGEST_GAP_DAYS * DAY_S:
+                pieces.append([])
+            pieces[-1].append(row)
+        words: dict[str, Any] = {**logs.named.get(log, {})}
+        name = words.pop('number', number)
+        for piece in pieces:
+            if len(piece) >= least:
+                yield LoggedPassage(
+                    f'{piece[0][0]:%Y%m%d}-{name}',
+                    source_name(path),
+                    **words,
+                    lines=tuple(line for _, line, _ in piece),
+                    entries=tuple(entry for *_, entry in piece),
+                    left_out=dropped,
+                    lost=logs.lost[log],
+                    unit=unit,
+                )
+
+
+def _number(cell: str, factor: float = 1.0) -> float | None:
+    """Return the number in a cell times a factor; None where there is none."""
+    try:
+        found = float(cell)
+    except ValueError:
+        return None
+    return round(factor * found, 9) if math.isfinite(found) else None
+
+
+def _archive(
+    lines: Iterable[str],
+) -> _Logs:
+    """Return the logs of a text in the form of the marine archive (IMMA), release 1.5 or 2.1.
+
+    Places of the core (from 0): YR 0, MO 4, DY 6, HR 8 [0.01 h], LAT 12, LON 17 [0.01 degrees],
+    ID 34, country 43, D 46 [degrees], W 50 [0.1 m/s], AT 69 [0.1 °C]. In the attachment of release
+    2.1: ship 705, nation 735, ports 957 and 1002.
+    """
+    logs = _Logs()
+    for number, line in enumerate(lines, 1):
+        log = line[34:43].strip()
+        when = [_number(line[begin:end]) for begin, end in ((0, 4), (4, 6), (6, 8), (8, 12))]
+        where = _number(line[12:17], 0.01), _number(line[17:23], 0.01)
+        if None in when or None in where:
+            continue
+        *day, hour = (each or 0.0 for each in when)
+        wind = _number(line[46:49]), _number(line[50:53], 0.1), _number(line[69:73], 0.1)
+        place = where[0] or 0.0, where[1] or 0.0
+        logs.put(log, number, (day[0], day[1], day[2]), 0.01 * hour, place, wind)
+        if log not in logs.named:
+            logs.named[log] = {'number': log.lstrip('0') or '0', 'nation': line[43:45].strip()}
+            if len(line) > 1100 and line[113:1100].count(';') < 20:
+                logs.named[log] |= {
+                    'ship': line[705:735].strip(),
+                    'nation': line[735:743].strip(),
+                    'sailed_from': line[957:1002].strip(),
+                    'bound_to': line[1002:1052].strip(),
+                }
+    return logs
+
+
+def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
+    """Return the logs of a table of release 2.1: the fields of the archive, by their names."""
+    wanted = ('YR', 'MO', 'DY', 'HR', 'LAT', 'LON', 'ID', 'D', 'W')
+    at = _places(path, names, wanted)
+    logs = _Logs()
+    for line, cells in enumerate(rows, 2):
+        if len(cells) != len(names):
+            continue
+        found = [_number(cells[at[name]], 0.1 if name == 'W' else 1.0) for name in wanted]
+        if None in found[:6]:
+            continue
+        year, month, day, hour, north, east = (each or 0.0 for each in found[:6])
+        air = _number(cells[at['AT']], 0.1) if 'AT' in at else None
+        log, place = cells[at['ID']].strip(), (round(0.01 * north, 9), round(0.01 * east, 9))
+        logs.put(log, line, (year, month, day), 0.01 * hour, place, (found[7], found[8], air))
+        if log not in logs.named:
+            logs.named[log] = {'number': log.lstrip('0') or '0', **_cliwoc_words(at, cells)}
+    return logs
+
+
+def _cliwoc_words(at: dict[str, int], cells: list[str]) -> dict[str, str]:
+    """Return the names of a log from the columns that both releases have."""
+    columns = {
+        'ship': 'ShipName',
+        'nation': 'Nationality',
+        'sailed_from': 'VoyageFrom',
+        'bound_to': 'VoyageTo',
+    }
+    found = {key: cells[at[name]].strip() for key, name in columns.items() if name in at}
+    return {key: word for key, word in found.items() if word not in MISSING}
+
+
+def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
+    """Return the logs of the table of release 1.5, whose winds are words of four languages.
+
+    The tables of words lie beside it: `Lookup_*_WindForce.csv` with the columns WindForce and mps,
+    `Lookup_*_WindDirection.csv` with WindDirection and ProbWindDD. A log is one ship's, of one
+    voyage.
+    """
+    wanted = ('UTC', 'Lat3', 'Lon3', 'ShipName', 'VoyageIni', 'WindDirection', 'WindForce')
+    at = _places(path, names, wanted)
+    folder = data_path(path).parent
+    forces = _lookup(folder, 'WindForce', 'mps')
+    directions = _lookup(folder, 'WindDirection', 'ProbWindDD')
+    if not forces or not directions:
+        problem = 'are missing beside it; its winds are words, which they turn into numbers'
+        remedy = "Put the files Lookup_*.csv of CLIWOC's release 1.5 into its folder."
+        raise SceneError(path, 'Lookup_*_WindForce.csv', ABSENT, problem, remedy)
+    logs = _Logs()
+    own = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
+    for line, cells in enumerate(rows, 2):
+        if len(cells) != len(names):
+            continue
+        utc = cells[at['UTC']].strip().partition('.')[0]
+        latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
+        if not (len(utc) == 10 and utc.isdecimal()) or latitude is None or longitude is None:
+            continue
+        words = cells[at['WindDirection']].strip().upper(), cells[at['WindForce']].strip().upper()
+        air = _number(cells[at['ProbTair']]) if 'ProbTair' in at else None
+        wind = directions.get(words[0]), forces.get(words[1]), air
+        log = tuple(cells[place].strip() for place in own)
+        day = float(utc[:4]), float(utc[4:6]), float(utc[6:8])
+        logs.put(log, line, day, float(utc[8:]), (latitude, longitude), wind)
+        if log not in logs.named:
+            logs.named[log] = {'number': str(len(logs.named) + 1), **_cliwoc_words(at, cells)}
+    return logs
+
+
+def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
+    """Return the numbers of words, from the tables of all languages."""
+    found: dict[str, float] = {}
+    for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
+        with file.open(encoding='utf-8-sig', errors=_LATIN, newline='') as lines:
+            for row in csv.DictReader(lines):
+                value = _number(row.get(number) or '')
+                if value is not None and value >= 0.0:
+                    found.setdefault((row.get(word) or '').strip().upper(), value)
+    return found
+
+
+def _tracks(path: str, winds: str | None) -> _Logs:
+    """Return the tracks of a GPX file, hour by hour, with the winds of a table.
+
+    The places at the times of the winds are interpolated between the points of the track.
+    """
+    try:
+        import gpxpy
+    except ImportError:
+        raise SceneError(
+            path, '', None, 'is a track in GPX, which gpxpy reads', install('gpx')
+        ) from None
+    with data_path(path).open(encoding='utf-8-sig') as stream:
+        try:
+            tracks = gpxpy.parse(stream).tracks
+        except Exception as error:  # gpxpy's own, and those of its parsers
+            problem = f'cannot be read as GPX: {error}'
+            raise SceneError(path, '', None, problem, 'Correct it.') from None
+    logs = _Logs()
+    blown = [] if winds is None else _winds(winds)
+    for number, track in enumerate(tracks, 1):
+        points = [point for segment in track.segments for point in segment.points]
+        timed = sorted(
+            (point.time.astimezone(datetime.UTC).replace(tzinfo=None), index, point)
+            for index, point in enumerate(points, 1)
+            if point.time is not None
+        )
+        if not timed:
+            problem = f'track {number} has no points with a time'
+            raise SceneError(path, '', ABSENT, problem, 'Give one that was recorded.')
+        rows: _Rows = []
+        for at, index, point in timed:
+            far = not rows or (at - rows[-1][0]).total_seconds() >= NEAREST_ENTRIES_S
+            if far:
+                utc = at.isoformat(timespec='seconds')
+                entry = (utc, point.latitude, point.longitude, None, None, None)
+                rows.append((at, index, entry))
+        moments = [at for at, *_ in timed]
+        for at, wind in blown:
+            after = bisect_left(moments, at)
+            if not 0 < after < len(timed):
+                continue
+            (begin, _, one), (end, index, other) = timed[after - 1 : after + 1]
+            part = (at - begin) / (end - begin)
+            east = math.remainder(other.longitude - one.longitude, 360.0)
+            place = (
+                one.latitude + part * (other.latitude - one.latitude),
+                _wrapped(one.longitude + part * east),
+            )
+            rows.append((at, index, (at.isoformat(timespec='seconds'), *place, *wind)))
+        # an hour of the track gives way to a wind
+        windy = sorted(at for at, _, entry in rows if entry[4] is not None)
+        logs.rows[number] = [
+            row for row in rows if row[2][4] is not None or not _is_near(row[0], windy)
+        ]
+        logs.named[number] = {'number': str(number), 'ship': (track.name or '').strip()}
+    return logs
+
+
+def _is_near(at: datetime.datetime, others: list[datetime.datetime]) -> bool:
+    """Return whether a time is less than an hour from one of others in their order."""
+    place = bisect_left(others, at)
+    near = others[max(place - 1, 0) : place + 1]
+    return any(abs((each - at).total_seconds()) < NEAREST_ENTRIES_S for each in near)
+
+
+def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float | None]]]:
+    """Return the winds of a table by their times: direction, speed, and the air where known."""
+    columns = (
+        Column('utc', utc=True, rising='later than the row before'),
+        Column('wind_from_deg', least=0.0, most=360.0, unit='degrees'),
+        Column('wind_mps', least=0.0, most=40.0, unit='m/s', why='a hurricane has 35'),
+        Column('air_celsius', optional=True, gaps='nan', least=-60.0, most=60.0),
+    )
+    remedy = 'Give a CSV file with the columns utc, wind_from_deg and wind_mps.'
+    table = read_table(path, columns, remedy=remedy)
+    airs = table['air_celsius'] if 'air_celsius' in table else [math.nan] * len(table)
+    return [
+        (
+            datetime.datetime.fromtimestamp(at, datetime.UTC).replace(tzinfo=None),
+            (float(wind_from), float(wind), None if math.isnan(air) else float(air)),
+        )
+        for at, wind_from, wind, air in zip(
+            table['utc'], table['wind_from_deg'], table['wind_mps'], airs, strict=True
+        )
+    ]

@@ -1,0 +1,280 @@
+"""Weather grown from the wind of a log-book: a wind sea and a swell (theory/logbooks.md, H1)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Field, Strict
+
+from tauto_core.scene.errors import Problem, SceneError
+from tauto_core.scene.sections import LEAST_WIND, Flag, Positive, Section, has_wind
+from tauto_core.scene.times import STANDARD_GRAVITY, nanoseconds
+from tauto_core.ship.motion_kind import sampled
+from tauto_core.ship.sections import CUTOFF, LEAST_CUTOFF, Heading, still_from
+from tauto_core.ship.weather_kind import (
+    HIGHEST_M,
+    WeatherKind,
+    WeatherSetting,
+    WeatherState,
+)
+from tauto_core.wording import counted
+
+# -----------------------------------------------------------------------------
+# Wilson's growth of a wind sea (1965) in Goda's form (2003).
+
+LARGEST_FETCH_M = 1e6
+"""Longest way over which a wind sea grows: an assumption [m]."""
+
+FIRST_HOURS = 24.0
+"""Time for which the wind of the first entry has blown [h]."""
+
+DECAY_HOURS = 36.0
+"""Time in which a swell falls to 1/e of its height: an assumption [h]."""
+
+SAME_WIND_DEG = 45.0
+"""Turn of the wind from which on the sea before is a swell [degrees]."""
+
+PEAK_FACTOR = 1.05
+"""Period of the peak over the significant period (Goda)."""
+
+RIPPLES_M = 0.02
+"""Seas below this significant height are taken as calm [m]."""
+
+
+def highest_m(wind: float) -> float:
+    """Return the significant height that a wind [m/s] carries, 0.30 U²/g [m]."""
+    return 0.30 * wind * wind / STANDARD_GRAVITY
+
+
+def grown(fetch_m: float, wind: float) -> tuple[float, float]:
+    """Return the significant height [m] and the period of the peak [s] of a wind sea.
+
+    H = 0.30 (U²/g) {1 − [1 + 0.004 (g F/U²)^½]⁻²},
+    T_s = 8.61 (U/g) {1 − [1 + 0.008 (g F/U²)^⅓]⁻⁵}, T_p = 1.05 T_s.
+
+    Args:
+        fetch_m: F, >= 0.
+        wind: U, 10 m above the sea [m/s], > 0.
+    """
+    way = STANDARD_GRAVITY * fetch_m / wind**2
+    height = highest_m(wind) * (1.0 - (1.0 + 0.004 * math.sqrt(way)) ** -2)
+    period = 8.61 * wind / STANDARD_GRAVITY * (1.0 - (1.0 + 0.008 * way ** (1.0 / 3.0)) ** -5)
+    return height, PEAK_FACTOR * period
+
+
+def fetch_of_hours(hours: float, wind: float) -> float:
+    """Return the fetch [m] that counts after so many hours, by t = F[km]^0.73 U^−0.46."""
+    return float(1e3 * (hours * wind**0.46) ** (1.0 / 0.73))
+
+
+def hours_of_fetch(fetch_m: float, wind: float) -> float:
+    """Return the hours after which a fetch [m] counts."""
+    return float((fetch_m / 1e3) ** 0.73 * wind**-0.46)
+
+
+def fetch_of_height(height: float, wind: float) -> float:
+    """Return the fetch [m] that makes a height [m], which the wind [m/s] must carry."""
+    part = 1.0 - height / highest_m(wind)
+    return float(((part**-0.5 - 1.0) / 0.004) ** 2 * wind * wind / STANDARD_GRAVITY)
+
+
+class WindSea(NamedTuple):
+    """Significant height [m], period of the peak [s], and direction from which it runs [deg]."""
+
+    height: float
+    period: float
+    runs_from: float
+
+
+NO_SEA = WindSea(0.0, 0.0, 0.0)
+
+
+def grown_seas(
+    hours: Sequence[float], winds: Sequence[float], winds_from: Sequence[float]
+) -> list[tuple[WindSea, WindSea]]:
+    """Return the wind sea and the swell at some times, from the winds of a log.
+
+    The wind of a time has blown since the time before. A sea grows on from the fetch that would
+    have made it (Wilson's equivalent fetch) if the wind blows within `SAME_WIND_DEG` of it and can
+    carry it; else it is a swell from the time before on. A new swell is added in energy to what
+    is left of the old, with period and direction of the higher.
+
+    Args:
+        hours: times in their order [h].
+        winds: U [m/s].
+        winds_from: directions from which it blows [degrees].
+    """
+    found: list[tuple[WindSea, WindSea]] = []
+    sea, swell = NO_SEA, NO_SEA
+    for number, (wind, wind_from) in enumerate(zip(winds, winds_from, strict=True)):
+        lasted = hours[number] - hours[number - 1] if number else FIRST_HOURS
+        left = math.exp(-lasted / DECAY_HOURS)
+        swell = swell._replace(height=left * swell.height)
+        blows = wind >= LEAST_WIND
+        turned = abs(math.remainder(wind_from - sea.runs_from, 360.0))
+        begun = 0.0
+        if blows and turned <= SAME_WIND_DEG and 0.0 < sea.height < highest_m(wind):
+            begun = fetch_of_height(sea.height, wind)
+        elif sea.height:
+            old = sea._replace(height=left * sea.height)
+            swell = max(old, swell)._replace(height=math.hypot(old.height, swell.height))
+        sea = NO_SEA
+        if blows:
+            fetch = fetch_of_hours(hours_of_fetch(begun, wind) + lasted, wind)
+            sea = WindSea(*grown(max(begun, min(fetch, LARGEST_FETCH_M)), wind), wind_from)
+        found.append((sea, swell))
+    return found
+
+
+# -----------------------------------------------------------------------------
+# The kind of weather.
+
+LEAVES_HARBOUR_S = 3600.0
+"""Time in which the sea of the first entry builds up as she leaves the harbour [s]."""
+
+TURN_S = 300.0
+"""Time before and after an entry at which she still has the old course, and has the new one."""
+
+
+class BackgroundSwell(Section):
+    """A swell from afar that the log does not know, all the way."""
+
+    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)] = Field(
+        description='significant wave height, at most 30 [m]'
+    )
+    peak_period: Positive = Field(description='period of the spectral peak [s]')
+    waves_to: Heading = Field(
+        description='direction in which it runs, from north to the east [rad]'
+    )
+
+
+class LogWeather(WeatherKind):
+    """Seas grown from the wind of the voyage's log: a wind sea, and beside it a swell.
+
+    Both run with directions of their own. From entry to entry each changes gradually; at an entry
+    she turns to her next course. In the harbour before the log the water is still. With a hull,
+    a sea with a peak at waves below a tenth of her length is none, and of a young sea those
+    shorter waves are left out.
+    """
+
+    rank = 4
+    starter: ClassVar[Mapping[str, Any]] = {}
+
+    kind: Literal['log'] = 'log'
+    follow_route: Flag = Field(
+        default=True,
+        description='true: speed and heading are those of the log; false: those of ship.speed and '
+        'ship.heading',
+    )
+    background_swell: BackgroundSwell | None = Field(
+        default=None,
+        description='mapping: significant_wave_height, peak_period, waves_to: a swell from afar, '
+        'beside what the wind of the log makes',
+    )
+
+    def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
+        """Return the states before and after each entry that has a wind.
+
+        Raises:
+            SceneError: no log, or one without winds.
+        """
+        scene = setting.scene
+        log = None if scene.voyage is None else scene.voyage.log
+        if log is None:
+            problem = 'needs a log-book, and the voyage has none'
+            remedy = 'Write `voyage: {log: {path: …, passage: …}}`.'
+            raise SceneError(scene.name, 'ship.weather.kind', self.kind, problem, remedy)
+        windy = [number for number, entry in enumerate(log.entries) if has_wind(entry)]
+        if not windy:
+            problem = f'finds no wind in passage {log.passage}'
+            remedy = 'Choose another passage, or another kind of weather.'
+            raise SceneError(scene.name, 'ship.weather.kind', self.kind, problem, remedy)
+        entries = [log.entries[number] for number in windy]
+        seas = grown_seas(
+            [24.0 * log.days[number] for number in windy],
+            [entry[4] or 0.0 for entry in entries],
+            [entry[3] or 0.0 for entry in entries],
+        )
+        turn_ns, states = nanoseconds(TURN_S), []
+        leaves_ns = nanoseconds(log.at[0] - LEAVES_HARBOUR_S)
+        if leaves_ns >= 0:
+            states.append(setting.calm(leaves_ns, 'voyage.log.harbour_days'))
+        for number, both in zip(windy, seas, strict=True):
+            key, at_ns = f'voyage.log.entries[{number}]', nanoseconds(log.at[number])
+            turns = [-turn_ns] * (number > 0) + [turn_ns] * (number < len(log.entries) - 1)
+            states += [self._state(setting, at_ns + turn, both, key) for turn in turns]
+        return tuple(states)
+
+    def _state(
+        self, setting: WeatherSetting, at_ns: int, seas: Sequence[WindSea], key: str
+    ) -> WeatherState:
+        """Return the state of one time: the wind sea, with the swells beside it."""
+        towards = [
+            (sea.height, sea.period, math.radians(sea.runs_from + 180.0) % math.tau)
+            for sea in seas
+            if sea.height >= RIPPLES_M
+        ]
+        if (far := self.background_swell) is not None:
+            towards.append((far.significant_wave_height, far.peak_period, far.waves_to))
+        state: WeatherState | None = None
+        for height, period, waves_to in reversed(towards):
+            moves_her = math.inf if setting.length is None else still_from(setting.length, period)
+            if moves_her < 1.0:
+                continue
+            # of a young sea a hull only feels the longer waves, whose spectrum stays as it is
+            cutoff, felt = None, height
+            if moves_her < CUTOFF and self.cutoff is None:
+                cutoff = max(moves_her, LEAST_CUTOFF)
+                felt = height * math.exp(0.625 * (CUTOFF**-4 - cutoff**-4))
+            above = setting.state(at_ns, felt, period, key, waves_to=waves_to, cutoff=cutoff)
+            speed = min(above.speed, self._fastest_m_s(setting))
+            state = replace(above, speed=speed, swell=state)
+        return setting.calm(at_ns, key) if state is None else state
+
+    def _fastest_m_s(self, setting: WeatherSetting) -> float:
+        """Return the speed up to which the answer of the hull to waves is known [m/s]."""
+        if setting.length is None:
+            return math.inf
+        from tauto_core.ship.hull import MOST_FROUDE
+
+        return MOST_FROUDE * math.sqrt(setting.scene.g * setting.length)
+
+    def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
+        """Return what is invented, and where she sails faster than her hull's answer is known."""
+        voyage = setting.scene.voyage
+        log = None if voyage is None else voyage.log
+        if log is None:
+            return ()
+        said = []
+        if log.harbour_days:
+            said.append(
+                f'voyage.log: the {log.harbour_days:g} days in harbour before the log are invented'
+            )
+        passage, most = setting.passage_for('voyage.log', log.passage), self._fastest_m_s(setting)
+        legs = [(before + after) // 2 for before, after in pairwise(passage.places_ns)]
+        fast = sum(passage.speed_m_s(at) > most for at in legs)
+        if fast:
+            said.append(
+                f'voyage.log: on {counted(fast, "leg")} she makes more than {most:.3g} m/s over '
+                'the ground, for which the answer of her hull is not known: there she meets the '
+                'waves at that speed'
+            )
+        return tuple(said)
+
+    def problems(self, rate_hz: float) -> Iterator[Problem]:
+        """Yield what is wrong with the swell from afar."""
+        if self.background_swell is not None:
+            key = 'ship.weather.background_swell.peak_period'
+            yield from sampled(key, self.background_swell.peak_period, rate_hz)
+
+    def facts(self) -> dict[str, object]:
+        """Return the swell from afar."""
+        far = self.background_swell
+        return {} if far is None else {'background_swell_m': far.significant_wave_height}
+
+
+KIND = LogWeather

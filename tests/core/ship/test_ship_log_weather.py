@@ -1,0 +1,150 @@
+"""Seas grown from a log's wind: against published heights and the method's own closed forms."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tauto_core.scene import load_scene
+from tauto_core.scene.sections import has_wind
+from tauto_core.ship import ShipMotion
+from tauto_core.ship.weathers import log as weather
+from tauto_core.ship.weathers.log import fetch_of_height, fetch_of_hours, grown, grown_seas
+
+# WMO-No. 306: probable height of waves in the open sea, Beaufort 3 to 11 [m], at CLIWOC's speeds
+PROBABLE = {
+    4.6: 0.6,
+    6.7: 1.0,
+    9.3: 2.0,
+    12.3: 3.0,
+    15.4: 4.0,
+    19.0: 5.5,
+    22.6: 7.0,
+    26.8: 9.0,
+    30.9: 11.5,
+}
+
+
+@pytest.mark.parametrize(('wind', 'height'), PROBABLE.items())
+def test_a_day_of_wind_makes_the_probable_height_of_the_wmo(wind, height):
+    ((sea, swell),) = grown_seas([0.0], [wind], [270.0])
+    assert sea.height == pytest.approx(height, rel=0.15)
+    assert swell.height == 0.0
+
+
+def test_wind_that_blows_on_makes_the_sea_of_the_whole_time():
+    twice = grown_seas([0.0, 24.0], [10.0, 10.0], [270.0, 300.0])
+    once = grown(fetch_of_hours(48.0, 10.0), 10.0)
+    assert twice[1][0][:2] == pytest.approx(once, rel=1e-12)
+    assert twice[1][1].height == 0.0
+
+
+def test_growth_ends_with_the_largest_fetch_and_the_height_the_wind_carries():
+    sea = grown_seas([24.0 * day for day in range(30)], [10.0] * 30, [0.0] * 30)[-1][0]
+    assert sea[:2] == grown(weather.LARGEST_FETCH_M, 10.0)
+    assert grown(1e12, 10.0)[0] == pytest.approx(0.30 * 100.0 / 9.80665, rel=1e-3)
+
+
+def test_the_fetch_of_a_height_is_the_inverse_of_growth():
+    for fetch in (1e4, 3e5, 4e6):
+        assert fetch_of_height(grown(fetch, 8.0)[0], 8.0) == pytest.approx(fetch, rel=1e-9)
+
+
+def test_a_sea_that_the_wind_leaves_is_a_swell_that_decays():
+    (first, _), (second, swell), (third, older) = grown_seas(
+        [0.0, 24.0, 48.0], [12.0, 8.0, 0.5], [270.0, 0.0, 0.0]
+    )
+    assert swell == (first.height * math.exp(-24.0 / 36.0), first.period, 270.0)
+    assert second[:2] == grown(fetch_of_hours(24.0, 8.0), 8.0)
+    assert third.height == 0.0
+    # added in energy, each decayed over the day; period and direction of the higher
+    parts = swell.height * math.exp(-24.0 / 36.0), second.height * math.exp(-24.0 / 36.0)
+    assert older.height == pytest.approx(math.hypot(*parts), rel=1e-12)
+    higher = swell if parts[0] > parts[1] else second
+    assert older[1:] == higher[1:]
+
+
+def seas_of_the_esperance():
+    log = load_scene('esperance_to_the_cape').voyage.log
+    windy = [number for number, entry in enumerate(log.entries) if has_wind(entry)]
+    entries = [log.entries[number] for number in windy]
+    return grown_seas(
+        [24.0 * log.days[number] for number in windy],
+        [entry[4] or 0.0 for entry in entries],
+        [entry[3] or 0.0 for entry in entries],
+    )
+
+
+def test_the_passage_of_the_esperance_has_the_seas_of_the_method():
+    """Worked out apart from this code: 1.25 and 4.67 m of wind sea, 0.43 and 2.40 m of swell."""
+    sea, swell = np.array([[wind.height, far.height] for wind, far in seas_of_the_esperance()]).T
+    found = sea.mean(), sea.max(), swell.mean(), swell.max()
+    assert found == pytest.approx((1.25, 4.67, 0.43, 2.40), abs=0.006)
+
+
+def test_wind_sea_and_swell_run_in_their_own_directions_before_and_after_a_turn():
+    scene = load_scene('esperance_to_the_cape')
+    states = scene.ship.states(scene)
+    log = scene.voyage.log
+    turned = [state for state in states if state.key == 'voyage.log.entries[13]']
+    before, after = turned
+    assert (after.at_ns - before.at_ns) / 1e9 == 600.0
+    assert before.speed != after.speed
+    # wind from 113 degrees: its sea runs to 293, as she sees it from her course
+    wind_from = log.entries[13][3]
+    for state, at_ns in ((before, before.at_ns), (after, after.at_ns)):
+        course = scene.ship.setting(scene).passage_for('', None).course(at_ns)
+        wanted = (course - math.radians(wind_from + 180.0)) % math.tau
+        assert state.heading == pytest.approx(wanted, abs=1e-12)
+        assert state.swell is not None
+        assert state.swell.heading != state.heading
+        assert state.height == pytest.approx(
+            math.hypot(state.sea.significant_wave_height, state.swell.height), rel=1e-12
+        )
+
+
+def test_a_swell_from_afar_is_there_only_if_it_is_asked_for():
+    far = {'significant_wave_height': 1.5, 'peak_period': 11.0, 'waves_to': 1.0}
+    plain = load_scene('esperance_to_the_cape')
+    asked = load_scene('esperance_to_the_cape', **{'ship.weather.background_swell': far})
+    for one, other in zip(plain.ship.states(plain), asked.ship.states(asked), strict=True):
+        if one.key.startswith('voyage.log.entries'):
+            assert other.height == pytest.approx(math.hypot(one.height, 1.5), rel=1e-9)
+
+
+def imu(scene, first, count):
+    """Return samples of the motion; the whole of each is compared."""
+    motion = ShipMotion(scene)
+    motion.produce(first)
+    return motion.produce(count)
+
+
+def test_a_passage_cut_short_or_in_two_has_the_same_bits():
+    """At the first turn, off the harbour: neither the length of the scene nor chunks matter."""
+    at = {'voyage.log.harbour_days': 0.0, 'ship.rate': 5.0, 'log.interval': 60.0}
+    whole = load_scene('esperance_to_the_cape', **at)
+    short = load_scene('esperance_to_the_cape', duration=2 * 86_400.0, **at)
+    first = round(86_300.0 * 5.0)
+    long, cut = imu(whole, first, 1_000), imu(short, first, 1_000)
+    assert long.linear_acceleration.tobytes() == cut.linear_acceleration.tobytes()
+    half = ShipMotion(short)
+    half.produce(first + 400)
+    kept = half.state()
+    other = ShipMotion(short)
+    other.restore(kept)
+    assert (
+        other.produce(600).linear_acceleration.tobytes() == cut.linear_acceleration[400:].tobytes()
+    )
+
+
+def test_a_hull_does_not_feel_ripples_and_meets_fast_legs_as_far_as_she_is_known():
+    scene = load_scene('esperance_to_the_cape')
+    calm = [entry for entry in scene.voyage.log.entries if entry[4] == 1.0]
+    assert calm
+    most = 0.25 * math.sqrt(scene.g * 44.0)
+    for state in scene.ship.states(scene):
+        assert 0.0 <= state.speed <= most * (1.0 + 1e-9)
+        if state.sea is not None:
+            assert state.sea.peak_period > 1.6

@@ -1,0 +1,321 @@
+"""Log-books: what is read of each format, what is refused by passage and row, their scenes."""
+
+from __future__ import annotations
+
+import gzip
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tauto_core as tauto
+from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.loader import read_mapping, write_mapping
+from tauto_core.scene.sections import nautical_miles
+from tauto_core.ship import Passage
+from tauto_core.ship.logbook import find_passage, read_passages, scene_of_passage
+from tauto_core.ship.motions.sea import SeaShip
+
+SHIPPED = Path(tauto.__file__).parent / 'scene' / 'shipped'
+HEADER = 'passage,nation,ship,from,to,utc,latitude,longitude,wind_from_deg,wind_mps,air_celsius\n'
+ROWS = (
+    'A-1,French,La Folle,Brest,,1785-08-01T12:00,48.0,-7.0,270,6.7,18.5\n'
+    'A-1,French,La Folle,Brest,,1785-08-02T12:00,46.5,-9.0,270,9.3,\n'
+    'A-1,French,La Folle,Brest,,1785-08-03T13:00,45.0,-11.0,180,9.3,19.0\n'
+    'A-1,French,La Folle,Brest,,1785-08-05T12:00,41.0,-13.0,,,20.0\n'
+    'B-2,Spanish,,,Lima,1790-01-01T18:00,-10.0,-79.0,362,2.6,\n'
+    'B-2,Spanish,,,Lima,1790-01-02T18:00,-11.0,-80.0,140,0.0,\n'
+)
+SCENE = """\
+log: {{interval: 60.0}}
+trochlea:
+  inertia: 4e-4
+  cam: {{kind: involute, base_radius: 0.005}}
+  thread: {{kind: vertical}}
+  power: {{kind: weight, mass: 0.322}}
+  release_angle: 1.0
+ship:
+  kind: sea
+  weather: {{kind: log}}
+  hull: deptford
+  roll: {{natural_period: 11.0, damping_ratio: 0.08}}
+  rate: 10.0
+air: {{kind: log}}
+voyage: {{log: {{path: {path}, passage: A-1, harbour_days: 2}}}}
+"""
+
+
+def book(folder: Path, text: str = HEADER + ROWS, name: str = 'log.csv') -> str:
+    file = folder / name
+    file.write_text(text, encoding='utf-8')
+    return str(file)
+
+
+def scene_in(folder: Path, text: str = HEADER + ROWS) -> str:
+    book(folder, text)
+    file = folder / 'scene.yaml'
+    file.write_text(SCENE.format(path='log.csv'), encoding='utf-8')
+    return str(file)
+
+
+def test_our_columns_are_read_passage_by_passage(tmp_path):
+    one, other = read_passages(book(tmp_path))
+    assert (one.name, one.ship, one.nation, one.sailed_from) == (
+        'A-1',
+        'La Folle',
+        'French',
+        'Brest',
+    )
+    assert one.lines == (2, 3, 4, 5)
+    assert one.entries[1] == ('1785-08-02T12:00', 46.5, -9.0, 270.0, 9.3, None)
+    assert one.days == 4.0
+    assert (one.share(4), one.share(5)) == (0.75, 0.75)
+    assert other.bound_to == 'Lima'
+    assert not [*one.problems(), *other.problems()]
+    assert any('without a wind, 1 variable' in note for note in other.notes())
+
+
+def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
+    text = (HEADER + ROWS).replace('La Folle', 'Le Prothée')
+    file = tmp_path / 'log.csv.gz'
+    file.write_bytes(gzip.compress(text.encode('latin-1')))
+    assert next(read_passages(str(file))).ship == 'Le Prothée'
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'where', 'what'),
+    [
+        ('1785-08-03T13:00', '1785-08-02T24:00', 'row 3 (line 4), utc', 'hour 24'),
+        ('1785-08-03T13:00', '1785-08-02T12:00', 'row 3 (line 4), utc', 'entry before'),
+        ('1785-08-03T13:00', '1785-08-01T13:00', 'row 3 (line 4), utc', 'earlier'),
+        ('1785-08-03T13:00', 'noon', 'row 3 (line 4), utc', 'no date'),
+        ('1785-08-05', '1785-08-15', 'row 4 (line 5), utc', 'longest_gap_days'),
+        ('45.0,-11.0', '45.0,-19.0', 'row 3 (line 4), latitude', 'nautical miles'),
+        ('45.0,-11.0', 'x,-11.0', 'row 3 (line 4), latitude', 'no number'),
+        ('45.0,-11.0', '95.0,-11.0', 'row 3 (line 4), latitude', '90'),
+        ('180,9.3', '180,61', 'row 3 (line 4), wind_mps', 'hurricane'),
+        ('180,9.3', '410,9.3', 'row 3 (line 4), wind_from_deg', '360'),
+        ('180,9.3,19.0', '180,9.3,292.1', 'row 3 (line 4), air_celsius', '60'),
+        ('180,9.3,19.0', '180,9.3', 'row 3 (line 4)', 'cells'),
+    ],
+)
+def test_a_row_that_cannot_be_is_refused_by_passage_and_row(tmp_path, old, new, where, what):
+    with pytest.raises(SceneError) as caught:
+        load_scene(scene_in(tmp_path, HEADER + ROWS.replace(old, new)))
+    assert caught.value.key.startswith('passage A-1, ')
+    assert where in caught.value.key
+    assert what in caught.value.problem
+    assert caught.value.remedy.endswith('.')
+
+
+def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):
+    again = ROWS + 'A-1,French,La Folle,Brest,,1785-08-06T12:00,40.0,-13.0,,,20.0\n'
+    *_, last = read_passages(book(tmp_path, HEADER + again))
+    assert 'comes again' in str(next(last.problems()))
+
+
+@pytest.mark.parametrize(
+    ('text', 'what'),
+    [
+        (HEADER.replace('wind_mps', 'wind_knots') + ROWS, 'wind_mps'),
+        (HEADER, 'no rows'),
+        ('a,b\n1,2\n', 'no log-book that is known'),
+        ('', 'no log-book that is known'),
+    ],
+)
+def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, text, what):
+    with pytest.raises(SceneError, match=what) as caught:
+        list(read_passages(book(tmp_path, text)))
+    assert 'wind_knots' in str(caught.value) or 'knots' not in text
+
+
+def test_a_passage_of_one_entry_or_of_another_name_is_refused(tmp_path):
+    path = book(tmp_path, HEADER + ROWS.splitlines()[0] + '\n')
+    assert 'one to the next' in str(next(find_passage(path, 'A-1').problems()))
+    with pytest.raises(SceneError, match=r'none of the 1 passages.*A-1'):
+        find_passage(path, 'A-2')
+    with pytest.raises(SceneError, match='has 2 passages'):
+        find_passage(book(tmp_path), None)
+
+
+def test_a_scene_of_a_passage_is_where_its_log_says_and_when(tmp_path):
+    scene = load_scene(scene_in(tmp_path))
+    # two days of harbour, then the log: the stamps of days are whole, and the first noon is noon
+    assert scene.voyage.sails_at == 2 * 86_400.0
+    assert (scene.starts_at + scene.voyage.sails_at) % 86_400.0 == 43_200.0
+    assert scene.voyage.date.isoformat() == '1785-08-01'
+    assert scene.duration == 6 * 86_400.0 + 60.0
+    passage = Passage(scene, scene.voyage)
+    at = np.array(passage.places_ns)
+    np.testing.assert_allclose((at - at[0]) / 3.6e12, [0.0, 24.0, 49.0, 96.0], rtol=0, atol=1e-9)
+    latitude, longitude = passage.places(at)
+    np.testing.assert_allclose(latitude, [48.0, 46.5, 45.0, 41.0], rtol=0, atol=1e-11)
+    np.testing.assert_allclose(longitude, [-7.0, -9.0, -11.0, -13.0], rtol=0, atol=1e-11)
+    # one nautical mile is 1852 m; the sphere of the check is good to half a per cent
+    miles = nautical_miles((48.0, -7.0), (46.5, -9.0))
+    assert passage.speed_m_s(int(at[0]) + 1) * 86_400.0 / 1852.0 == pytest.approx(miles, rel=5e-3)
+
+
+def test_a_scene_that_has_its_log_needs_no_file(tmp_path):
+    scene = load_scene(scene_in(tmp_path))
+    (tmp_path / 'log.csv').unlink()
+    assert parse_scene(scene_yaml(scene), 'bag') == scene
+    assert str(tmp_path) not in scene_yaml(scene)
+
+
+def test_what_follows_from_the_log_may_not_be_given_beside_it(tmp_path):
+    file = scene_in(tmp_path)
+    for key, value in (('departure', [48.0, -7.0]), ('date', '1785-08-01'), ('speed', 3.0)):
+        with pytest.raises(SceneError) as caught:
+            load_scene(file, **{f'voyage.{key}': value})
+        assert caught.value.key == f'voyage.{key}'
+    with pytest.raises(SceneError, match='another hour of the day'):
+        load_scene(file, starts_at=86_400.0)
+    with pytest.raises(SceneError, match='longer than the log'):
+        load_scene(file, duration=7 * 86_400.0)
+    assert load_scene(file, duration=3_600.0).duration == 3_600.0
+
+
+def test_air_by_the_log_is_its_thermometer_and_elsewhere_the_climate(tmp_path):
+    scene = load_scene(scene_in(tmp_path))
+    at_ns, celsius = scene.air.knots(scene)
+    np.testing.assert_array_equal(at_ns, Passage(scene, scene.voyage).places_ns)
+    assert celsius[[0, 2, 3]].tolist() == [18.5, 19.0, 20.0]
+    # ITU-R P.1510-1 at 46.5 N: between 40 N, 20.2 and 22.0, and 50 N, 11.3 and 13.0, in summer
+    assert 13.0 < celsius[1] < 18.0
+
+
+def test_weather_and_air_by_a_log_need_one():
+    with pytest.raises(SceneError, match='log-book'):
+        load_scene('portsmouth_jamaica', air={'kind': 'log'})
+    scene = load_scene('portsmouth_jamaica', **{'ship.weather': {'kind': 'log'}})
+    assert isinstance(scene.ship, SeaShip)
+    with pytest.raises(SceneError, match='log-book'):
+        scene.ship.states(scene)
+
+
+def test_any_clock_sails_a_passage(tmp_path):
+    text = (SHIPPED / 'portsmouth_jamaica.yaml').read_text(encoding='utf-8')
+    passage = find_passage(book(tmp_path), 'A-1')
+    made = scene_of_passage(read_mapping(text, 'portsmouth_jamaica'), passage, harbour_days=1.0)
+    scene = parse_scene(write_mapping(made), 'made')
+    assert scene.name == 'portsmouth_jamaica A-1'
+    assert scene.trochlea == load_scene('portsmouth_jamaica').trochlea
+    assert scene.air.diurnal == 2.0
+    assert scene.duration == 5 * 86_400.0 + 60.0
+
+
+# -----------------------------------------------------------------------------
+# CLIWOC's own files: the same entries in each of their forms.
+
+DAYS = [
+    (
+        day,
+        4800 - 100 * number,
+        35300 - 120 * number,
+        (270, 67, 185) if number % 5 else (362, 20, 0),
+    )
+    for number, day in enumerate(range(1, 31))
+]
+
+
+def archived(day: int, latitude: int, longitude: int, wind: tuple[int, int, int]) -> str:
+    """Return the core of a record, as the archive's format has it."""
+    line = f'1785 8{day:2d}1300{latitude:5d}{longitude:6d}' + ' 0106' + ' ' * 4 + '10'
+    line = f'{line[:34]}{"000001920":9s}FR '
+    line += f'{wind[0]:3d}5{wind[1]:3d}' + ' ' * 16 + f'{wind[2] or "":>4}'
+    return f'{line:108s}'
+
+
+def expected(numbers: list[int]) -> list[tuple[object, ...]]:
+    found: list[tuple[object, ...]] = []
+    for number in numbers:
+        day, latitude, longitude, wind = DAYS[number]
+        place = latitude / 100.0, longitude / 100.0 - 360.0
+        air = wind[2] / 10.0 if wind[2] else None
+        found.append((f'1785-08-{day:02d}T13:00', *place, wind[0], wind[1] / 10.0, air))
+    return found
+
+
+def agrees(entries: object, wanted: list[tuple[object, ...]]) -> None:
+    for one, other in zip(entries, wanted, strict=True):
+        assert one[0] == other[0]
+        assert one[1:3] == pytest.approx(other[1:3], abs=1e-9)
+        assert one[3:] == pytest.approx(other[3:], abs=1e-9)
+
+
+def test_the_text_of_the_archive_is_read_core_and_attachment(tmp_path):
+    lines = [archived(*each) for each in DAYS]
+    name = "L'Espérance"
+    named = f'{name:30s}{"French":8s}'
+    attached = ' ' * (705 - 108) + named + ' ' * (957 - 743) + f'{"BREST":45s}{"KAAP":50s}'
+    for text, ship in ((lines, ''), ([line + attached + ' ' * 100 for line in lines], "L'Esp")):
+        (passage,) = read_passages(book(tmp_path, '\r\n'.join(text) + '\r\n', 'cliwoc.txt'))
+        assert passage.name == '17850801-1920'
+        assert passage.ship.startswith(ship)
+        assert passage.bound_to == ('KAAP' if ship else '')
+        agrees(passage.entries, expected(list(range(30))))
+        assert not list(passage.problems())
+
+
+def test_the_table_of_release_2_1_is_read_by_its_header(tmp_path):
+    names = 'record_number\tYR\tMO\tDY\tHR\tLAT\tLON\tID\tC1\tD\tW\tAT\tShipName\tVoyageFrom'
+    rows = [
+        f'{n}\t1785\t8\t{day}\t1300\t{lat}\t{lon}\t1920\tFR\t{wind[0]}\t{wind[1]}\t'
+        f'{wind[2] or ""}\tX\tBREST'
+        for n, (day, lat, lon, wind) in enumerate(DAYS)
+    ]
+    (passage,) = read_passages(book(tmp_path, '\n'.join([names, *rows]), 'cliwoc21.tsv'))
+    assert (passage.name, passage.sailed_from) == ('17850801-1920', 'BREST')
+    agrees(passage.entries, expected(list(range(30))))
+
+
+def test_the_table_of_release_1_5_turns_words_into_winds(tmp_path):
+    names = 'RecID,ShipName,VoyageIni,UTC,Lat3,Lon3,WindDirection,WindForce,ProbTair,VoyageTo'
+    rows = [
+        f'{n},X,17850801,178508{day:02d}13,{lat / 100},{lon / 100 - 360},'
+        f'{"Ouest" if wind[0] == 270 else "VARIABLE"},{"bon frais" if wind[1] == 67 else "calme"},'
+        f'{wind[2] / 10 if wind[2] else "NA"},KAAP'
+        for n, (day, lat, lon, wind) in enumerate(DAYS)
+    ]
+    path = book(tmp_path, '\n'.join([names, *rows]), 'CLIWOC15.csv')
+    with pytest.raises(SceneError, match=r'Lookup_\*_WindForce.csv'):
+        list(read_passages(path))
+    book(tmp_path, 'ID,WindForce,mps\n1,BON FRAIS,6.7\n2,Calme,2.0\n', 'Lookup_FR_WindForce.csv')
+    directions = 'ID,WindDirection,ProbWindDD\n1,Ouest,270\n2,Variable,362\n'
+    book(tmp_path, directions, 'Lookup_FR_WindDirection.csv')
+    (passage,) = read_passages(path)
+    assert (passage.ship, passage.bound_to) == ('X', 'KAAP')
+    agrees(passage.entries, expected(list(range(30))))
+
+
+def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
+    late = [(day, lat, lon, wind) for day, lat, lon, wind in DAYS]
+    far = [archived(day, lat, lon - 2000, wind) for day, lat, lon, wind in late]
+    text = [archived(*each) for each in late[:26]] + far[26:]
+    (passage,) = read_passages(book(tmp_path, '\n'.join(text), 'cliwoc.txt'))
+    assert len(passage.entries) == 26
+
+
+def test_a_track_takes_its_winds_from_a_table(tmp_path):
+    pytest.importorskip('gpxpy')
+    points = ''.join(
+        f'<trkpt lat="{48 - n / 60:.6f}" lon="-7"><time>2020-06-{1 + n // 288:02d}T'
+        f'{n // 12 % 24:02d}:{n % 12 * 5:02d}:00Z</time></trkpt>'
+        for n in range(300)
+    )
+    track = (
+        '<gpx version="1.1" creator="x" xmlns="http://www.topografix.com/GPX/1/1"><trk>'
+        f'<name>Yacht</name><trkseg>{points}</trkseg></trk></gpx>'
+    )
+    winds = book(
+        tmp_path,
+        'utc,wind_from_deg,wind_mps\n2020-06-01T06:02:30,270,8\n2020-06-01T18:00,280,9\n',
+        'winds.csv',
+    )
+    (passage,) = read_passages(book(tmp_path, track, 'track.gpx'), winds=winds)
+    assert (passage.name, passage.ship) == ('20200601-1', 'Yacht')
+    assert not list(passage.problems())
+    (windy,) = (each for each in passage.entries if each[0] == '2020-06-01T06:02:30')
+    # 72.5 steps of five minutes and of a minute of latitude, written to six decimals
+    assert windy[1:] == pytest.approx((48 - 72.5 / 60, -7.0, 270.0, 8.0, None), abs=1e-6)
