@@ -35,7 +35,7 @@ class Sensor:
 
     def _send(self) -> None:
         message = Imu()
-        message.header.frame_id = 'xsens'
+        message.header.frame_id = 'clock_mount'
         stamp_ns = START_NS + self._sent * NS_PER_S // RATE_HZ
         message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS_PER_S)
         message.orientation.w = 1.0

@@ -68,6 +68,39 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
     np.testing.assert_array_equal(readings.stamp_ns, (1_700_000_000 + np.arange(11)) * 10**9)
 
 
+def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Bench) -> None:
+    turned = TrochleaNode(**overrides(**FOREIGN, imu_rotation='180 0 0'))
+    sensor = bench.add(Node('xsens'), turned)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: turned.inputs[SHIP_IMU].matched)
+    for number in range(101):
+        message = foreign_imu(number)
+        message.linear_acceleration.z *= -1.0  # upside down
+        message.orientation.w, message.orientation.x = 0.0, -1.0
+        publisher.publish(message)
+    bench.until(lambda: turned.outputs[READING].sent)
+    assert not turned.notices
+    assert not turned.health()['gravity_refused']
+
+
+def test_a_frame_that_nobody_mounted_is_a_warning_and_one_in_g_an_error(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    sensor = bench.add(Node('xsens'), trochlea)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    for number in range(101):
+        message = foreign_imu(number)
+        message.linear_acceleration.z = 1.0
+        publisher.publish(message)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
+    assert "frame 'xsens', which is taken for clock_mount" in trochlea.notices[0]
+    level, words = assess(trochlea, time.monotonic())
+    assert level == DiagnosticStatus.ERROR
+    assert 'is it in g?' in words
+    with pytest.raises(ParameterError, match='must be roll, pitch and yaw'):
+        TrochleaNode(**overrides(**FOREIGN, imu_rotation='90'))
+
+
 def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)

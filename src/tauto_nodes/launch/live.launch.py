@@ -19,6 +19,7 @@ DEFAULTS = {
     'scene': 'measured',
     'imu': 'ship/imu',
     'imu_reliability': 'best_effort',
+    'imu_rotation': '',
     'out': '',
     'anyway': 'false',
     'state_folder': 'default',
@@ -29,11 +30,12 @@ DEFAULTS = {
 
 def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
     sensor = {'imu_reliability': given['imu_reliability']}
+    mounted = {**sensor, 'imu_rotation': given['imu_rotation']}
     stage = {'scene': given['scene'], 'state_folder': state_folder(given)}
     nodes: dict[str, dict[str, object]] = {
         'longitude': {**stage},
-        'drift_estimator': {**stage, **sensor},
-        'trochlea': {**stage, **sensor},
+        'drift_estimator': {**stage, **mounted},
+        'trochlea': {**stage, **mounted},
     }
     if given['out']:
         nodes['recorder'] = {'output': str(Path(given['out']).absolute()), **sensor}

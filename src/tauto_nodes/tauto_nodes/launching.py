@@ -39,6 +39,8 @@ ARGUMENTS = {
     'duration': "replaces the duration of the scene [s]; 0.0: the scene's own",
     'imu': 'topic of the sensor, sensor_msgs/Imu',
     'imu_reliability': 'what the sensor offers: best_effort or reliable',
+    'imu_rotation': 'roll, pitch and yaw of the sensor, in degrees, as in 0 0 90; empty: as the '
+    'clock',
     'out': 'folder of the bag; empty, with a sensor only: nothing is recorded',
     'force': 'replace a bag that is there',
     'anyway': 'sail machines and ships beyond all that are known, too',

@@ -289,6 +289,13 @@ _IMU = Parameter(
     'what the subscription to ship/imu asks for; most sensors only offer `best_effort`',
     choices=('reliable', 'best_effort'),
 )
+_MOUNT = Parameter(
+    'imu_rotation',
+    '',
+    'how the sensor is mounted: roll, pitch and yaw of its axes in those of the clock, in degrees '
+    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or is taken for it "
+    'with a warning. With a foreign source',
+)
 _RESET = Parameter(
     'reset_on_time_jump',
     False,
@@ -345,8 +352,8 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         _WAIT,
         *_COMMON,
     ),
-    'trochlea': (*_STAGE, _IMU, _RESET),
-    'drift_estimator': (*_STAGE, _IMU),
+    'trochlea': (*_STAGE, _IMU, _MOUNT, _RESET),
+    'drift_estimator': (*_STAGE, _IMU, _MOUNT),
     'longitude': _STAGE,
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),

@@ -31,7 +31,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.imu import imu_from_roll
+from tauto_core.ship.imu import imu_from_roll, mounted, rotation
 
 SCENE = load_scene('measured')
 START_NS = 1_700_000_000 * 10**9
@@ -138,6 +138,44 @@ def test_the_dial_holds_and_goes_on_with_the_time_it_lost(fault: str):
     assert len(resumed) == 1
     after = all_s[resumed[0] + 1 :] + setting.lost_ns * 1e-9
     assert np.abs(after).max() < 2 * NATURAL_S
+
+
+@pytest.mark.parametrize(
+    ('wrong', 'hint'),
+    [
+        (lambda force: force / 9.80665, 'is it in g'),
+        (lambda force: force - [0.0, 0.0, 9.81], 'is gravity removed'),
+        (lambda force: force * [1.0, -1.0, -1.0], 'NED'),
+        (lambda force: force * 1.5, 'calibrated'),
+    ],
+)
+def test_a_sensor_that_feels_no_gravity_is_named_once_and_believed_when_it_does(wrong, hint):
+    imu, stage = sensor(), LiveTrochlea(SCENE)
+    bad = replace(imu, linear_acceleration=wrong(imu.linear_acceleration))
+    assert not said_of(stage, [take(bad, slice(k, k + 50)) for k in range(0, 1500, 50)])
+    (words,) = stage.news()
+    assert hint in words
+    assert hint in stage.trouble
+    assert stage.health()['gravity_refused'] == 1500
+    reading = said_of(stage, [replace(imu, stamp_ns=imu.stamp_ns + 30 * 10**9)])[READING]
+    assert reading.stamp_ns[0] == START_NS + 30 * 10**9
+    assert not stage.trouble
+
+
+@pytest.mark.parametrize('degrees', [(0, 0, 90), (180, 0, 0), (30, -40, 100)])
+def test_a_sensor_mounted_otherwise_reads_the_same(degrees):
+    imu = sensor(12.0)
+    mount = rotation(*np.radians(degrees))
+    seen = mounted(imu, mount * [-1.0, -1.0, -1.0, 1.0])  # what the sensor says
+    if degrees == (0, 0, 90):  # x of the sensor points to port: it feels port along x
+        np.testing.assert_allclose(
+            seen.linear_acceleration[:, 0], imu.linear_acceleration[:, 1], atol=1e-12
+        )
+    again = mounted(seen, mount)
+    for name in ('orientation', 'angular_velocity', 'linear_acceleration'):
+        np.testing.assert_allclose(getattr(again, name), getattr(imu, name), atol=1e-12)
+    first, other = (said_of(LiveTrochlea(SCENE), [each])[READING] for each in (imu, again))
+    np.testing.assert_allclose(first.time_ref_ns, other.time_ref_ns, atol=1e3)
 
 
 @pytest.mark.parametrize('step_s', [-1.5, -12.0, -1e6])

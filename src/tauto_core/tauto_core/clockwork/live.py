@@ -61,6 +61,35 @@ GROWTH_RELEASES = 0.25
 """Growth from one reading to the next that is always accepted, as a share of the release."""
 
 
+_UNUSABLE = 'the dial stands still: what comes on ship/imu cannot be used'
+
+WEIGHED_S = 3.0
+"""Time at the start over which gravity is looked for, before anything is believed [s]."""
+
+
+def weighed(imu: ImuSamples, gravity: float) -> str:
+    """Return what is wrong with a sensor that does not feel gravity along z; empty if it does.
+
+    At rest and at sea the median of the specific force is g upwards, within a tenth [m/s²].
+    """
+    size = float(np.median(np.linalg.norm(imu.linear_acceleration, axis=1)))
+    up = float(np.median(imu.linear_acceleration[:, 2]))
+    if up > 0.9 * gravity and size < 1.1 * gravity:
+        return ''
+    if abs(size - 1.0) < 0.1:
+        hint = 'is it in g? It must be in m/s²'
+    elif size < 0.5 * gravity:
+        hint = 'is gravity removed? What the accelerometer feels is wanted, g upwards at rest'
+    elif up < -0.9 * gravity and size < 1.1 * gravity:
+        hint = 'is it of a frame with z down (NED)? x must point forward, y to port, z up'
+    else:
+        hint = 'is the sensor calibrated, and mounted as imu_rotation says?'
+    return (
+        f'the median of linear_acceleration on ship/imu is {size:.4g} m/s², {up:.4g} along z, '
+        f'where {gravity:.4g} upwards is due: {hint}'
+    )
+
+
 class Limits:
     """Checks the amplitude A = √(θ² + (θ̇/ω)²) and its growth from reading to reading.
 
@@ -224,8 +253,11 @@ class LiveTrochlea:
         self._shown: _Shown | None = None
         self._refused = dict.fromkeys(REFUSALS, 0)
         self._counts = {'dial_stops': 0, 'dial_settings': 0, 'runs_failed': 0}
+        self._counts['gravity_refused'] = 0
         self._trouble = ''
         self._news: list[str] = []
+        self._gravity, self._weighed = scene.g, False
+        self._held: ImuSamples | None = None
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -279,19 +311,45 @@ class LiveTrochlea:
         """Return the remaining samples, interpolated with one-sided windows."""
         said: list[Batches] = []
         try:
+            if self._held is not None:
+                self._take(take(self._held, slice(0, 0)), said, final=True)
             if self._run is not None:
                 self._believe(self._stage.finish(), said)
         except PropagationError as error:
             self._fail(str(error))
         return _joined(said)
 
-    def _take(self, imu: ImuSamples, said: list[Batches]) -> None:
+    def _weigh(self, imu: ImuSamples, final: bool) -> ImuSamples | None:
+        """Hold the first samples back until gravity has been found in them; then return them."""
+        held = imu if self._held is None else join([self._held, imu])
+        self._held = held if len(held.stamp_ns) else None
+        if self._held is None or not (final or np.ptp(held.stamp_ns) >= WEIGHED_S * NS_PER_S):
+            return None
+        self._held = None
+        words = weighed(held, self._gravity)
+        self._weighed = not words
+        if words:
+            if not self._trouble.startswith('the median'):
+                self._news.append(words)
+            self._trouble = words
+            self._counts['gravity_refused'] += len(held.stamp_ns)
+            return None
+        return held
+
+    def _take(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
         reasons = content_reasons(imu)
         if reasons.any():
             totals = np.bincount(reasons, minlength=1 + len(REFUSALS))
             for name, number in zip(REFUSALS, totals[1:].tolist(), strict=True):
                 self._refused[name] += number
             imu = take(imu, reasons == 0)
+        refused = REFUSALS[reasons[-1] - 1] if reasons.any() and reasons[-1] else ''
+        if not self._weighed:
+            found = self._weigh(imu, final)
+            if found is None:
+                self._trouble = f'{_UNUSABLE} ({refused})' if refused else self._trouble
+                return
+            imu = found
         for part in self._continuity.feed(imu):
             if part.begins:
                 # a run without any reading is forgotten
@@ -303,10 +361,7 @@ class LiveTrochlea:
             if self._thermometer is not None:
                 moved[SHIP_TEMPERATURE] = self._thermometer.during(part.imu.stamp_ns)
             self._believe(self._stage.feed(moved), said)
-        refused = REFUSALS[reasons[-1] - 1] if reasons[-1] else ''
-        self._trouble = (
-            refused and f'the dial stands still: what comes on ship/imu cannot be used ({refused})'
-        )
+        self._trouble = refused and f'{_UNUSABLE} ({refused})'
 
     def _begin(self, origin_ns: int, stepped_ns: int) -> None:
         """Release the wheel again, and account for the time since the last reading."""
@@ -380,6 +435,7 @@ class LiveTrochlea:
             'counts': dict(self._counts),
             'trouble': self._trouble,
             'all_back': self._all_back,
+            'weighed': (self._weighed, self._held),
             **({'thermometer': self._thermometer.state()} if self._thermometer else {}),
         }
 
@@ -393,6 +449,7 @@ class LiveTrochlea:
         self._shown = shown and _Shown(**{**shown, 'setting': DialSetting.of(shown['setting'])})
         self._refused, self._counts = dict(state['refused']), dict(state['counts'])
         self._trouble, self._all_back = state['trouble'], state['all_back']
+        self._weighed, self._held = state['weighed']
         if self._thermometer is not None:
             self._thermometer.restore(state['thermometer'])
 

@@ -349,6 +349,55 @@ def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None)
 
 
 # -----------------------------------------------------------------------------
+# The mounting of a live sensor.
+
+
+def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
+    """Return R_z(yaw) R_y(pitch) R_x(roll) as a quaternion x, y, z, w; angles [rad].
+
+    With the angles at which a sensor is mounted, R takes vectors from its axes to the clock's.
+    """
+    (a, b, c), (d, e, f) = (
+        np.cos([roll / 2, pitch / 2, yaw / 2]),
+        np.sin([roll / 2, pitch / 2, yaw / 2]),
+    )
+    return np.array(
+        [
+            d * b * c - a * e * f,
+            a * e * c + d * b * f,
+            a * b * f - d * e * c,
+            a * b * c + d * e * f,
+        ]
+    )
+
+
+def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
+    """Return samples of a sensor in the clock's axes, of which `mount` is the `rotation`.
+
+    v' = R v and q' = q R⁻¹. Covariances stay: only whether a quantity is known is read from them.
+    """
+    axis, w = mount[:3], mount[3]
+
+    def turned(v: FloatArray) -> FloatArray:
+        across = 2.0 * np.cross(axis, v)
+        found: FloatArray = v + w * across + np.cross(axis, across)
+        return found
+
+    q, p = imu.orientation[:, :3], imu.orientation[:, 3:]
+    back = -axis
+    orientation = np.column_stack(
+        (p * back + w * q + np.cross(q, back), p * w - (q @ back)[:, None])
+    )
+    return replace(
+        imu,
+        frame_id=MOUNT_FRAME,
+        orientation=orientation,
+        angular_velocity=turned(imu.angular_velocity),
+        linear_acceleration=turned(imu.linear_acceleration),
+    )
+
+
+# -----------------------------------------------------------------------------
 # Which samples of a live sensor form one uninterrupted motion, and where a new one begins.
 #
 # A sample continues the last one if it is later by at most the longest gap, and the roll has
