@@ -532,7 +532,8 @@ START_S = {
 }
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 9.2, 0.065
 FORCED_NS_A_SAMPLE = 25.0
-SUSPENDED_NS_A_SAMPLE = 270.0
+SUSPENDED_NS_A_SAMPLE, WIDE_NS_A_SAMPLE = 185.0, 525.0
+"""For a case at small angles and at any, with the shorter steps of the wheel in it."""
 NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
 NS_A_NEWTON_STEP = 6900.0
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
@@ -854,7 +855,8 @@ def _run_s(
     if any(getattr(stated, name, None) is None for name in named if name not in HEAT):
         work_ns += COEFFICIENT_RUNS_S * NS_PER_S
     if scene.suspension is not None and scene.suspension.mass is None:
-        work_ns += felt * SUSPENDED_NS_A_SAMPLE
+        wide = scene.suspension.large_angles
+        work_ns += felt * (WIDE_NS_A_SAMPLE if wide else SUSPENDED_NS_A_SAMPLE)
     if name == 'forced_harmonic':
         work_ns += felt * FORCED_NS_A_SAMPLE
     if steps is not None:
