@@ -52,7 +52,11 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
         stress_motion.rates,
         stress_motion.ratios,
     ),
-    'forecast': (stress_forecast.bounds, stress_forecast.extrapolations),
+    'forecast': (
+        stress_forecast.bounds,
+        stress_forecast.accuracies,
+        stress_forecast.extrapolations,
+    ),
     'search': (partial(stress_search.search, 200),),
     'counting': (stress_search.recoil,),
     'hull': (stress_hull.direct_runs,),

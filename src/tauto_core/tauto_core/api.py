@@ -121,7 +121,8 @@ def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object
     Raises:
         TautoError: bad scene, or an event that ends the motion.
     """
-    return sail_scene(load(scene, **overrides), origin=_origin(scene), anyway=anyway)
+    loaded = load(scene, **overrides)
+    return sail_scene(loaded, origin=_origin(scene), anyway=anyway, judge=True)
 
 
 def replay(
@@ -491,6 +492,7 @@ def compare(
     *clocks: str,
     ship_of: str | None = None,
     duration: float | None = None,
+    accuracy: float | None = None,
     roll_deg: Sequence[float] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
     jobs: int = 2,
@@ -502,6 +504,8 @@ def compare(
         clocks: files or shipped names; none: the shipped clocks.
         ship_of: a scene whose ship and voyage all of them get.
         duration: length of the run [s].
+        accuracy: error of the reading that a day of the run may make [s], in place of what the
+            scenes have for it.
         roll_deg: significant amplitudes of the roll [degrees], each in a run of its own.
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
         jobs: number of parallel processes.
@@ -520,6 +524,7 @@ def compare(
         clocks,
         ship_of=ship_of,
         duration=duration,
+        accuracy=accuracy,
         rolls_deg=numbers('roll_deg', roll_deg),
         cases=suspension,
         anyway=anyway,

@@ -383,6 +383,14 @@ def _sea_rows(sea: _Section) -> list[_Row]:
     ]
 
 
+def _accuracy_rows(accuracy: _Section) -> list[_Row]:
+    bound = accuracy['bound_s_per_day']
+    return [
+        ('asked for', f'{accuracy["asked_s_per_day"]:g}', 's/day'),
+        ('bound of its error', 'not known' if bound is None else f'{bound:.1g}', 's/day'),
+    ]
+
+
 def _regulator_rows(trochlea: _Section) -> list[_Row]:
     rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
     if 'amplitude_rad' in trochlea:
@@ -511,6 +519,7 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
     ('drift, estimated ± its standard deviation', 'drift', _drift_rows),
     ('longitude, error', 'longitude', _longitude_rows),
     ('verdict of the Act of 1714', 'longitude', _verdict_rows),
+    ('accuracy of the simulation', 'accuracy', _accuracy_rows),
     ('messages', 'counts', lambda counts: [(t, f'{n:,}', '') for t, n in counts.items()]),
 )
 """The groups in the order of the page: name, section of the result, function for the rows."""

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from tauto_core.checks.cost import accuracy_reached, missed_words
 from tauto_core.checks.readiness import check_known, check_scene, oddities
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
@@ -456,6 +457,7 @@ def sail(
     keep: bool = True,
     progress: Callable[[float], None] | None = None,
     watch: Callable[[Batches], None] | None = None,
+    judge: bool = False,
 ) -> Voyage:
     """Return the voyage of a scene, sailed offline.
 
@@ -473,6 +475,8 @@ def sail(
             grow with its length, and a linear machine takes less time.
         progress: called with the fraction done, from 0 to 1.
         watch: called with all samples on any topic, batch after batch.
+        judge: say in `accuracy` of the result what was asked for and what is reached, by trials
+            of the beginning, where the scene has `solver.accuracy`.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -518,8 +522,12 @@ def sail(
             if progress is not None:
                 progress(source.produced / source.total)
     warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
+    asked = accuracy_reached(scene, machine, motion) if judge and scene.accuracy else None
+    if asked is not None and not asked['holds']:
+        warnings.append(missed_words(asked))
     result = {
         **summary.result(),
+        **({} if asked is None else {'accuracy': asked}),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
         **({'warnings': warnings} if warnings else {}),

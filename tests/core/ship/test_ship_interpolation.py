@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, SamplePieces, polynomials
+from tauto_core.ship.buffer import SamplePieces, polynomials
+from tauto_core.ship.sampling import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE
 
 STEP = 50_000_000
 power = np.polynomial.polynomial

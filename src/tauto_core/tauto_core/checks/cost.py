@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ from tauto_core.machines import (
     SlackThreadError,
     compile_machine,
 )
-from tauto_core.motion import make_collocation, propagator_name, steps_in
+from tauto_core.motion import asked_tolerance, make_collocation, propagator_name, steps_in
 from tauto_core.navigation.regressors import HEAT, SHAKEN_BY
 from tauto_core.samples import (
     PHASE,
@@ -36,7 +36,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene, Solver
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
-from tauto_core.scene.times import LEGIBLE, NS_PER_S
+from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
@@ -622,10 +622,12 @@ def forecast(
     machine: AnyMachine | FluidPendulum,
     motion: ShipMotion,
     progress: Callable[[float], None] | None = None,
+    trial_s: float = TRIAL_RUN_S,
 ) -> Forecast:
     """Return the expected cost and error of a scene that runs, with its machine and motion.
 
-    `progress` is called with the share done of the trials, from 0 to 1.
+    `progress` is called with the share done of the trials, from 0 to 1. These take about
+    `trial_s` of processor time, and as much for growth [s].
     """
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
@@ -648,16 +650,19 @@ def forecast(
             shortest_wave_s=_shortest_wave_s(scene),
         )
     seas = scene.ship.worst_seas(scene)
-    longest_s = scene.duration * TRIAL_RUN_S / (len(seas) * WORK * (run_s - START_S[name]))
+    longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
     found: list[tuple[float, Trial, Scene, dict[str, Any] | None]] = []
     for sea in seas:
         there = scene.model_copy(update={'ship': sea.ship})
-        limit = Limit(LONGEST_TRIAL_S / len(seas), partial(_tell, progress, len(found), len(seas)))
+        limit = Limit(
+            LONGEST_TRIAL_S * trial_s / TRIAL_RUN_S / len(seas),
+            partial(_tell, progress, len(found), len(seas)),
+        )
         trial = try_out(
             there,
             Dial(nominal_s, rounding_s),
             longest_s,
-            None if steps is None else tolerance(scene),
+            None if steps is None else tolerance(scene, machine),
             limit,
             sea.lasts_s,
         )
@@ -683,6 +688,44 @@ def forecast(
         growth=trial.growth,
         bounded_until_s=trial.until_s,
         decided_by=state,
+    )
+
+
+JUDGED_IN_S = 0.2
+"""Approximate processor time of the trials that say what accuracy a voyage has reached [s]."""
+
+
+def accuracy_reached(
+    scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMotion
+) -> dict[str, Any]:
+    """Return what a scene with `solver.accuracy` asks for, and what its run keeps [s/day].
+
+    `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one; None where
+    none is known. `holds` says whether it is within the accuracy, and `chaotic` whether small
+    differences grow exponentially.
+    """
+    found = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
+    bound = None
+    if found.error_s is not None:
+        bound = found.phase_error_s / max(scene.duration / DAY_S, 1.0)
+    return {
+        'asked_s_per_day': scene.accuracy,
+        'bound_s_per_day': bound,
+        'holds': bound is not None and scene.accuracy is not None and bound <= scene.accuracy,
+        'chaotic': found.growth is not None and found.growth.is_chaotic,
+        'rate_hz': None if scene.lies_still else scene.ship.rate,
+        'tolerance': None if found.steps_a_swing is None else tolerance(scene, machine),
+    }
+
+
+def missed_words(asked: Mapping[str, Any]) -> str:
+    """Return the warning of a run whose accuracy may not be what was asked for."""
+    bound = asked['bound_s_per_day']
+    found = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
+    why = ', since the motion is chaotic' if asked['chaotic'] else ''
+    return (
+        f'solver.accuracy = {asked["asked_s_per_day"]:g} s a day: {found}{why}. Ask for less, or '
+        'state ship.rate and solver.tolerance'
     )
 
 
@@ -741,7 +784,7 @@ def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str
     name = propagator_name(machine, still=scene.lies_still)
     if name != 'collocation':
         return name, None
-    engine = make_collocation(machine, None if scene.solver is None else scene.solver.tolerance)
+    engine = make_collocation(machine, tolerance(scene, machine))
     piece_s = samples_a_piece(scene, steps_in(engine)) * felt_step_ns(scene) / NS_PER_S
     return name, _steps(scene, machine, engine, swing_s, piece_s)
 
@@ -767,10 +810,12 @@ def _steps(
     return _Steps(swing_s / step_s, 2 * (int(kinked) + int(scene.escapement is not None)))
 
 
-def tolerance(scene: Scene) -> float:
+def tolerance(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
-    if scene.solver is not None and scene.solver.tolerance is not None:
-        return scene.solver.tolerance
+    stated = None if scene.solver is None else scene.solver.tolerance
+    asked = asked_tolerance(machine, accuracy=scene.accuracy, tolerance=stated)
+    if asked is not None:
+        return asked
     from tauto_core.motion.stepping import TOLERANCE  # imports kernels
 
     return TOLERANCE

@@ -422,7 +422,8 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'left_out': [each._asdict() for each in left_out(scene, machine)],
         'expected': {
             **asdict(expected),
-            'tolerance': tolerance(scene) if stepping else None,
+            'tolerance': tolerance(scene, machine) if stepping else None,
+            'accuracy': scene.accuracy,
             'resolution_s': RESOLUTION_S,
             'longest_trial_s': LONGEST_TRIAL_S,
             'measured_on': MEASURED_ON,

@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperOption
 
 from tauto_core.cli.terminal import (
+    Accuracy,
     AsJson,
     SceneName,
     Settings,
@@ -47,7 +48,12 @@ def scenes(as_json: AsJson = False) -> None:
         typer.echo(f'{name:{width}}  {summary}')
 
 
-def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) -> None:
+def check(
+    scene: SceneName,
+    accuracy: Accuracy = None,
+    settings: Settings = None,
+    as_json: AsJson = False,
+) -> None:
     """Check a scene without sailing it, and say what would run.
 
     Machines and ships beyond all that are known are warned of, where commands that sail refuse
@@ -56,7 +62,7 @@ def check(scene: SceneName, settings: Settings = None, as_json: AsJson = False) 
     from tauto_core.scene import load_scene
 
     with progress_bar(scene) as progress:
-        loaded = load_scene(scene, **given_values(settings))
+        loaded = load_scene(scene, **given_values(settings, accuracy=accuracy))
         from tauto_core.checks.facts import scene_facts
 
         with naming(scene, loaded.name):

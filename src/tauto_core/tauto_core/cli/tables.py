@@ -245,6 +245,8 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     if expected['steps_a_swing'] is not None:
         steps, tolerance = expected['steps_a_swing'], expected['tolerance']
         table.add_row('steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing')
+    if expected['accuracy'] is not None:
+        table.add_row('accuracy asked', f'{expected["accuracy"]:g} s a day')
     absent = [each for each in facts['left_out'] if each['key']]
     table.add_row('not in this scene', '\n'.join(map(_left_out_words, absent)))
     never = [each for each in facts['left_out'] if not each['key']]

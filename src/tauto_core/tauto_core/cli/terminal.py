@@ -49,6 +49,14 @@ Anyway: TypeAlias = Annotated[
 Duration: TypeAlias = Annotated[
     float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
 ]
+Accuracy: TypeAlias = Annotated[
+    float | None,
+    typer.Option(
+        metavar='S',
+        help="Error of the reading that a day of the run may make [s], in place of the scene's "
+        'solver.accuracy, solver.tolerance and ship.rate.',
+    ),
+]
 Settings: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
@@ -60,8 +68,10 @@ Settings: TypeAlias = Annotated[
 ]
 
 
-def given_values(settings: list[str] | None, duration: float | None = None) -> dict[str, Any]:
-    """Return what --set and --duration change in a scene, by the paths of the keys.
+def given_values(
+    settings: list[str] | None, duration: float | None = None, accuracy: float | None = None
+) -> dict[str, Any]:
+    """Return what --set, --duration and --accuracy change in a scene, by the paths of the keys.
 
     `ABSENT` stands for null, which removes a key.
 
@@ -71,6 +81,8 @@ def given_values(settings: list[str] | None, duration: float | None = None) -> d
     from tauto_core.scene.loader import read_mapping
 
     given: dict[str, Any] = {} if duration is None else {'duration': duration}
+    if accuracy is not None:
+        given['solver.accuracy'] = accuracy
     for setting in settings or ():
         path, equals, text = (part.strip() for part in setting.partition('='))
         if not path or not equals:

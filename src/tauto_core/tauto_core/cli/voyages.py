@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tauto_core.cli.terminal import (
+    Accuracy,
     Anyway,
     AsJson,
     Duration,
@@ -53,6 +54,7 @@ def sail(
         typer.Option(metavar='DIR', help='Folder of the bag; without it no bag is written.'),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     anyway: Anyway = False,
@@ -66,7 +68,7 @@ def sail(
     from tauto_core import voyage
     from tauto_core.scene import load_scene
 
-    loaded = load_scene(scene, **given_values(settings, duration))
+    loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
     odd = say_oddities(loaded, scene, anyway=anyway)
@@ -79,6 +81,7 @@ def sail(
             anyway=anyway,
             keep=False,
             progress=progress,
+            judge=True,
         ).result
     say_once(result.get('warnings', ()), odd)
     if as_json:
@@ -184,6 +187,7 @@ def plot(
         typer.Option('--to', metavar='T', help='End it here; default: ten minutes after --from.'),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     anyway: Anyway = False,
 ) -> None:
@@ -198,7 +202,7 @@ def plot(
 
     file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file, part=from_time is not None or to_time is not None)
-    given = given_values(settings, duration)
+    given = given_values(settings, duration, accuracy)
     if what in OF_A_SCENE and not is_bag(source):
         scene = load_scene(source, **given)
         say_oddities(scene, source, anyway=True)  # it does not sail
@@ -221,6 +225,7 @@ def report(
         ),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     anyway: Anyway = False,
 ) -> None:
@@ -232,7 +237,7 @@ def report(
     command = (
         shlex.join(['tauto', *sys.argv[1:]]) if len(sys.argv) > 1 else f'tauto report {source}'
     )
-    voyage = _voyage(source, given_values(settings, duration), anyway)
+    voyage = _voyage(source, given_values(settings, duration, accuracy), anyway)
     say('drawing')
     write_report(voyage, file, command)
     say(f'wrote {file}')
@@ -247,8 +252,8 @@ def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
     if is_bag(source):
         if given:
             raise UsageError(
-                '--duration and --set are for a scene, and a bag was sailed already. Leave '
-                'them out'
+                '--duration, --accuracy and --set are for a scene, and a bag was sailed '
+                'already. Leave them out'
             )
         voyage = replay(read_bag(Path(source)))
         said = voyage.result['warnings']
@@ -293,6 +298,7 @@ def compare(
         ),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     roll: Annotated[
         str | None,
         typer.Option(
@@ -324,6 +330,7 @@ def compare(
         scenes or (),
         ship_of=ship_of,
         duration=duration,
+        accuracy=accuracy,
         rolls_deg=[] if roll is None else listed('--roll', roll, 'degrees', '0,10,20'),
         cases=suspension.value,
         anyway=anyway,
@@ -356,6 +363,7 @@ def budget(
         ),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
     anyway: Anyway = False,
@@ -373,7 +381,7 @@ def budget(
     from tauto_core.scene import load_scene
 
     crew = Crew(jobs)
-    loaded = load_scene(scene, **given_values(settings, duration))
+    loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     place = None if out is None else budget_file(out, loaded)
     say_oddities(loaded, scene, anyway=anyway)
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
@@ -403,6 +411,7 @@ def fleet(
         ),
     ] = None,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once on this machine.')] = 2,
     scheduler: Annotated[
@@ -435,7 +444,7 @@ def fleet(
         check_plot(path)
     crew = Crew(jobs, scheduler)
     draws = read_draws(vary) if vary is not None else {}
-    loaded = load_scene(scene, **given_values(settings, duration))
+    loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     plan = Plan(loaded, scene, ships, draws, str(vary or scene))
     for warning in plan.warnings:
         say(warning)

@@ -13,7 +13,7 @@ from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns, nominal_period_s
 from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
 from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.machines.heat import Heat
-from tauto_core.motion import Forcing, Motion, make_propagator, steps_in
+from tauto_core.motion import Forcing, Motion, asked_tolerance, make_propagator, steps_in
 from tauto_core.motion.forcing import Temperatures
 from tauto_core.samples import (
     JOINT_STATES,
@@ -155,7 +155,11 @@ class TrochleaStage:
         self._machine = compile_machine(scene) if machine is None else machine
         heat = None if isinstance(self._machine, FluidPendulum) else self._machine.heat
         self._warmth = Warmth(heat, scene.log_interval_ns) if heat and heat.acts else None
-        tolerance = scene.solver.tolerance if scene.solver else None
+        tolerance = asked_tolerance(
+            self._machine,
+            accuracy=scene.accuracy,
+            tolerance=scene.solver.tolerance if scene.solver else None,
+        )
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
         self._nominal_s = nominal_period_s(scene, self._machine)
         max_gap_s = None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S)

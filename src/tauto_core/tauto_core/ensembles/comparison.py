@@ -129,6 +129,7 @@ def make_entries(
     *,
     ship_of: str | None = None,
     duration: float | None = None,
+    accuracy: float | None = None,
     rolls_deg: Sequence[float] = (),
     cases: _Cases = 'both',
     anyway: bool = False,
@@ -143,7 +144,7 @@ def make_entries(
     A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
     given twice, or a suspension that a scene does not have, are a UsageError.
     """
-    scenes = _scenes(names or CLOCKS, ship_of, duration)
+    scenes = _scenes(names or CLOCKS, ship_of, duration, accuracy)
     for origin, scene in scenes:
         if not anyway:
             with naming(origin, scene.name):
@@ -172,15 +173,22 @@ def make_entries(
 
 
 def _scenes(
-    names: Sequence[str], ship_of: str | None, duration: float | None
+    names: Sequence[str], ship_of: str | None, duration: float | None, accuracy: float | None
 ) -> list[tuple[str, Scene]]:
-    scenes = [(name, load_scene(name)) for name in names]
+    asked = {'solver.accuracy': accuracy}
+    scenes = [(name, load_scene(name, **asked)) for name in names]
     taken: dict[str, Any] = {}
     if ship_of is not None:
-        passage = load_scene(ship_of)
+        passage = load_scene(ship_of, **asked)
         taken = {key: getattr(passage, key) for key in SHARED}
     if duration is not None:
         taken['duration'] = duration
+    if accuracy is not None:
+        # one motion for all, sampled as the most demanding of them needs
+        passages = [taken['ship']] if taken else []
+        ships = [*passages, *(scene.ship for _, scene in scenes)]
+        rate = max(ship.rate for ship in ships)
+        taken['ship'] = ships[0].model_copy(update={'rate': rate})
     if not taken:
         return scenes
     found = []

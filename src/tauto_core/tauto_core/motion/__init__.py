@@ -98,6 +98,33 @@ def _swings_freely(machine: Machine | LeverMachine) -> bool:
         return False
 
 
+ROUGH_SHARE, LEAST_ROUGH = 3e-4, 3e-13
+"""Tolerance over the accuracy [day/s] where the lever arm has joints or a thread is real, and the
+least of such tolerances. There all steps err by up to 1000 s/day times the tolerance, elsewhere by
+250 (measured over the shipped scenes, from 1e-3 to 1e-10).
+"""
+
+SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3
+"""The same where steps are smooth, least that of `stepping`; and the largest tolerance of all."""
+
+
+def asked_tolerance(
+    machine: AnyMachine | FluidPendulum, *, accuracy: float | None, tolerance: float | None
+) -> float | None:
+    """Return the tolerance of a scene that states one, or an accuracy [s/day], or neither."""
+    if accuracy is None:
+        return tolerance
+    smooth = isinstance(machine, Machine) and not (machine.cam.joints.size or machine.cam.kinked)
+    if smooth or isinstance(machine, FluidPendulum):
+        return smooth_tolerance(accuracy)
+    return min(max(ROUGH_SHARE * accuracy, LEAST_ROUGH), LARGEST_ASKED)
+
+
+def smooth_tolerance(accuracy: float) -> float:
+    """Return the tolerance of smooth steps for an accuracy [s/day]."""
+    return min(max(SMOOTH_SHARE * accuracy, LEAST_SMOOTH), LARGEST_ASKED)
+
+
 def make_propagator(
     machine: AnyMachine | FluidPendulum, *, still: bool, tolerance: float | None = None
 ) -> Propagator:

@@ -384,7 +384,11 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
 
 def _alone(scene: Scene) -> Scene:
     """Return the scene's machine on a ship that only the trial waves move."""
-    ship = ComponentsShip(rate=scene.ship.rate, height=scene.ship.height)
+    # what the machine itself answers does not depend on the accuracy asked of a voyage
+    asked = scene.accuracy is not None
+    ship = ComponentsShip(height=scene.ship.height)
+    if not asked:
+        ship = ship.model_copy(update={'rate': scene.ship.rate})
     step_ns = step_of_rate(ship.rate)
     interval_s = max(NS_PER_S // step_ns, 1) * step_ns / NS_PER_S
     return scene.model_copy(
@@ -398,6 +402,7 @@ def _alone(scene: Scene) -> Scene:
             'air': None,
             'drift': DriftSettings(covariates=('heave',)),
             'gravity': scene.g,
+            'solver': None if asked else scene.solver,
             'log': Log(interval=interval_s),
         }
     )

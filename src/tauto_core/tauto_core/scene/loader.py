@@ -53,6 +53,12 @@ from tauto_core.ship.logbook import with_log_read
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
+from tauto_core.ship.sampling import (
+    LARGEST_SLOW_TURN,
+    LARGEST_TURN,
+    MOST_STEP_PARTS,
+    rate_for,
+)
 from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind
 
 
@@ -103,7 +109,7 @@ class Scene(Section):
         default=DriftSettings(), description='mapping: observation_interval, …'
     )
     log: Log = Field(default=Log(), description='mapping: interval, motion')
-    solver: Solver | None = Field(default=None, description='mapping: tolerance')
+    solver: Solver | None = Field(default=None, description='mapping: accuracy or tolerance')
 
     @model_validator(mode='before')
     @classmethod
@@ -137,7 +143,24 @@ class Scene(Section):
             raise PydanticCustomError(
                 'combination', '{summary}', {'summary': str(found[0]), 'problems': found}
             )
+        accuracy, ship = self.accuracy, self.ship
+        if accuracy is not None and 'rate' not in ship.model_fields_set and not ship.lies_still:
+            hung, case_hz = self.suspension, None
+            if hung is not None:
+                slow, *_, fast = 2 * hung.frequencies(self.g)
+                case_hz = fast / (LARGEST_TURN * MOST_STEP_PARTS)
+                if hung.large_angles:
+                    case_hz = max(case_hz, slow / (LARGEST_SLOW_TURN * MOST_STEP_PARTS))
+            forgets = self.escapement is not None
+            rate = rate_for(self, ship, accuracy, forgets=forgets, case_hz=case_hz)
+            # the scene that is written and read again has the rate, so it is the same everywhere
+            self.__dict__['ship'] = ship.model_copy(update={'rate': rate})
         return self
+
+    @property
+    def accuracy(self) -> float | None:
+        """Error of the reading that may be made in a day [s]; None where none is asked for."""
+        return None if self.solver is None else self.solver.accuracy
 
     @property
     def g(self) -> float:
@@ -670,6 +693,14 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
     Data paths are relative to the working directory. Refuses paths that no scene can have, and
     keys to remove that are none.
     """
+    section = given.get('solver')
+    asked = given.get('solver.accuracy') or (
+        isinstance(section, Mapping) and section.get('accuracy')
+    )
+    if asked and asked is not ABSENT:  # it replaces what the scene has for it
+        remove_at(content, 'solver.tolerance')
+        if 'ship' not in given:
+            remove_at(content, 'ship.rate')
     for path, value in given.items():
         if value is ABSENT:
             check_key(content, path, origin)

@@ -173,6 +173,7 @@ class KindIn:
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 # The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
+LEAST_ACCURACY, LARGEST_ACCURACY = 1e-9, 1.0
 
 
 def white_s(white_fm: float) -> float:
@@ -370,6 +371,11 @@ class Log(Section):
 class Solver(Section):
     """Settings of the numerical propagator; propagators in closed form have none."""
 
+    accuracy: Number | None = Field(
+        default=None,
+        description='error of the reading that may be made in a day of the run [s/day], 1e-9 to '
+        '1; the tolerance follows from it, and the rate of the ship where none is given',
+    )
     tolerance: Number | None = Field(
         default=None,
         description="relative error allowed in one step, 1e-15 to 1e-3; the propagator's default "
@@ -377,24 +383,38 @@ class Solver(Section):
     )
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the tolerance."""
-        tolerance = self.tolerance
-        if tolerance is None or LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
-            return
-        if tolerance < LEAST_TOLERANCE:
+        """Yield what is wrong with the accuracy or the tolerance."""
+        for name, least, most, low, high in (
+            (
+                'accuracy',
+                LEAST_ACCURACY,
+                LARGEST_ACCURACY,
+                ' s/day, about what rounding and the first samples may leave',
+                ' s/day: the phase of the clock would not be known',
+            ),
+            (
+                'tolerance',
+                LEAST_TOLERANCE,
+                LARGEST_TOLERANCE,
+                ', the rounding of double precision, which no step can meet',
+                ' of the swing in one step',
+            ),
+        ):
+            value = getattr(self, name)
+            if value is None or least <= value <= most:
+                continue
             yield Problem(
-                'solver.tolerance',
-                tolerance,
-                f'is below {LEAST_TOLERANCE:g}, the rounding of double precision, which no step '
-                'can meet',
-                f'Leave it out, or use {LEAST_TOLERANCE:g}.',
+                f'solver.{name}',
+                value,
+                f'is below {least:g}{low}' if value < least else f'must be at most {most:g}{high}',
+                f'Leave it out, or use {least if value < least else most:g}.',
             )
-        else:
+        if self.accuracy is not None and self.tolerance is not None:
             yield Problem(
                 'solver.tolerance',
-                tolerance,
-                f'must be at most {LARGEST_TOLERANCE:g} of the swing in one step',
-                f'Leave it out, or use {LARGEST_TOLERANCE:g}.',
+                self.tolerance,
+                f'does not go with solver.accuracy {self.accuracy:g} s/day, from which it follows',
+                'Leave one of them out.',
             )
 
 

@@ -32,6 +32,14 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import contiguous, read_force, read_roll
+from tauto_core.ship.sampling import (
+    FORCE_BEFORE,
+    LARGEST_SLOW_TURN,
+    LARGEST_TURN,
+    MAX_STRIDE,
+    MOST_STEP_PARTS,
+    ROLL_BEFORE,
+)
 from tauto_core.ship.six_motions import ThreadPlane, force_in_plane
 
 # -----------------------------------------------------------------------------
@@ -64,10 +72,7 @@ from tauto_core.ship.six_motions import ThreadPlane, force_in_plane
 # At the start of a run pieces span one sample, unless the motion is known to be smooth: wide one-
 # sided windows magnify noise up to a thousandfold.
 
-ROLL_BEFORE, ROLL_POINTS = 1, 4
-FORCE_BEFORE, FORCE_POINTS = 4, 10
-MAX_STRIDE = 8
-"""Most samples that one piece spans."""
+ROLL_POINTS, FORCE_POINTS = 4, 10
 
 COARSE_NS, COARSE_BEFORE = 400_000_000, 3
 """Samples farther apart [ns] have wider windows where that costs little: the first piece, whose
@@ -179,19 +184,6 @@ def window_nodes(stride: int, before: int) -> tuple[float, ...]:
 
 # -----------------------------------------------------------------------------
 # The time step of the motion that the clock feels, which a suspended case makes finer.
-
-LARGEST_TURN = 0.4
-"""Largest phase of the fast mode between two samples [rad]; the interpolation error is then below
-3e-8 of the amplitude of that mode.
-"""
-
-LARGEST_SLOW_TURN = 0.05
-"""Largest phase of the slow mode between two samples where angles may be large [rad]. A swing of
-1 rad has overtones, which then put the wheel off by 1e-9 of its swing; at 0.1 rad it is 1e-6.
-"""
-
-MOST_STEP_PARTS = 64
-"""Largest number of parts into which a step of the ship's motion is divided."""
 
 
 def felt_parts(scene: Scene) -> int:

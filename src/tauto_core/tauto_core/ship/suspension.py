@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tauto_core.kernels import entry
+from tauto_core.motion import smooth_tolerance
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
 from tauto_core.motion.gauss_step import sine_versine
 from tauto_core.motion.lanes import SIZE, lane, larger, largest, lowest, splat
@@ -368,7 +369,10 @@ class Suspension:
         hung = scene.suspension
         self._large = hung.large_angles
         self._case = HungCase(hung.link, hung.depth, hung.gyration_radius, scene.g)
-        self._swing = hung.swing(scene.g, scene.solver.tolerance if scene.solver else None)
+        tolerance = scene.solver.tolerance if scene.solver else None
+        if scene.accuracy is not None:
+            tolerance = smooth_tolerance(scene.accuracy)
+        self._swing = hung.swing(scene.g, tolerance)
         self._buffer = BearingBuffer(scene, hung, max_gap_s=max_gap_s)
         self._released = False
         self._last = np.zeros(4)

@@ -13,7 +13,8 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import MOST_POWERS, make_work
 from tauto_core.motion.system import ForcingPieces, outside_at, set_piece
 from tauto_core.motion.wheel import Collocation
-from tauto_core.ship.buffer import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE, newton_basis
+from tauto_core.ship.buffer import newton_basis
+from tauto_core.ship.sampling import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE
 
 
 @entry

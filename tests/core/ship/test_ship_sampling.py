@@ -1,0 +1,102 @@
+"""The rate of samples that an accuracy needs, and what is reached with it."""
+
+import numpy as np
+import pytest
+
+from tauto_core import sail
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.samples import PHASE
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import ABSENT
+from tauto_core.scene.times import DAY_S
+from tauto_core.ship.buffer import SamplePieces, polynomials
+from tauto_core.ship.sampling import MAX_STRIDE, RATES_HZ, ROUNDING, _remainder
+
+ASKED = (1e-9, 1e-6, 1e-3, 1e-1)
+
+
+@pytest.mark.parametrize('slopes', [False, True])
+@pytest.mark.parametrize('stride', [2, 3, MAX_STRIDE])
+def test_the_remainder_is_that_of_the_polynomials_of_the_first_piece(stride, slopes):
+    """Of a wave of any phase the largest error is that of e^{iΩt}; both windows begin there."""
+    h_s, omega = 0.25, 2.0
+    stamps = np.arange(stride + 9) * round(h_s * 1e9)
+    pieces = SamplePieces(np.zeros(1, np.int64), np.full(1, stride), np.zeros(1, np.bool_))
+    x = (np.arange(2 * stride) + 0.5) / (2 * stride)
+    wrong = np.zeros(2 * stride, np.complex128)
+    for part, phase in ((1.0, 0.0), (1j, -0.5 * np.pi)):
+        angle = omega * stamps * 1e-9 + phase
+        rates = -omega * np.sin(angle) if slopes else None
+        row = polynomials(stamps, np.cos(angle), rates, pieces, stride=stride, offset=0)[0]
+        exact = np.cos(omega * h_s * stride * x + phase)
+        wrong += part * (np.polynomial.polynomial.polyval(x, row) - exact)
+    found = _remainder(stride, np.array([omega * h_s]), slopes=slopes)[0]
+    # windows on one side magnify rounding some thousandfold
+    assert np.max(np.abs(wrong)) == pytest.approx(found, rel=1e-3, abs=1e-12)
+
+
+def test_finer_accuracies_need_higher_rates_and_the_bag_has_them():
+    for name in ('portsmouth_jamaica', 'clock_involute_weight', 'coach_1724', 'measured'):
+        scenes = [load_scene(name, **{'solver.accuracy': asked}) for asked in ASKED]
+        rates = [scene.ship.rate for scene in scenes]
+        assert rates == sorted(rates, reverse=True)
+        assert rates[0] > rates[-1]
+        assert set(rates) <= set(RATES_HZ)
+        for scene in scenes:
+            assert parse_scene(scene_yaml(scene), 'bag') == scene
+
+
+def test_an_accuracy_given_replaces_tolerance_and_rate_of_the_scene():
+    scene = load_scene('clock_involute_weight', **{'solver.accuracy': 1e-3})
+    assert scene.solver is not None
+    assert (scene.solver.accuracy, scene.solver.tolerance) == (1e-3, None)
+    kept = load_scene('clock_involute_weight', **{'solver.accuracy': 1e-3, 'ship.rate': 20.0})
+    assert kept.ship.rate == 20.0
+
+
+def test_scenes_that_ask_for_no_accuracy_have_the_rate_they_state():
+    assert load_scene('involute_weight_at_sea').ship.rate == 20.0
+    assert load_scene('involute_weight_at_sea', **{'ship.rate': ABSENT}).ship.rate == 20.0
+
+
+def test_samples_cannot_be_better_than_rounding():
+    """A rate is found although no error of interpolation falls below it."""
+    assert 0.0 < ROUNDING < 1e-12
+    scene = load_scene('involute_weight_at_sea', **{'solver.accuracy': 1e-9})
+    assert scene.ship.rate <= 40.0
+
+
+# scene, changes, duration
+REACHED: tuple[tuple[str, dict[str, object], float], ...] = (
+    ('involute_weight_at_sea', {}, 3600.0),
+    ('cheek_before_euler', {}, 3600.0),
+    ('sully_lever_at_sea', {}, 1800.0),
+    ('clock_own_cam_weight', {'suspension': ABSENT}, 7200.0),
+    ('clock_hanging_thread', {}, 3600.0),
+    ('suspended_weight_at_sea', {}, 1200.0),
+)
+
+
+@pytest.mark.parametrize(('name', 'changes', 'duration'), REACHED)
+def test_the_accuracy_asked_for_is_reached(name, changes, duration):
+    """Against 40 Hz and 2e-12; the result of a run says what bounds it, and the bound holds."""
+    run = {**changes, 'duration': duration}
+    finest = {**run, 'solver': {'tolerance': 2e-12}, 'ship.rate': 40.0}
+    exact = sail(name, **finest).samples[PHASE].position[:, 1:3]
+    scene = load_scene(name, **run)
+    half_s = 0.5 * TrochleaStage(scene).nominal_s
+    for asked in ASKED[1:]:
+        voyage = sail(name, **run, **{'solver.accuracy': asked})
+        apart = voyage.samples[PHASE].position[:, 1:3] - exact
+        found = half_s * np.max(np.abs(apart.sum(axis=1)))
+        assert found <= asked  # runs of less than a day may err as much as one
+        said = voyage.result['accuracy']
+        assert said['asked_s_per_day'] == asked
+        assert said['bound_s_per_day'] >= found - 1e-11
+        assert said['holds'] == (said['bound_s_per_day'] <= asked)
+
+
+def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():
+    voyage = sail('hanging_thread_at_sea', duration=DAY_S / 4.0, **{'solver.accuracy': 1e-6})
+    assert not voyage.result['accuracy']['holds']
+    assert any('solver.accuracy' in warning for warning in voyage.result['warnings'])
