@@ -14,9 +14,26 @@ from tauto_core.motion import Forcing
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
+from tauto_core.ship.buffer import MotionBuffer
 
 INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 OMEGA = float(np.sqrt(FORCE * LEVER_RATE / INERTIA))
+
+WEIGHT = {
+    'cam': {'kind': 'involute', 'base_radius': 0.012},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 0.15},
+    'inertia': 8e-3,
+}
+SEA = {
+    'kind': 'components',
+    'components': [
+        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
+        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
+    ],
+    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
+    'height': 2.5,
+}
 
 TOO_SMALL_TO_MATTER = {'viscous': 1e-300, 'quadratic': 1e-300}
 """Drag that sends a machine through the general engine, all through the same kernel."""
@@ -75,3 +92,20 @@ def at_rest_at_sea(spans: Forcing, machine: Machine) -> Forcing:
         tilt=nothing if tilts else None,
         gravity=np.full_like(nothing, machine.gravity),
     )
+
+
+def sampled_forcing(scene: Scene, machine: Machine) -> Forcing:
+    """Return the piecewise polynomials of a scene, each over eight samples."""
+    ship = ShipMotion(scene)
+    buffer = MotionBuffer(
+        apparent_vertical=machine.follows_apparent_vertical,
+        apparent_gravity=machine.pulling_mass > 0.0,
+        still=False,
+        step_ns=scene.step_ns,
+        max_gap_s=1.0,
+        stride=8,
+    )
+    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
+    forcing = buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
+    assert forcing is not None
+    return forcing

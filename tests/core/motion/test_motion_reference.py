@@ -8,7 +8,15 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import TOO_SMALL_TO_MATTER, at_rest_at_sea, run, scene_of
+from motion_cases import (
+    SEA,
+    TOO_SMALL_TO_MATTER,
+    WEIGHT,
+    at_rest_at_sea,
+    run,
+    sampled_forcing,
+    scene_of,
+)
 from reference_propagator import Reference
 
 from tauto_core.machines import compile_machine
@@ -20,8 +28,6 @@ from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.reference import all_that_go, new_scene
-from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import MotionBuffer
 
 HERE = Path(__file__).resolve().parent.parent / 'scenes_ref'
 REFERENCES = json.loads((HERE / 'refs.json').read_text())['scenes']
@@ -44,36 +50,6 @@ def test_reference_scenes_of_a_taylor_integrator(name):
     assert angle == pytest.approx(reference['angle_rad'], abs=5e-11)
 
 
-def sampled_forcing(scene, machine):
-    """The piecewise polynomials of a scene, each over eight samples."""
-    ship = ShipMotion(scene)
-    buffer = MotionBuffer(
-        apparent_vertical=machine.follows_apparent_vertical,
-        apparent_gravity=machine.pulling_mass > 0.0,
-        still=False,
-        step_ns=scene.step_ns,
-        max_gap_s=1.0,
-        stride=8,
-    )
-    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
-    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
-
-
-WEIGHT = {
-    'cam': {'kind': 'involute', 'base_radius': 0.012},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.15},
-    'inertia': 8e-3,
-}
-SEA = {
-    'kind': 'components',
-    'components': [
-        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
-        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
-    ],
-    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
-    'height': 2.5,
-}
 AT_SEA = {
     'weight': {'trochlea': WEIGHT},
     'weight, drag, escapement': {

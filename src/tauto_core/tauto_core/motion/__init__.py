@@ -32,6 +32,7 @@ __all__ = [
     'make_propagator',
     'propagator_name',
     'steps_in',
+    'sweeps_for',
 ]
 
 
@@ -126,11 +127,17 @@ def smooth_tolerance(accuracy: float) -> float:
 
 
 def make_propagator(
-    machine: AnyMachine | FluidPendulum, *, still: bool, tolerance: float | None = None
+    machine: AnyMachine | FluidPendulum,
+    *,
+    still: bool,
+    tolerance: float | None = None,
+    sweeps: int | None = None,
 ) -> Propagator:
     """Return the propagator for a machine on a platform that lies still or moves.
 
-    The tolerance is the error of a step relative to the state, where steps are needed.
+    The tolerance is the error of a step relative to the state, where steps are needed. Where a
+    machine can step from impulse to impulse (`free_end`), `sweeps` is how often the stages of such
+    a step are swept: 0 for no such steps, None for what the tolerance asks for (`sweeps_for`).
     """
     if isinstance(machine, FluidPendulum):
         from tauto_core.motion.fluid import HalfSwings
@@ -154,7 +161,7 @@ def make_propagator(
 
             return UnevenWell(machine)
         case _:
-            return make_collocation(machine, tolerance)
+            return make_collocation(machine, tolerance, sweeps)
 
 
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
@@ -167,8 +174,18 @@ def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
     return steps
 
 
+FREE_END_SWEEPS = (1e-4, 1), (1e-6, 2), (1e-9, 3)
+"""Tolerances from which free-end steps are taken, and their sweeps (propagators.md has errors)."""
+
+
+def sweeps_for(tolerance: float | None) -> int:
+    """Return the sweeps of free-end steps that a tolerance asks for; 0: none keep it."""
+    asked = 0.0 if tolerance is None else tolerance
+    return next((sweeps for least, sweeps in FREE_END_SWEEPS if asked >= least), 0)
+
+
 def make_collocation(
-    machine: AnyMachine, tolerance: float | None = None
+    machine: AnyMachine, tolerance: float | None = None, sweeps: int | None = None
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
@@ -176,6 +193,12 @@ def make_collocation(
             from tauto_core.motion.hung_wheel import HungCollocation
 
             return HungCollocation(machine, machine.case, tolerance)
+        sweeps = sweeps_for(tolerance) if sweeps is None else sweeps
+        if sweeps and machine.escapement is not None:
+            from tauto_core.motion.free_end import FreeEndCollocation, takes_free_ends
+
+            if takes_free_ends(machine):
+                return FreeEndCollocation(machine, tolerance, sweeps)
         from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)

@@ -441,7 +441,7 @@ def fill_rotations(step: Step) -> None:
 
 
 @inlined
-def _evaluate(step: Step) -> None:
+def evaluate(step: Step) -> None:
     """Fill the slopes k1 = U̇ and k2 = V̇ at the stages u, v."""
     system, mode, omega, _, kind, _, work = step
     first = kind * len(omega)
@@ -511,7 +511,7 @@ def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
     before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
     for n in range(most + 1):
-        _evaluate(step)
+        evaluate(step)
         if ends or n == most:
             break
         change = _move_stages(step)

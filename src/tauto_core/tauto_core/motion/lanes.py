@@ -244,6 +244,14 @@ def ones(out: Emission, bits: Any) -> Any:
 
 
 @intrinsic
+def chosen(out: Emission, sign: Any, below: Any, other: Any) -> Any:
+    """Return one of two, lane by lane: the first where a sign is below zero, else the second."""
+    vector = out.lanes(sign)
+    before = out.b.fcmp_ordered('<', vector, out.zeros(vector))
+    return out.as_lanes(out.b.select(before, out.lanes(below), out.lanes(other)))
+
+
+@intrinsic
 def larger(out: Emission, a: Any, b: Any) -> Any:
     """Return the larger magnitude of two, lane by lane."""
     sizes = [out.vector_function('fabs', out.lanes(x)) for x in (a, b)]

@@ -21,6 +21,7 @@ from tauto_core.machines.heat import Heat, HeatFactors
 from tauto_core.motion.events import (
     AT_EDGE,
     CROWDED,
+    IMPULSE,
     NO_EVENT,
     expects_events,
     first_event,
@@ -107,8 +108,10 @@ def step_error(factor: float, last: float, newton: bool) -> float:
 # -----------------------------------------------------------------------------
 # The driver.
 
-OK, EDGE, SLACK, NO_CONVERGENCE = 0, 1, 2, 3
-"""How a run ends: at the end of the spans, of the range, with a slack thread, or not solved."""
+OK, EDGE, SLACK, NO_CONVERGENCE, STRUCK = 0, 1, 2, 3, 4
+"""How a run ends: at the end of the spans, of the range, with a slack thread, not solved, or, if
+it goes to the next impulse, there.
+"""
 
 ROW = np.dtype(
     [
@@ -231,7 +234,7 @@ def _move(
 
 
 @compiled
-def _write(run: SteppedRun, at: Outside, row: LoggedRow) -> None:
+def write_row(run: SteppedRun, at: Outside, row: LoggedRow) -> None:
     """Fill a row with the system at an instant."""
     state, mode = run.state, mode_of(run.state)
     held = run.system.sticks and state.held
@@ -267,17 +270,26 @@ def release(
     state.held, state.held_angle = False, 0.0
     system.set_off(omega, angle, at, state)
     run = SteppedRun(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work)
-    _write(run, at, row)
+    write_row(run, at, row)
     state.beats, row.beats = -row.beats, 0
     now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
     return now.tension
 
 
 @compiled
-def _span(
-    k: int, run: SteppedRun, longest_s: float, pieces: ForcingPieces, spans: Spans, logged: bool
+def span(
+    k: int,
+    run: SteppedRun,
+    longest_s: float,
+    pieces: ForcingPieces,
+    spans: Spans,
+    logged: bool,
+    begin: float,
+    to_impulse: bool,
 ) -> tuple[int, float, int]:
-    """Advance over one span; return a code, the fraction of its piece, and the powers in use.
+    """Advance over one span from `begin` on, or `to_impulse`.
+
+    Returns a code, the fraction of its piece, and the powers in use.
 
     A span is a row of stretches, and a stretch is a row of equal steps, which ends a little after
     the next expected event or with the span. Each round of the loop takes one step, or what is
@@ -292,7 +304,7 @@ def _span(
     # The place in the piece is  x = start + start_rest + (step + done)/steps · stretch:  where the
     # stretch begins, as two doubles, the number of the step in it, and the share done of that
     # step. One running sum would lose its digits in a span of a day.
-    start, start_rest, stretch, steps, step, done = spans.begin[k], 0.0, 0.0, 0, 0, 0.0
+    start, start_rest, stretch, steps, step, done = begin, 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
     # worst: largest error so far; stalled, events: events in a row that made no way, or little
     worst, events, stalled = 0.0, 0, 0
@@ -330,6 +342,8 @@ def _span(
         x = end if at_end else start + (start_rest + (step + done) / steps * stretch)
         if result.event >= AT_EDGE:
             return EDGE if result.event == AT_EDGE else SLACK, x, terms
+        if to_impulse and result.event == IMPULSE:
+            return STRUCK, x, terms
         if result.event != NO_EVENT and not at_end:
             # cut the stretch off here, so that the next round lays out another one
             stretch *= (step + done) / steps
@@ -363,11 +377,11 @@ def advance(
     written = 0
     for k in range(len(spans.begin)):
         logged = spans.logged[k]
-        code, x, terms = _span(k, run, longest_s, pieces, spans, logged)
+        code, x, terms = span(k, run, longest_s, pieces, spans, logged, spans.begin[k], False)
         if code != OK:
             return code, k, x
         if logged:
-            _write(run, outside_at(terms, spans.end[k], run.work), rows[written])
+            write_row(run, outside_at(terms, spans.end[k], run.work), rows[written])
             written += 1
     return OK, 0, 0.0
 

@@ -195,7 +195,7 @@ ALL_AGAINST = Mode(1.0, 1.0, 1.0)
 
 
 @compiled
-def _surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
+def surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
     """Return whether rough bounds show that no node is past the edge, and the thread taut.
 
     On a linear lever arm M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance), M = 1 + μt²: it is
@@ -230,7 +230,7 @@ def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     wheel = wheel_at_nodes(cold, work)
     reach = largest(load(work.x))
     within = reach <= SURELY_WITHIN * wheel.range
-    if _surely_within(wheel, omega, work):
+    if surely_within(wheel, omega, work):
         return Beyond(edge, slack, within, reach)
     felt, nodes = wheel.felt, work.nodes
     line_rate = row_or_zero(felt.line, nodes.line_rate)
@@ -380,8 +380,12 @@ class Wheel(NamedTuple):
         """Return whether the step leaves the cam, or its thread goes slack."""
         return beyond(self, mode, omega, work)
 
-    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
+    def clear_square(
+        self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
+    ) -> float:
         """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
+
+        With an angle `besides`, it is clear of θ = ± that angle, too.
 
         θ = ϑ + τ may pass zero only while |ϑ| is at most the bound T of |τ|. If the momentum is so
         large there that ϑ̇ and θ̇ keep its sign, both angles pass zero once each, the same way.
@@ -390,6 +394,7 @@ class Wheel(NamedTuple):
         """
         per = 1.0 / (pieces.length_s[k] * omega[0])
         reach, reach_rate = bounds_of(pieces.tilt, k, per)
+        reach += besides
         _, line_rate = bounds_of(pieces.drive, k, per)
         mass = mass_of(self.per_inertia.carried, lever_arm(self.lever, 1.0, reach).t)
         momentum = mass * reach_rate + line_rate

@@ -1,0 +1,824 @@
+"""Free-end steps: one step from impulse to impulse, whose length is solved with its stages.
+
+Between two impulses of an escapement the motion is smooth, and takes half a swing. One step of
+sixteen Gauss nodes in the rotating frame spans it. Its length T is predicted, and corrected by
+θ/θ̇ at its end when the stages are nearly settled: so the impulse is the end of the step by
+construction, and needs no search, no short step back and no layout of a stretch.
+
+Such a step begins at an impulse and reads as many spans of forcing as it covers. A row that is
+logged on its way is the end of a step of given length from the same impulse. What a step assumes
+is checked at its nodes; where that fails, the driver of `stepping` goes on to the next impulse.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.kernels import entry, inlined
+from tauto_core.machines import Machine
+from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.gauss_step import (
+    COSINE,
+    LEAST_SETTLED,
+    MAX_SWEEPS,
+    PART_STEP,
+    SINE,
+    Gauss,
+    Omega,
+    Step,
+    Work,
+    copy_planes,
+    evaluate,
+    fill_rotations,
+    finish,
+    gauss_constants,
+    make_work,
+    start_stages,
+    sum_exactly,
+    sweep,
+)
+from tauto_core.motion.lanes import (
+    WIDE_SIZE,
+    Lanes,
+    chosen,
+    filled,
+    fma,
+    folded_both,
+    larger,
+    largest,
+    load,
+    store,
+    total,
+)
+from tauto_core.motion.passages import bounds_of, count_step, signs_at_nodes
+from tauto_core.motion.stepping import (
+    OK,
+    ROW,
+    STRUCK,
+    LoggedRow,
+    Moved,
+    Spans,
+    span,
+    step_error,
+    write_row,
+)
+from tauto_core.motion.system import (
+    NOWHERE,
+    ChannelAt,
+    ForcingPieces,
+    Instant,
+    Mode,
+    Outside,
+    Plane,
+    RunningState,
+    SteppedRun,
+    Tolerance,
+    mode_of,
+    planes_of,
+    restore_record,
+    state_of,
+)
+from tauto_core.motion.wells import arc_of, arc_shape, kick, lever_arm, mass_of
+from tauto_core.motion.wheel import (
+    WHEEL_NODES,
+    Collocation,
+    Wheel,
+    angle_at,
+    disturbance_on_land,
+    stages_of,
+    surely_within,
+)
+from tauto_core.samples import FloatArray, State
+
+
+class FreeEnd(NamedTuple):
+    """How free-end steps are taken.
+
+    Attributes:
+        sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
+        settled: share of the state that the last sweep may have left; more are made until then.
+        error: error allowed in a step, relative to the state.
+        near: phase from the impulse within which a step is not made anew [rad].
+        close: phase from the impulse within which the ship's motion is carried on to it [rad].
+        usual_s: half a swing on land [s].
+    """
+
+    sweeps: int
+    settled: float
+    error: float
+    near: float
+    close: float
+    usual_s: float
+
+
+LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
+"""Below them rounding would decide."""
+
+
+def free_end_of(sweeps: int, usual_s: float) -> FreeEnd:
+    """Return the settings for a number of sweeps, ≥ 1."""
+    settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
+    error, close = max(LEAST_FREE_ERROR, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
+    near = NEAR if sweeps <= MOST_IN_ONE else NEARER
+    return FreeEnd(sweeps, settled, error, near, close, usual_s)
+
+
+MOST_IN_ONE = 3
+"""Sweeps up to which one length is tried where it is near."""
+
+NEAR, NEARER = 0.01, 1e-4
+"""Phase from the end of a step within which its slopes are extrapolated to the impulse [rad].
+
+The second derivative that this takes from the polynomial of the step leaves some 6e-9 s/day within
+NEAR, and a hundredth of it within NEARER, at the price of a second length.
+"""
+
+
+def takes_free_ends(machine: Machine) -> bool:
+    """Return whether a machine can step from impulse to impulse.
+
+    It needs an escapement and nothing that happens between two impulses: no kink of cam or drag,
+    no friction that holds, no joints; and the sixteen stages of a swing that little disturbs.
+    Where heat changes its numbers, or the case swings with it, the driver takes the steps.
+    """
+    if machine.escapement is None or machine.heat.acts or machine.case is not None:
+        return False
+    return stages_of(machine, arc_shape(machine)) == WIDE_SIZE
+
+
+class FreeState(Protocol):
+    """Where free-end steps are: a record of FREE in compiled code.
+
+    Attributes:
+        x, x_rest: where in the first span kept the half swing began, as two doubles.
+        line_rate: γ̇ there [rad/s].
+        gravity: g_eff there [m/s2].
+        shown: first of the spans kept whose row, if any, is not written yet.
+        waits: half swings to come that the driver takes, after a step that did not hold.
+        missed: steps that did not hold.
+        free: whether the state is that just after an impulse; otherwise at the end of a span.
+    """
+
+    x: float
+    x_rest: float
+    line_rate: float
+    gravity: float
+    shown: int
+    waits: int
+    missed: int
+    free: bool
+
+
+FREE = np.dtype(
+    [
+        *((name, 'f8') for name in ('x', 'x_rest', 'line_rate', 'gravity')),
+        *((name, 'i8') for name in ('shown', 'waits', 'missed')),
+        ('free', '?'),
+    ],
+    align=True,
+)
+
+SHORTEST, LONGEST = 0.8, 1.2
+"""Least and greatest length of a half swing, over that on land."""
+
+MOST_LENGTHS = 4
+"""Most lengths tried of one step; its prediction seldom errs by more than `NEAR`."""
+
+MORE_SWEEPS = 12
+"""Most sweeps beyond those asked for."""
+
+SWEEPS_ON_LAND = 20
+"""As many as settle the stages of half a swing on land."""
+
+ROW_SETTLED = 1e-3
+"""How far the stages settle for a logged row, over `FreeEnd.settled`."""
+
+CONSTANTS = 'half_cosine', 'half_sine', 'land_u', 'land_v', 'first', 'second', 'third'
+"""Rows of constants: cos and sin of πξ, U and V on land over the amplitude, and integrals of the
+slopes' Taylor series about the end of the step.
+"""
+
+WAITS = 15
+"""Half swings of the driver after the one that a step did not hold for."""
+
+MOST_SPANS = 12
+"""Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
+
+HOLDS, MISSES, PAST, UNKNOWN, DUE = range(5)
+"""A step holds; what it assumes fails; the instant wanted lies beyond the impulse; the spans known
+do not reach; a row is due on the way.
+"""
+
+
+class Rates(NamedTuple):
+    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent."""
+
+    line: FloatArray | None
+    tilt: FloatArray | None
+
+
+@inlined
+def _value(channel: FloatArray | None, k: int, x: Any, zero: Any) -> Any:
+    """Return a polynomial at x of piece k, a float or lanes; zero where it is absent."""
+    value = zero
+    if channel is not None:
+        for j in range(channel.shape[1] - 1, -1, -1):
+            value = fma(value, x, channel[k, j])
+    return value
+
+
+@inlined
+def _slopes(channel: FloatArray | None, k: int, x: float, per_s: float) -> tuple[float, float]:
+    """Return a polynomial and its time derivative at x of piece k; zeros where it is absent."""
+    value, slope = 0.0, 0.0
+    if channel is not None:
+        for j in range(channel.shape[1] - 1, -1, -1):
+            slope, value = fma(slope, x, value), fma(value, x, channel[k, j])
+    return value, slope * per_s
+
+
+class HalfSwing(NamedTuple):
+    """A half swing that begins at an impulse, and the spans that it may read.
+
+    Attributes:
+        wheel: what swings.
+        k, x: span, and x of its piece, where it begins.
+        last: last span that it may read.
+        known_s: time from the beginning to the end of that [s].
+        square: x² + y² above which the swing is clear of tilt and impulse.
+        bend: bound of |γ̈| [rad/s2].
+        spans, pieces, rates: all of them.
+    """
+
+    wheel: Wheel
+    k: int
+    x: float
+    last: int
+    known_s: float
+    square: float
+    bend: float
+    spans: Spans
+    pieces: ForcingPieces
+    rates: Rates
+
+
+@inlined
+def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
+    """Return what the ship does at x of piece k, but for γ."""
+    pieces, rates = half.pieces, half.rates
+    per_s = 1.0 / pieces.length_s[k]
+    line, tilt = _slopes(rates.line, k, x, per_s), _slopes(rates.tilt, k, x, per_s)
+    return Outside(
+        ChannelAt(0.0, line[0], line[1]),
+        ChannelAt(_value(pieces.tilt, k, x, 0.0), tilt[0], tilt[1]),
+        _value(pieces.gravity, k, x, 0.0),
+        _value(pieces.lean, k, x, 0.0),
+    )
+
+
+@inlined
+def _place(half: HalfSwing, time: float) -> tuple[int, float]:
+    """Return span and x of its piece a time [s] after the beginning; the last span goes on."""
+    k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
+    left = time
+    while k < half.last:
+        whole = (spans.end[k] - x) * lengths[k]
+        if left < whole:
+            break
+        left -= whole
+        k += 1
+        x = spans.begin[k]
+    return k, x + left / lengths[k]
+
+
+@inlined
+def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
+    """Store values at the nodes of the first span, or at those that come later."""
+    if not first:
+        value = chosen(later, load(row), value)
+    store(row, 0, value)
+
+
+@inlined
+def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
+    """Fill what the ship does at the nodes of a step of length h, each from its own span."""
+    spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
+    seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
+    wheel, k, x, since = half.wheel, half.k, half.x, 0.0
+    felt = wheel.felt
+    store(nodes.line_bend, 0, filled(none, half.bend))
+    while True:
+        length = pieces.length_s[k]
+        per_s, first, later = 1.0 / length, k == half.k, seconds - since
+        at = fma(later, per_s, x)
+        if felt.line is not None:
+            _keep(nodes.line_rate, later, first, _value(rates.line, k, at, none))
+        if felt.tilt is not None and wheel.feels_drag:
+            _keep(nodes.tilt_rate, later, first, _value(rates.tilt, k, at, none))
+        if felt.gravity is not None:
+            _keep(nodes.gravity, later, first, _value(pieces.gravity, k, at, none))
+        if felt.lean is not None:
+            _keep(nodes.lean, later, first, _value(pieces.lean, k, at, none))
+        since += (spans.end[k] - x) * length
+        if since >= h or k == half.last:
+            break
+        k += 1
+        x = spans.begin[k]
+
+
+@inlined
+def _arc_sine(x: float) -> float:
+    """Return arcsin x to a thousandth for |x| < 0.6, for predictions."""
+    square = x * x
+    return x * (1.0 + square * (1 / 6 + square * (3 / 40 + square * (15 / 336))))
+
+
+@inlined
+def _predicted(run: SteppedRun, half: HalfSwing, free: FreeState, usual_s: float) -> float:
+    """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
+    wheel, plane, way = half.wheel, run.state.planes[0], -float(run.state.direction)
+    k, x = _place(half, usual_s)
+    then = _ship_at(half, k, x)
+    q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
+    per_size = 1.0 / math.sqrt(q * q + y * y)
+    since, until = -way * q * per_size, (wheel.impulse - way * then.tilt.value) * per_size
+    ahead = math.pi + _arc_sine(until) - _arc_sine(since)
+    if wheel.felt.gravity is not None:
+        # (1 + more)^(−1/2)
+        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
+        ahead *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+    return ahead * (usual_s / math.pi)
+
+
+@inlined
+def _late(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
+    """Return the time to the impulse [s], a short one, to the third order (`events.back_to`)."""
+    late = (wheel.impulse - way * now.angle) / (way * now.rate)
+    turned, phase = late * now.bend / now.rate, omega[0] * late
+    return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase / 6.0)
+
+
+@inlined
+def _given(
+    wheel: Wheel, way: float, w: float, now: Instant, at: Outside, late: float, given: int
+) -> float:
+    """Return what an impulse adds to the momentum w, a short time after an instant.
+
+    It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
+    """
+    per_inertia, line, tilt = wheel.per_inertia, at.drive, at.tilt
+    if per_inertia.impulse is None:
+        return 0.0
+    q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
+    t = lever_arm(wheel.lever, 1.0, q).t
+    line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
+    if wheel.shape is None:
+        mass = mass_of(per_inertia.carried, t)
+        rate = (w - line_rate) / mass + tilt_rate
+        return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * mass
+    per_n = math.sqrt(1.0 + (wheel.shape.k * q) * (wheel.shape.k * q))
+    rate = (w - line_rate / per_n) / per_n + tilt_rate
+    return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * per_n
+
+
+@inlined
+def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
+    """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in few terms."""
+    nodes = work.nodes
+    angle = load(work.fractions) * (omega[0] * h - math.pi)
+    square = angle * angle
+    sine, versine = filled(angle, SINE[6]), filled(angle, COSINE[6])
+    for j in range(5, -1, -1):
+        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
+    sine, versine = sine * angle, versine * square
+    cosine_0, sine_0 = load(nodes.half_cosine), load(nodes.half_sine)
+    store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
+    store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
+    # these rows are not those of a step that `gauss_step` has made
+    work.rotations[PART_STEP].h = math.nan
+
+
+@inlined
+def _half_turn(angle: float) -> tuple[float, float]:
+    """Return cos and sin of an angle near π."""
+    small = angle - math.pi
+    square = small * small
+    sine, versine = SINE[6], COSINE[6]
+    for j in range(5, -1, -1):
+        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
+    return versine * square - 1.0, -(sine * small)
+
+
+class End(NamedTuple):
+    """The end of a step: U and V, and the rotation to X and Y."""
+
+    u: float
+    v: float
+    cosine: float
+    sine: float
+
+    @property
+    def plane(self) -> Plane:
+        """X and Y."""
+        return Plane(
+            self.cosine * self.u + self.sine * self.v, self.cosine * self.v - self.sine * self.u
+        )
+
+
+@inlined
+def _end(run: SteppedRun, h: float) -> End:
+    """Return the end of the step last collocated."""
+    work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
+    cosine, sine = _half_turn(run.omega[0] * h)
+    u = start.x + h * total(weights * load(work.k1))
+    v = start.y + h * total(weights * load(work.k2))
+    return End(u, v, cosine, sine)
+
+
+@inlined
+def _end_later(run: SteppedRun, h: float, late: float, end: End, drift: Plane) -> Plane:
+    """Return the state a short time after the end of a step.
+
+    The slopes there are those of the state, and change as the polynomial of the step does.
+    """
+    work, nodes, w = run.work, run.work.nodes, run.omega[0]
+    eta, plane = late / h, end.plane
+    d1, d2 = drift.x - w * plane.y, drift.y / w + w * plane.x
+    k1, k2 = end.cosine * d1 - end.sine * d2, end.sine * d1 + end.cosine * d2
+    weights = fma(load(nodes.third), eta, load(nodes.second))
+    weights = fma(weights, eta, load(nodes.first)) * (eta * eta * h)
+    u = end.u + (late * k1 + total(weights * load(work.k1)))
+    v = end.v + (late * k2 + total(weights * load(work.k2)))
+    cosine, sine = _half_turn(w * (h + late))
+    return End(u, v, cosine, sine).plane
+
+
+@inlined
+def _holds(run: SteppedRun, half: HalfSwing, mode: Mode, error: float, h: float) -> bool:
+    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
+    wheel, omega, work = half.wheel, run.omega, run.work
+    tail, start = load(work.tail), run.state.planes[0]
+    last = max(abs(total(tail * load(work.k1))), abs(total(tail * load(work.k2)))) * h
+    size = math.sqrt(start.x * start.x + start.y * start.y)
+    if not step_error(run.tolerance.factor, last / size, False) <= error:
+        return False
+    if not wheel.clear(half.square, omega, work):
+        return False
+    if wheel.has_weight:
+        # by rough bounds alone, since the row of γ̈ is a bound
+        return surely_within(wheel, omega, work)
+    beyond = wheel.beyond(mode, omega, work)
+    return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
+
+
+@inlined
+def _settle(step: Step, free_end: FreeEnd, size: float) -> bool:
+    """Sweep the stages as often as is asked and until they have settled; return whether so.
+
+    As `gauss_step.sweep`, which looks at the changes from the first sweep on.
+    """
+    work, start = step.work, step.planes[0]
+    before, change, floor = math.inf, math.inf, free_end.settled * size
+    for n in range(free_end.sweeps + MORE_SWEEPS):
+        evaluate(step)
+        if n >= free_end.sweeps and change * change <= floor * (before - change):
+            return True
+        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, load(work.k1), load(work.k2))
+        u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
+        if n >= free_end.sweeps - 2:
+            before = change
+            change = largest(larger(u - load(work.u), v - load(work.v)))
+        store(work.u, 0, u)
+        store(work.v, 0, v)
+    return False
+
+
+@inlined
+def _to_impulse(
+    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next impulse and let it act, or leave all as it is.
+
+    Returns HOLDS or MISSES, and the length of the step [s].
+    """
+    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
+    mode = Mode(float(state.side), way, float(state.pallet))
+    h = _predicted(run, half, free, usual_s)
+    for n in range(MOST_LENGTHS):
+        if not SHORTEST * usual_s < h < LONGEST * usual_s:
+            return MISSES, 0.0
+        _fill_nodes(half, h, work)
+        _fill_rotations(omega, h, work)
+        if n == 0:
+            store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
+            store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
+        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
+        if not _settle(step, free_end, abs(plane.y)):
+            return MISSES, 0.0
+        k, x = _place(half, h)
+        at, end = _ship_at(half, k, x), _end(run, h)
+        now = wheel.instant(mode, omega, (end.plane,), at)
+        if not way * now.rate > 0.0:
+            return MISSES, 0.0
+        late = _late(wheel, way, now, omega)
+        if omega[0] * abs(late) > free_end.near:
+            h += late
+            continue
+        if not _holds(run, half, mode, free_end.error, h):
+            return MISSES, 0.0
+        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+        drift, since = wheel.drift(mode, omega, at, now)[0], late
+        if omega[0] * abs(late) > free_end.close:
+            # look again from where the impulse was expected
+            there = _end_later(run, h, late, end, drift)
+            k, x = _place(half, h + late)
+            at = _ship_at(half, k, x)
+            now = wheel.instant(mode, omega, (there,), at)
+            since = _late(wheel, way, now, omega)
+            late += since
+        there = _end_later(run, h, late, end, drift)
+        added = _given(wheel, way, omega[0] * there.y, now, at, since, state.given)
+        plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
+        plane.y = there.y + added / omega[0]
+        free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
+        state.direction = -state.direction
+        state.armed, state.pallet = False, state.direction
+        state.given += 1
+        count_step(True, found, run, 0, 0.0)
+        return HOLDS, h + late
+    return MISSES, 0.0
+
+
+@inlined
+def _to_row(run: SteppedRun, half: HalfSwing, free_end: FreeEnd, row: LoggedRow) -> int:
+    """Write the row at the end of the last span if it precedes the impulse; the state stays."""
+    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    d, plane, h, mode = float(state.direction), state.planes[0], half.known_s, mode_of(state)
+    _fill_nodes(half, h, work)
+    step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
+    fill_rotations(step)
+    start_stages(step)
+    settled, _ = sweep(step, max(LEAST_SETTLED, ROW_SETTLED * free_end.settled), MAX_SWEEPS)
+    if not settled:
+        return MISSES
+    finish(step)
+    k, x = _place(half, h)
+    at = _ship_at(half, k, x)
+    now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
+    if d * now.rate < 0.0 and not -d * now.angle < wheel.impulse:
+        return PAST
+    if not _holds(run, half, mode, free_end.error, h):
+        return MISSES
+    # the state goes there for the row, and back again
+    turns, beats = state.turns, state.beats
+    x, x_rest, y, y_rest = plane.x, plane.x_rest, plane.y, plane.y_rest
+    found = signs_at_nodes(wheel.coordinates(work), x < 0.0, NOWHERE, work)
+    copy_planes(omega, work.end, state.planes)
+    count_step(True, found, run, 0, 0.0)
+    write_row(run, at, row)
+    state.turns, state.beats = turns, beats
+    plane.x, plane.x_rest, plane.y, plane.y_rest = x, x_rest, y, y_rest
+    return HOLDS
+
+
+@inlined
+def _ahead(
+    start: HalfSwing, shown: int, reach_s: float, squares: FloatArray, bends: FloatArray
+) -> tuple[int, HalfSwing]:
+    """Return the spans to read: up to a row that is due, or as far as a half swing may last.
+
+    What is read so does not depend on how many spans are known. The code is DUE, HOLDS, UNKNOWN,
+    or MISSES where there are too many.
+    """
+    spans, k, last, x = start.spans, start.k, start.k, start.x
+    known_s, square, bend, code = 0.0, 0.0, 0.0, UNKNOWN
+    while True:
+        known_s += (spans.end[last] - x) * start.pieces.length_s[last]
+        square, bend = max(square, squares[last]), max(bend, bends[last])
+        if known_s >= reach_s:
+            code = HOLDS
+        elif spans.logged[last] and last >= shown:
+            code = DUE
+        elif last - k == MOST_SPANS:
+            code = MISSES
+        if code != UNKNOWN or last + 1 == len(spans.begin):
+            break
+        last += 1
+        x = spans.begin[last]
+    known = HalfSwing(
+        start.wheel, k, start.x, last, known_s, square, bend, spans, start.pieces, start.rates
+    )
+    return code, known
+
+
+@entry
+def advance_freely(
+    system: Wheel,
+    omega: Omega,
+    tolerance: Tolerance,
+    longest_s: float,
+    pieces: ForcingPieces,
+    spans: Spans,
+    state: RunningState,
+    work: Work,
+    rows: NDArray[np.void],
+    rates: Rates,
+    free: FreeState,
+    free_end: FreeEnd,
+) -> tuple[int, int, float]:
+    """Advance the state over all spans, as `stepping.advance` does.
+
+    Returns a code, and the span and the x in its piece where the run ended: with OK, the span from
+    which on they are needed again.
+    """
+    run = SteppedRun(system, omega, tolerance, state, work)
+    reach_s, written, count = LONGEST * free_end.usual_s, 0, len(spans.begin)
+    squares, bends = np.empty(count), np.empty(count)
+    for i in range(count):
+        _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
+        squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
+    k, shown = 0, free.shown
+    while k < count:
+        x = free.x if free.free else spans.begin[k]
+        start = HalfSwing(system, k, x, k, 0.0, 0.0, 0.0, spans, pieces, rates)
+        if free.free and free.waits == 0:
+            time = 0.0
+            code, half = _ahead(start, shown, reach_s, squares, bends)
+            if code == UNKNOWN:
+                break
+            if code == DUE:
+                code = _to_row(run, half, free_end, rows[written])
+                if code == HOLDS:
+                    written += 1
+                    shown = half.last + 1
+                    continue
+            if code != MISSES:
+                code, time = _to_impulse(run, half, free, free_end)
+            if code == HOLDS:
+                j, x = _place(half, time)
+                further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
+                x, free.x_rest = further if j == k else (x, 0.0)
+                free.x = min(x, spans.end[j])
+                k = j
+                continue
+            free.waits, free.missed = WAITS + 1, free.missed + 1
+        # the driver goes on to the next impulse, or to the end of the span
+        code, x, _ = span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
+        if code == STRUCK:
+            at = _ship_at(start, k, x)
+            free.x, free.x_rest, free.free = x, 0.0, True
+            free.line_rate, free.gravity = at.drive.rate, at.gravity
+            free.waits = max(free.waits - 1, 0)
+            continue
+        if code != OK:
+            return code, k, x
+        if spans.logged[k] and k >= shown:
+            write_row(run, _ship_at(start, k, x), rows[written])
+            written += 1
+        free.free = False
+        k += 1
+    free.shown = max(shown - k, 0)
+    return OK, k, 0.0
+
+
+def _joined(first: Forcing | None, second: Forcing) -> Forcing:
+    """Return the spans of one forcing and then those of another."""
+    if first is None:
+        return second
+
+    def both(name: str) -> Any:
+        one, two = getattr(first, name), getattr(second, name)
+        if one is None:
+            return None
+        if one.ndim == 2:
+            powers = max(one.shape[1], two.shape[1])
+            one, two = (np.pad(each, ((0, 0), (0, powers - each.shape[1]))) for each in (one, two))
+        return np.concatenate([one, two])
+
+    return replace(second, **{name: both(name) for name in _SPANNED})
+
+
+def _part(forcing: Forcing, first: int) -> Forcing:
+    """Return the spans from the first wanted on."""
+    parts: dict[str, Any] = {
+        name: None if (rows := getattr(forcing, name)) is None else rows[first:].copy()
+        for name in _SPANNED
+    }
+    return replace(forcing, **parts)
+
+
+def _rates(channel: FloatArray | None, forcing: Forcing) -> FloatArray | None:
+    """Return the coefficients of the time derivative of a channel."""
+    if channel is None:
+        return None
+    per_s = np.arange(1.0, channel.shape[1]) / forcing.length_s[:, None]
+    return np.ascontiguousarray(channel[:, 1:] * per_s)
+
+
+_SPANNED = (
+    'length_s',
+    'begin',
+    'end',
+    'end_ns',
+    'logged',
+    'neutral',
+    'tilt',
+    'gravity',
+    'lean',
+)
+
+
+class FreeEndCollocation(Collocation):
+    """Propagator of a wheel with an escapement that steps from impulse to impulse."""
+
+    def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
+        super().__init__(machine, tolerance)
+        self._free_end = free_end_of(sweeps, math.pi / self._omega)
+        self._logged = 0
+        self._free = np.zeros((), FREE)
+        self._kept: Forcing | None = None
+        self._work = make_work(1, (*WHEEL_NODES, *CONSTANTS), WIDE_SIZE)
+        constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
+        nodes['half_cosine'] = np.cos(math.pi * constants.nodes)
+        nodes['half_sine'] = np.sin(math.pi * constants.nodes)
+        nodes['land_u'], nodes['land_v'] = self._on_land(constants)
+        # integrals of the slopes' Taylor series about the end, by derivatives of Legendre's P_n
+        n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
+        for j, name in enumerate(('first', 'second', 'third'), start=1):
+            at_end = at_end * (n - j + 1) * (n + j) / (2.0 * j)
+            nodes[name] = (2.0**j / math.factorial(j + 1) * at_end) @ constants.projection
+
+    @property
+    def missed(self) -> int:
+        """Steps so far that did not hold, after each of which the driver took `WAITS` + 1."""
+        return int(self._free['missed'])
+
+    def _on_land(self, constants: Gauss) -> tuple[FloatArray, FloatArray]:
+        """Return how far U and V go at the stages of half a swing on land, over its amplitude."""
+        machine, shape, omega = self._machine, self._shape, self._omega
+        amplitude = (
+            machine.release_angle if shape is None else arc_of(machine.release_angle, shape.k)
+        )
+        drag = machine.drag.viscous / machine.inertia if machine.drag else 0.0
+        cosine, sine = np.cos(math.pi * constants.nodes), np.sin(math.pi * constants.nodes)
+        u, v = np.zeros(WIDE_SIZE), np.full(WIDE_SIZE, amplitude)
+        if amplitude == 0.0:
+            return u, v
+        for _ in range(SWEEPS_ON_LAND):
+            x, y = cosine * u + sine * v, cosine * v - sine * u
+            d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
+            if shape is not None:
+                d2 = d2 - drag * y
+            u = (cosine * d1 - sine * d2) @ constants.columns * (math.pi / omega)
+            v = (sine * d1 + cosine * d2) @ constants.columns * (math.pi / omega) + amplitude
+        return u / amplitude, v / amplitude - 1.0
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel, as `Collocation`."""
+        self._free[()], self._kept = np.zeros((), FREE), None
+        return super().release(forcing)
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
+        self._logged = int(np.count_nonzero(forcing.logged))
+        return super().advance(_joined(self._kept, forcing))
+
+    def _run(
+        self, forcing: Forcing, moved: Moved, tolerance: Tolerance, longest_s: float
+    ) -> tuple[NDArray[np.void], int, int, float]:
+        rows = np.empty(self._logged, ROW)
+        code, k, x = advance_freely(
+            *moved,
+            tolerance,
+            longest_s,
+            self._outside(forcing),
+            Spans(forcing.begin, forcing.end, forcing.logged),
+            self._state,
+            self._work,
+            rows,
+            Rates(_rates(forcing.neutral, forcing), _rates(forcing.tilt, forcing)),
+            self._free,
+            self._free_end,
+        )
+        if code == OK:
+            self._kept = _part(forcing, k) if k < len(forcing.begin) else None
+        return rows, code, k, x
+
+    def state(self) -> State:
+        """Return the running state, and the spans of the half swing that is under way."""
+        kept = self._kept
+        spans = None if kept is None else {name: getattr(kept, name) for name in _SPANNED}
+        return {**super().state(), 'free': state_of(self._free), 'spans': spans}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        super().restore(state)
+        restore_record(self._free, state['free'])
+        spans = state['spans']
+        self._kept = None if spans is None else Forcing(**spans)

@@ -1,0 +1,211 @@
+"""Steps from impulse to impulse, against DOP853 and against the driver that steps to events."""
+
+import numpy as np
+import pytest
+from motion_cases import SEA, WEIGHT, sampled_forcing, scene_of
+from reference_propagator import Reference
+
+from tauto_core.machines import compile_machine
+from tauto_core.motion import make_propagator, sweeps_for
+from tauto_core.motion.forcing import Forcing
+from tauto_core.motion.free_end import _SPANNED, FreeEndCollocation, _joined, _part
+from tauto_core.motion.wheel import Collocation
+
+FORCE = {
+    'cam': {'kind': 'hole', 'lever_rate': 0.01},
+    'thread': {'kind': 'hole', 'distance': 0.08},
+    'power': {'kind': 'force', 'force': 2.0},
+    'inertia': 8e-3,
+}
+IMPULSE = {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1}
+CASES = {
+    'a weight with drag': {'trochlea': WEIGHT, 'drag': {'viscous': 1e-5}, 'escapement': IMPULSE},
+    'recoil': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1e-5},
+        'escapement': {**IMPULSE, 'rest': {'friction': 0.0, 'recoil': 5e-4}},
+    },
+    'a force': {'trochlea': FORCE, 'drag': {'viscous': 2e-5}, 'escapement': IMPULSE},
+    'impulses before the middle': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1e-5},
+        'escapement': {**IMPULSE, 'angle': -0.2},
+    },
+    'impulses far behind it': {
+        'trochlea': WEIGHT,
+        'drag': {'viscous': 1e-5},
+        'escapement': {**IMPULSE, 'angle': 0.55},
+    },
+    'a wide swing': {
+        'trochlea': {**WEIGHT, 'release_angle': 2.5},
+        'drag': {'viscous': 1e-5},
+        'escapement': {**IMPULSE, 'energy': 1e-3},
+    },
+    'a swing that grows': {
+        'trochlea': {**WEIGHT, 'release_angle': 0.5},
+        'drag': {'viscous': 1e-5},
+        'escapement': {**IMPULSE, 'energy': 4e-3, 'angle': 0.0},
+    },
+}
+
+
+def forced(case, *, log=4.0, duration=96.0, ship=SEA):
+    scene = scene_of(ship=ship, duration=duration, log={'interval': log}, **case)
+    machine = compile_machine(scene)
+    return machine, sampled_forcing(scene, machine)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_a_minute_and_a_half_at_sea_against_dop853(name):
+    """Physics E2 as printed, with DOP853's own events; six sweeps leave 1e-12 rad, as measured."""
+    close = {'rtol': 0.0, 'atol': 5e-12}
+    machine, forcing = forced(CASES[name])
+    engine, reference = FreeEndCollocation(machine, None, 6), Reference(machine)
+    engine.release(forcing)
+    reference.release(forcing)
+    found, exact = engine.advance(forcing), reference.advance(forcing)
+    assert engine.missed <= 2
+    np.testing.assert_allclose(found.angle, exact.angle, **close)
+    np.testing.assert_allclose(found.fraction, exact.fraction, **close)
+    np.testing.assert_array_equal(found.half_turns, exact.half_turns)
+    np.testing.assert_array_equal(found.beats, exact.beats)
+    assert exact.half_turns[-1] > 40
+
+
+def test_each_sweep_takes_a_factor_off_the_error():
+    machine, forcing = forced(CASES['a weight with drag'], duration=600.0)
+    exact = Collocation(machine)
+    exact.release(forcing)
+    phase = exact.advance(forcing)
+    errors = []
+    for sweeps in (1, 2, 3, 4):
+        engine = FreeEndCollocation(machine, None, sweeps)
+        engine.release(forcing)
+        found = engine.advance(forcing)
+        errors.append(np.max(np.abs(found.angle - phase.angle)))
+    assert errors[0] < 1e-3
+    assert errors[1] < errors[0] / 20.0
+    assert errors[2] < errors[1] / 20.0
+    assert errors[3] < 1e-9
+
+
+@pytest.mark.parametrize(('log', 'spans'), [(0.05, 16), (0.5, 1), (4.0, 3)])
+def test_chunks_and_saved_states_have_the_same_bits(log, spans):
+    machine, forcing = forced(CASES['a weight with drag'], log=log, duration=28.0)
+    whole = FreeEndCollocation(machine, None, 3)
+    whole.release(forcing)
+    wanted = whole.advance(forcing)
+    parts, engine = [], FreeEndCollocation(machine, None, 3)
+    engine.release(_first(forcing, spans))
+    left = forcing
+    while left is not None:
+        chunk = _first(left, spans)
+        left = _part(left, spans) if len(left.begin) > spans else None
+        resumed = FreeEndCollocation(machine, None, 3)
+        resumed.restore(engine.state())
+        engine = resumed
+        parts.append(engine.advance(chunk))
+    for name in ('angle', 'rate', 'torque', 'half_turns', 'fraction', 'phase_rate', 'beats'):
+        joined = np.concatenate([getattr(part, name) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(wanted, name))
+
+
+def _first(forcing, count):
+    parts = {name: getattr(forcing, name) for name in _SPANNED}
+    return Forcing(**{name: None if x is None else x[:count] for name, x in parts.items()})
+
+
+def test_the_forcing_of_two_chunks_joins():
+    _, forcing = forced(CASES['a force'], duration=16.0)
+    joined = _joined(_first(forcing, 3), _part(forcing, 3))
+    for name in _SPANNED:
+        wanted = getattr(forcing, name)
+        assert (getattr(joined, name) is None) == (wanted is None)
+        if wanted is not None:
+            np.testing.assert_array_equal(getattr(joined, name), wanted)
+
+
+ROUGH = {
+    'kind': 'components',
+    'components': [{'amplitude': 0.5, 'period': 5.1, 'phase': 1.0}],
+    'heave': [{'amplitude': 2.0, 'period': 6.2, 'phase': 0.7}],
+    'height': 12.0,
+}
+
+
+@pytest.mark.parametrize(
+    'case',
+    [
+        {'trochlea': {**WEIGHT, 'release_angle': 0.3}, 'escapement': IMPULSE},
+        {'trochlea': {**WEIGHT, 'release_angle': 0.0}, 'escapement': {**IMPULSE, 'angle': 0.0}},
+        {'trochlea': FORCE, 'escapement': {**IMPULSE, 'energy': 1e-5, 'angle': 0.3}},
+    ],
+)
+def test_where_the_swing_does_not_outweigh_the_roll_the_driver_takes_the_steps(case):
+    """The sea is so rough that the swing is lost in it at times, and found again."""
+    machine, forcing = forced({**case, 'drag': {'viscous': 1e-4}}, ship=ROUGH, duration=48.0)
+    engine, driver = FreeEndCollocation(machine, None, 6), Collocation(machine)
+    engine.release(forcing)
+    driver.release(forcing)
+    found, wanted = engine.advance(forcing), driver.advance(forcing)
+    assert engine.missed > 0 or not np.any(engine.state()['given'])
+    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(found.half_turns, wanted.half_turns)
+    np.testing.assert_array_equal(found.beats, wanted.beats)
+
+
+def test_on_land_a_day_keeps_the_rate_of_the_driver():
+    """One span of a day: places in it are kept as two doubles."""
+    scene = scene_of(
+        trochlea=WEIGHT,
+        drag={'viscous': 1e-5},
+        escapement=IMPULSE,
+        duration=86_400.0,
+        log={'interval': 86_400.0},
+    )
+    machine, length = compile_machine(scene), np.array([86_400.0])
+    ends = np.array([86_400_000_000_000])
+    forcing = Forcing(length, np.zeros(1), np.ones(1), ends, np.ones(1, np.bool_))
+    angles = []
+    for engine in (FreeEndCollocation(machine, None, 6), Collocation(machine)):
+        engine.release(forcing)
+        angles.append(engine.advance(forcing).angle[0])
+    assert angles[0] == pytest.approx(angles[1], abs=1e-9)
+
+
+def test_the_tolerance_decides_and_a_number_of_sweeps_overrules_it():
+    machine, _ = forced(CASES['a force'], duration=8.0)
+    chosen = {
+        tolerance: type(make_propagator(machine, still=False, tolerance=tolerance))
+        for tolerance in (None, 1e-12, 1e-9, 1e-3)
+    }
+    assert chosen == {
+        None: Collocation,
+        1e-12: Collocation,
+        1e-9: FreeEndCollocation,
+        1e-3: FreeEndCollocation,
+    }
+    assert isinstance(make_propagator(machine, still=False, sweeps=2), FreeEndCollocation)
+    driver = make_propagator(machine, still=False, tolerance=1e-3, sweeps=0)
+    assert type(driver) is Collocation
+    assert [sweeps_for(each) for each in (None, 2e-12, 1e-9, 1e-6, 1e-4)] == [0, 0, 3, 2, 1]
+
+
+@pytest.mark.parametrize(
+    'case',
+    [
+        {'drag': {'viscous': 1e-5, 'quadratic': 1e-4}},
+        {'drag': {'viscous': 1e-5, 'coulomb': 1e-5}},
+        {
+            'trochlea': {
+                'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+                'thread': {'kind': 'vertical'},
+                'inertia': 8e-3,
+            }
+        },
+    ],
+    ids=['quadratic drag', 'friction', 'kink'],
+)
+def test_what_happens_between_impulses_is_left_to_the_driver(case):
+    machine, _ = forced({'escapement': IMPULSE, **case}, duration=8.0)
+    assert type(make_propagator(machine, still=False, tolerance=1e-3, sweeps=3)) is Collocation
