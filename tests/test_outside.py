@@ -40,6 +40,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         *('compare', 'ideal', 'cheek_before_euler', '--ship-of', 'ideal'),
         *('--duration', '120', '--jobs', '1'),
     ),
+    'logbook': ('logbook', str(Path(__file__).parent / 'outside' / 'logbook.csv')),
     'budget': ('budget', 'involute_weight_at_sea', '--duration', '60', '--jobs', '1'),
     'fleet': ('fleet', 'measured', '--ships', '3', '--duration', '60', '--jobs', '1'),
     'euler': ('euler',),

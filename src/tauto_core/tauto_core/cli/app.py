@@ -21,7 +21,7 @@ from typer.core import TyperGroup
 from typer.main import get_command_name, get_group
 from typer.models import CommandInfo, TyperInfo
 
-from tauto_core.cli import curves, hull, scene, voyages
+from tauto_core.cli import curves, hull, logbook, scene, voyages
 from tauto_core.cli.terminal import (
     Terminated,
     be_quiet,
@@ -242,6 +242,7 @@ commands.command()(curves.cam)
 commands.command()(curves.isochronism)
 commands.command()(curves.design)
 commands.command()(hull.hull)
+commands.command()(logbook.logbook)
 commands.command()(voyages.budget)
 commands.command()(voyages.compare)
 commands.command()(voyages.fleet)

@@ -1,0 +1,133 @@
+"""`tauto logbook`: the passages of a log-book, and a scene of one of them."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tauto_core.cli.terminal import AsJson, progress_bar, say
+from tauto_core.scene.errors import UsageError
+
+if TYPE_CHECKING:
+    from tauto_core.ship.logbook import LoggedPassage
+
+HARBOUR_DAYS = 14.0
+"""Days of rating before the first entry, if no others are asked for."""
+
+
+def logbook(
+    file: Annotated[
+        str,
+        typer.Argument(metavar='FILE', help='Log-book: our columns, CLIWOC, or a track in GPX.'),
+    ],
+    passage: Annotated[
+        str | None,
+        typer.Option(metavar='ID', help='Write a scene that sails this passage.'),
+    ] = None,
+    scene: Annotated[
+        str,
+        typer.Option(metavar='SCENE', help='Scene whose machine, ship and navigator sail it.'),
+    ] = 'portsmouth_jamaica',
+    harbour_days: Annotated[
+        float,
+        typer.Option(metavar='DAYS', help='Days in harbour before the first entry: invented.'),
+    ] = HARBOUR_DAYS,
+    winds: Annotated[
+        str | None,
+        typer.Option(metavar='FILE', help='For a track: CSV of utc, wind_from_deg, wind_mps.'),
+    ] = None,
+    out: Annotated[
+        str | None,
+        typer.Option('--out', '-o', metavar='FILE', help='File of the scene; else printed.'),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the passages of a log-book, with what is doubtful, or write a scene of one.
+
+    A passage that cannot be sailed is told by row, with the reason.
+    """
+    from tauto_core.scene.tables import missing_file
+    from tauto_core.ship.logbook import read_passages
+
+    for name in filter(None, (file, winds)):
+        for found in missing_file('FILE', name, folders=True):
+            raise UsageError(f'{name}: {found.problem}. {found.remedy}')
+    if passage is not None:
+        _write(file, passage, scene, harbour_days, winds, out)
+        return
+    if out is not None:
+        raise UsageError(f'--out {out}: is the file of a scene. Name a passage with --passage')
+    with progress_bar(file) as progress:
+        rows = [_facts(each) for each in read_passages(file, winds=winds, progress=progress)]
+    if as_json:
+        typer.echo(json.dumps({'passages': rows}, allow_nan=False))
+        return
+    width = max([len(row['passage']) for row in rows] + [7])
+    typer.echo(f'{"passage":{width}}  first day   days  noons  wind   air  ship; what is doubtful')
+    for row in rows:
+        told = [f'cannot be sailed: {each}' for each in row['problems']] or row['notes']
+        days = '' if row['days'] is None else f'{row["days"]:.1f}'
+        typer.echo(
+            f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:5}  '
+            f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  '
+            + '; '.join([row['ship'] or '?', *told])
+        )
+    sound = sum(not row['problems'] for row in rows)
+    typer.echo(f'{len(rows)} passages, {sound} of them can be sailed: --passage ID writes a scene')
+
+
+def _facts(passage: LoggedPassage) -> dict[str, Any]:
+    """Return what is told of a passage."""
+    problems = [f'{each.key}: {each.problem}' for each in passage.problems()]
+    sound = not problems
+    return {
+        'passage': passage.name,
+        'ship': passage.ship,
+        'nation': passage.nation,
+        'from': passage.sailed_from,
+        'to': passage.bound_to,
+        'first_utc': passage.entries[0][0],
+        'last_utc': passage.entries[-1][0],
+        'days': passage.days if sound else None,
+        'entries': len(passage.entries),
+        'first_place': list(passage.entries[0][1:3]),
+        'last_place': list(passage.entries[-1][1:3]),
+        'wind_share': passage.share(4),
+        'air_share': passage.share(5),
+        'problems': problems,
+        'notes': passage.notes() if sound else [],
+    }
+
+
+def _write(
+    file: str, name: str, scene: str, harbour_days: float, winds: str | None, out: str | None
+) -> None:
+    """Write or print the scene of a passage; what is wrong with it is refused before."""
+    from tauto_core.files import check_place, write_whole
+    from tauto_core.scene.errors import SceneError
+    from tauto_core.scene.loader import load_scene, parse_scene, scene_yaml, write_mapping
+    from tauto_core.ship.logbook import find_passage, scene_of_passage
+
+    if out is not None:
+        if not out.endswith(('.yaml', '.yml')):
+            raise UsageError(f'--out {out}: must end in .yaml. Name another file')
+        check_place(Path(out), 'out')
+    found = find_passage(file, name, winds=winds)
+    problems = list(found.problems())
+    if problems:
+        first, *further = problems
+        said = first.problem, first.remedy
+        raise SceneError(file, first.key, first.value, *said, further=further)
+    own = load_scene(scene)
+    content = own.model_dump(mode='json', exclude_none=True)
+    text = write_mapping(scene_of_passage(content, found, harbour_days))
+    text = scene_yaml(parse_scene(text, name))
+    if out is None:
+        typer.echo(text, nl=False)
+        return
+    write_whole(Path(out), text.encode())
+    say(f'wrote {out}. Sail it with: {shlex.join(("tauto", "sail", out))}')

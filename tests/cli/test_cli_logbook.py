@@ -1,0 +1,77 @@
+"""`tauto logbook`: what it lists, what it says is wrong, and the scene that it writes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.scene import load_scene
+
+BOOK = (
+    'passage,ship,utc,latitude,longitude,wind_from_deg,wind_mps,air_celsius\n'
+    'A-1,La Folle,1785-08-01T12:00,48.0,-7.0,270,6.7,18.5\n'
+    'A-1,La Folle,1785-08-02T12:00,46.5,-9.0,270,9.3,\n'
+    'A-1,La Folle,1785-08-04T12:00,44.5,-10.0,,,\n'
+    'B-2,,1790-01-01T18:00,-10.0,-79.0,90,61,\n'
+    'B-2,,1790-01-02T18:00,-11.0,-80.0,140,5.0,\n'
+)
+
+
+@pytest.fixture
+def book(tmp_path):
+    file = tmp_path / 'log.csv'
+    file.write_text(BOOK, encoding='utf-8')
+    return str(file)
+
+
+def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
+    found = json.loads(CliRunner().invoke(app, ['logbook', book, '--json']).stdout)['passages']
+    one, other = found
+    assert (one['passage'], one['ship'], one['days'], one['entries']) == (
+        'A-1',
+        'La Folle',
+        3.0,
+        3,
+    )
+    assert one['wind_share'] == pytest.approx(2 / 3)
+    assert one['notes'] == ['1 gap of up to 2 days', '1 noon without a wind']
+    assert 'row 1 (line 5), wind_mps' in other['problems'][0]
+    said = CliRunner().invoke(app, ['logbook', book]).stdout
+    assert '2 passages, 1 of them can be sailed' in said
+    assert 'cannot be sailed' in said
+
+
+def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
+    file = tmp_path / 'a1.yaml'
+    asked = ['logbook', book, '--passage', 'A-1', '-o', str(file), '--harbour-days', '1']
+    assert CliRunner().invoke(app, asked).exit_code == 0
+    scene = load_scene(str(file))
+    assert scene.voyage is not None
+    assert scene.voyage.log is not None
+    assert scene.voyage.log.ship == 'La Folle'
+    assert scene.duration == 4 * 86_400.0 + 60.0
+    assert scene.trochlea == load_scene('portsmouth_jamaica').trochlea
+
+
+@pytest.mark.parametrize(
+    ('asked', 'what'),
+    [
+        (['--passage', 'B-2'], 'row 1 (line 5)'),
+        (['--passage', 'C'], 'none of the 2 passages'),
+        (['-o', 'x.yaml'], '--passage'),
+        (['--passage', 'A-1', '-o', 'x.txt'], '.yaml'),
+    ],
+)
+def test_what_cannot_be_written_is_refused(book, asked, what):
+    result = CliRunner().invoke(app, ['logbook', book, *asked])
+    assert result.exit_code == 2
+    assert what in result.stderr
+
+
+def test_a_file_that_is_not_there_is_refused():
+    result = CliRunner().invoke(app, ['logbook', 'nowhere.csv'])
+    assert result.exit_code == 2
+    assert 'no such file' in result.stderr
