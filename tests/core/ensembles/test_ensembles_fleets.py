@@ -268,6 +268,20 @@ def test_nothing_starts_where_a_draw_is_no_scene(tmp_path):
         assert not (tmp_path / 'fleet').exists()
 
 
+def test_ships_beyond_the_first_are_checked_when_they_sail(tmp_path, monkeypatch):
+    """A million ships would be checked for half an hour before any sails."""
+    vary = {'trochlea.release_angle': {'kind': 'list', 'values': [1.0, 1.1, 1.2, 1e9]}}
+    many = plan(50, vary)
+    with pytest.raises(SceneError) as caught:
+        many.check()
+    wrong = int(re.search(r'ship (\d+), as drawn', str(caught.value))[1])
+    assert wrong > 0
+    monkeypatch.setattr(fleets, 'CHECKED_FIRST', wrong)
+    with pytest.raises(SceneError, match=f'ship {wrong}, as drawn'):
+        sail_fleet(many, Crew(1), tmp_path / 'fleet')
+    assert any((tmp_path / 'fleet' / 'ships').iterdir())  # what came in is kept
+
+
 def test_another_fleet_or_something_else_in_the_folder_is_refused(tmp_path):
     sail_fleet(plan(1), Crew(1), tmp_path / 'fleet')
     with pytest.raises(UsageError, match='another fleet; vary differ'):

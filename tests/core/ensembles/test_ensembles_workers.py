@@ -77,6 +77,22 @@ def test_a_script_without_a_guard_is_not_run_again_by_its_processes(tmp_path):
     assert (done.returncode, done.stdout) == (0, 'begins\n[0.5, 1.0]\n'), done.stderr
 
 
+def test_no_more_runs_are_handed_on_than_ahead(monkeypatch):
+    monkeypatch.setattr(workers, 'AHEAD', 3)
+    handed, submit = [], workers._Processes.submit
+
+    def counted(self, *arguments):
+        handed.append(arguments)
+        return submit(self, *arguments)
+
+    monkeypatch.setattr(workers._Processes, 'submit', counted)
+    seen = []
+    for ended in run_each(half, list(range(9)), Crew(2)):
+        seen.append(ended.place)
+        assert len(handed) - len(seen) <= 3
+    assert sorted(seen) == list(range(9))
+
+
 @pytest.mark.parametrize('jobs', [1, 2])
 def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
     ended = {each.place: each for each in run_each(odd_only, [1, 2, 3], Crew(jobs))}

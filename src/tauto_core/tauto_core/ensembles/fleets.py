@@ -194,6 +194,9 @@ def _wrong(said: str) -> PydanticCustomError:
 
 MOST_SHIPS = 1_000_000
 
+CHECKED_FIRST = 2_000
+"""Ships whose scenes are checked before any sails, at 2 ms each; the others when they sail."""
+
 _STREAM = 3
 """Number of the streams of random numbers from the scene's seed for ships and draws."""
 
@@ -284,25 +287,30 @@ class Plan:
             raise self._refused(number, first, *further) from None
 
     def check(self, *, anyway: bool = False) -> None:
-        """Refuse a fleet in which the scene of any ship is invalid, before any of them sails.
+        """Refuse a fleet in which a ship's scene is invalid, before any of them sails.
 
-        The SceneError names the ship, the key, the value that was drawn and the limit. With
-        `anyway` ships may have machines beyond all that are known.
+        Of a large fleet the first `CHECKED_FIRST` are looked at. The SceneError names the ship,
+        the key, the value that was drawn and the limit. With `anyway` ships may have machines
+        beyond all that are known.
         """
         for key in self.draws:
             check_key(self.content, key, self.drawn_by)
         if not anyway and not self.draws:
             with naming(self.origin, self.scene.name):
                 check_known(self.scene)
-        for number in range(self.ships):
-            scene = self.ship(number).scene
-            if anyway or not self.draws:
-                continue
+        for number in range(min(self.ships, CHECKED_FIRST)):
+            self.known_ship(number, anyway=anyway)
+
+    def known_ship(self, number: int, *, anyway: bool) -> Ship:
+        """Return a ship; one beyond all that are known is refused, too, unless `anyway`."""
+        ship = self.ship(number)
+        if self.draws and not anyway:
             try:
-                check_known(scene)
+                check_known(ship.scene)
             except SceneError as error:
                 first, *further = error.problems
                 raise self._refused(number, first, *further) from None
+        return ship
 
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'
@@ -367,20 +375,24 @@ positive to the east.
 """
 
 
-def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> dict[str, Any]:
+def sail_ship(
+    plan: Plan, number: int, progress: Callable[[float], None], *, anyway: bool = False
+) -> dict[str, Any]:
     """Return the row of a ship: number and seed, drawn values, FIGURES, and processor time.
 
     `failure` is None, or says what ended the voyage early; then there are no figures. `run_s` is
     the processor time of the thread, the only column that differs in another run. What has nothing
-    to do with her voyage, such as a MemoryError, is raised.
+    to do with her voyage, such as a MemoryError, is raised; so is the SceneError of a ship that
+    was not checked before (`Plan.check`).
     """
-    ship, began, failure = plan.ship(number), time.thread_time(), None
+    checked = anyway or number < CHECKED_FIRST
+    ship, began, failure = plan.known_ship(number, anyway=checked), time.thread_time(), None
     report: Mapping[str, Any] = {}
     try:
         report = voyage.sail(
             ship.scene,
             origin=plan.origin,
-            anyway=True,  # all ships were checked together
+            anyway=True,  # she was checked before
             keep=False,
             progress=progress,
         ).result
@@ -672,7 +684,7 @@ def sail_fleet(
         left = [number for number in range(plan.ships) if number not in there]
         if left:
             crew = crew.for_work([work_s(first)] * len(left))
-            rows += _sailed(plan, left, crew, store, progress)
+            rows += _sailed(plan, left, crew, store, progress, anyway=anyway)
         if store is not None:
             store.close()
     rows.sort(key=lambda row: int(row['ship']))
@@ -685,6 +697,8 @@ def _sailed(
     crew: Crew,
     store: Store | None,
     progress: Callable[[float], None] | None,
+    *,
+    anyway: bool,
 ) -> list[dict[str, Any]]:
     """Return the rows of the ships that have not sailed yet, stored as they finish."""
 
@@ -695,8 +709,12 @@ def _sailed(
     rows: list[dict[str, Any]] = []
     lost: list[str] = []
     try:
-        with closing(run_each(partial(sail_ship, plan), left, crew, tell)) as ended:
+        # what is not asked for is not said: a task goes to every worker
+        task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
+        with closing(run_each(task, left, crew, tell)) as ended:
             for each in ended:
+                if isinstance(each.error, SceneError):  # of a ship that no check had seen
+                    raise each.error
                 if each.result is None:
                     why = str(each.error) or type(each.error).__name__
                     lost.append(f'ship {left[each.place]}: {why}')

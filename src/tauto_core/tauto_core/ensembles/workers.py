@@ -28,6 +28,7 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from itertools import islice
 from multiprocessing import Pipe, resource_tracker
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
@@ -53,6 +54,11 @@ Task: TypeAlias = Callable[[Item, Share], Result]
 
 REACHED_WITHIN_S = 10.0
 """Time limit for reaching a scheduler."""
+
+AHEAD = 4096
+"""Runs that are handed on before the first of them has ended: two each for 2000 processes. A
+scheduler, and this process, hold no more of them at once.
+"""
 
 ASK_S = 5.0
 """Time without news after which the scheduler is asked whether it has workers."""
@@ -141,7 +147,8 @@ def run_each(
 ) -> Generator[Ended[Result]]:
     """Yield the result of each item, as runs end; they begin in the order of the items.
 
-    A run whose process dies is repeated on another one, up to three times. While nothing runs for
+    At most `AHEAD` runs are handed on at a time. A run whose process dies is repeated on another
+    one, up to three times. While nothing runs for
     want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
     are dropped, and processes on this machine end. The task is called with an item and a function
     that reports the share done; both, and the result, are sent between processes. A scheduler that
@@ -170,22 +177,28 @@ def run_each(
             client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
             started.callback(attention.leave, pool)
         left: dict[Future[Result], int] = {}
-        for place, item in enumerate(items):
-            run = pool.submit(_run, task, place, item)
-            left[run] = place
-            run.add_done_callback(news.put)
-        del run  # results that were handed on need not be kept
+        waiting, came = enumerate(items), 0
+
+        def hand_on(count: int) -> None:
+            for place, item in islice(waiting, count):
+                run = pool.submit(_run, task, place, item)
+                left[run] = place
+                run.add_done_callback(news.put)
+
+        hand_on(AHEAD)
         while left:
             try:
                 new = news.get(timeout=ASK_S)
             except queue.Empty:
                 if attention is not None:
-                    attention.ask(len(left))
+                    attention.ask(len(items) - came)
                 continue
             if isinstance(new, tuple):
                 shares.tell(*new)
                 continue
             place = left.pop(new)
+            came += 1
+            hand_on(1)
             try:
                 ended = Ended(place, new.result())
             except Exception as error:
