@@ -18,6 +18,7 @@ WELCOME = {
     'geographiclib',
     'llvmlite',
     'loky',
+    'gpxpy',
     'lz4',
     'matplotlib',
     'mcap',

@@ -100,3 +100,11 @@ def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():
     voyage = sail('hanging_thread_at_sea', duration=DAY_S / 4.0, **{'solver.accuracy': 1e-6})
     assert not voyage.result['accuracy']['holds']
     assert any('solver.accuracy' in warning for warning in voyage.result['warnings'])
+
+
+def test_of_a_run_of_seconds_no_bound_is_printed():
+    """Its trial would be logged more closely, with shorter steps than it takes itself."""
+    run = {'duration': 30.0, 'solver.accuracy': 1e-3}
+    voyage = sail('involute_weight_at_sea', **run, **{'log.interval': 1.0})
+    assert voyage.result['accuracy']['bound_s_per_day'] is None
+    assert any('no bound is known; of runs under 32' in each for each in voyage.result['warnings'])

@@ -701,12 +701,13 @@ def accuracy_reached(
     """Return what a scene with `solver.accuracy` asks for, and what its run keeps [s/day].
 
     `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one; None where
-    none is known. `holds` says whether it is within the accuracy, and `chaotic` whether small
-    differences grow exponentially.
+    none is known, as of runs shorter than `LEAST_LOGS` log intervals: a trial of such a run is
+    logged more closely, and takes shorter steps than the run does. `holds` says whether it is
+    within the accuracy, and `chaotic` whether small differences grow exponentially.
     """
     found = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
     bound = None
-    if found.error_s is not None:
+    if found.error_s is not None and scene.log_count > LEAST_LOGS:
         bound = found.phase_error_s / max(scene.duration / DAY_S, 1.0)
     return {
         'asked_s_per_day': scene.accuracy,
@@ -723,6 +724,8 @@ def missed_words(asked: Mapping[str, Any]) -> str:
     bound = asked['bound_s_per_day']
     found = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
     why = ', since the motion is chaotic' if asked['chaotic'] else ''
+    if bound is None and not asked['chaotic']:
+        why = f'; of runs under {LEAST_LOGS} log intervals none is'
     return (
         f'solver.accuracy = {asked["asked_s_per_day"]:g} s a day: {found}{why}. Ask for less, or '
         'state ship.rate and solver.tolerance'
