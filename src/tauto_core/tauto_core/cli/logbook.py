@@ -46,9 +46,9 @@ def logbook(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the passages of a log-book, with what is doubtful, or write a scene of one.
+    """List the passages of a log-book, or write a scene of one.
 
-    A passage that cannot be sailed is told by row, with the reason.
+    It says what is doubtful. A passage that cannot be sailed is told by row, with the reason.
     """
     from tauto_core.scene.tables import missing_file
     from tauto_core.ship.logbook import read_passages
