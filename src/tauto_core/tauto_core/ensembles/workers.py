@@ -275,6 +275,7 @@ class _Processes(Executor):
         loky_tracker.ensure_running()
         self._changing, self._is_open = threading.Lock(), True
         self._pools: dict[int, Any] = {}
+        self._queues: list[Any] = []
         self._reader, self._writer = Pipe(duplex=False)
         os.set_blocking(self._writer.fileno(), False)
         # A daemon: it holds up no interpreter that ends before it is told to.
@@ -298,6 +299,12 @@ class _Processes(Executor):
             pool.shutdown(kill_workers=True)
         self._writer.close()
         self._threads.shutdown(cancel_futures=True)
+        # loky does not wait for the threads that feed its queues. One that frees its semaphores
+        # while the interpreter ends may unlink them and not say so, and the tracker then warns.
+        for queue_of_calls in self._queues:
+            feeder = queue_of_calls._thread
+            if feeder is not None:
+                feeder.join()
 
     def _in_process(self, call: Callable[[], Any]) -> Any:
         for _ in range(MOST_DEATHS):
@@ -319,6 +326,7 @@ class _Processes(Executor):
                     1, timeout=IDLE_S, initializer=_report_to, initargs=(self._writer,)
                 )
                 self._pools[threading.get_ident()] = pool
+                self._queues.append(pool._call_queue)
             try:
                 begun: Future[Any] = pool.submit(call)
             except OSError as error:
