@@ -274,7 +274,8 @@ class Watchdog:
                 f'node {frozen} has not been heard for {SILENT_S:g} s: it hangs or was stopped. '
                 'What was recorded until then is in the bag; start the voyage again'
             )
-        if now_s - max(self.said.moved_s if self.said else 0.0, self.blind_s) > STALL_S:
+        moved_s = self.said.moved_s if self.said else self.blind_s
+        if now_s - max(moved_s, self.blind_s) > STALL_S:
             unheard = sorted(set(NODE_NAMES) - set(heard_s)) or ['none; all have been heard']
             raise GraphError(
                 f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
