@@ -192,7 +192,7 @@ def test_no_semaphore_is_freed_by_a_thread_that_is_left(monkeypatch):
     once = resource_tracker.unregister
     monkeypatch.setattr(resource_tracker, 'unregister', unregister)
     for _ in range(5):
-        list(run_each(lambda number, tell: number, [1, 2], Crew(2)))
+        list(run_each(half, [1, 2], Crew(2)))
     gc.collect()
     assert freed_by
     assert not [name for name in freed_by if name.startswith('QueueFeeder')]
