@@ -22,6 +22,7 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.forcing import Temperatures
+from tauto_core.motion.free_end import _SPANNED, FreeEndCollocation, _part
 
 INVOLUTE: dict[str, Any] = {
     'cam': {'kind': 'involute', 'base_radius': 0.005},
@@ -161,6 +162,64 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
     forcing = warmed(at_sea(moved, 40.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
     error_s, effect_s = compared(moved, forcing)
     assert error_s < 1e-11 + 1e-4 * effect_s * (moved.drag is not None)
+
+
+def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does() -> None:
+    """Log intervals end amid half swings, and the oil's cubic errs as above."""
+    moved = machine('oil')
+    forcing = warmed(at_sea(moved, 100.0, 25.0), 25.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
+    reference = HotReference(moved)
+    reference.release(forcing)
+    exact = phase_s(moved, reference.advance(forcing))
+    read = []
+    for cold in (False, True):
+        without = replace(moved, heat=NO_HEAT) if cold else moved
+        engine = FreeEndCollocation(without, None, 6)
+        engine.release(forcing)
+        read.append(phase_s(moved, engine.advance(forcing)))
+        assert engine.missed <= 2
+    error_s, effect_s = np.max(np.abs(read[0] - exact)), abs(read[1][-1] - exact[-1])
+    assert effect_s > 1e-4
+    assert error_s < 1e-11 + 1e-4 * effect_s
+
+
+def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
+    """Also a chunk that ends within a log interval, and a state that is saved there."""
+    moved = machine('oil')
+    forcing = warmed(at_sea(moved, 20.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0]))
+    assert np.count_nonzero(forcing.logged) == 2
+    whole = FreeEndCollocation(moved, None, 3)
+    whole.release(forcing)
+    wanted = whole.advance(forcing)
+    count = len(forcing.begin)
+    for cut in (1, count // 2 - 1, count // 2, count - 3):
+        engine = FreeEndCollocation(moved, None, 3)
+        first = _part(_cut(forcing, cut), 0)
+        engine.release(first)
+        angles = list(engine.advance(first).angle)
+        resumed = FreeEndCollocation(moved, None, 3)
+        resumed.restore(engine.state())
+        angles += list(resumed.advance(_part(forcing, cut)).angle)
+        np.testing.assert_array_equal(angles, wanted.angle)
+
+
+def _cut(forcing: Forcing, count: int) -> Forcing:
+    """Return the first spans, with the log intervals that they lie in."""
+    felt = forcing.temperatures
+    assert felt is not None
+    known = int(felt.interval[count - 1]) + 1
+    felt = replace(
+        felt,
+        celsius=felt.celsius[:known],
+        begin_s=felt.begin_s[:known],
+        interval=felt.interval[:count],
+        place=felt.place[:count],
+    )
+    spans = {
+        name: None if (rows := getattr(forcing, name)) is None else rows[:count]
+        for name in _SPANNED
+    }
+    return Forcing(**spans, temperatures=felt)
 
 
 def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:

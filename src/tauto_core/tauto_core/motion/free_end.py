@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import entry, inlined
 from tauto_core.machines import Machine
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.motion.forcing import Forcing, Motion, Temperatures
 from tauto_core.motion.gauss_step import (
     COSINE,
     LEAST_SETTLED,
@@ -43,12 +43,14 @@ from tauto_core.motion.gauss_step import (
     sweep,
 )
 from tauto_core.motion.lanes import (
+    SIZE,
     WIDE_SIZE,
     Lanes,
     chosen,
     filled,
     fma,
     folded_both,
+    lane,
     larger,
     largest,
     load,
@@ -68,9 +70,12 @@ from tauto_core.motion.stepping import (
     write_row,
 )
 from tauto_core.motion.system import (
+    HEAT_POWERS,
     NOWHERE,
     ChannelAt,
     ForcingPieces,
+    HotNumbers,
+    HotPieces,
     Instant,
     Mode,
     Outside,
@@ -83,15 +88,19 @@ from tauto_core.motion.system import (
     restore_record,
     state_of,
 )
-from tauto_core.motion.wells import arc_of, arc_shape, kick, lever_arm, mass_of
+from tauto_core.motion.wells import arc_of, kick, lever_arm, mass_of
 from tauto_core.motion.wheel import (
+    HOT_NODES,
     WHEEL_NODES,
     Collocation,
     Wheel,
     angle_at,
     disturbance_on_land,
+    lasting_shape,
     stages_of,
     surely_within,
+    wheel_at_nodes,
+    wheel_now,
 )
 from tauto_core.samples import FloatArray, State
 
@@ -144,11 +153,11 @@ def takes_free_ends(machine: Machine) -> bool:
 
     It needs an escapement and nothing that happens between two impulses: no kink of cam or drag,
     no friction that holds, no joints; and the sixteen stages of a swing that little disturbs.
-    Where heat changes its numbers, or the case swings with it, the driver takes the steps.
+    Where the case swings with it, the driver takes the steps.
     """
-    if machine.escapement is None or machine.heat.acts or machine.case is not None:
+    if machine.escapement is None or machine.case is not None:
         return False
-    return stages_of(machine, arc_shape(machine)) == WIDE_SIZE
+    return stages_of(machine, lasting_shape(machine)) == WIDE_SIZE
 
 
 class FreeState(Protocol):
@@ -268,16 +277,41 @@ class HalfSwing(NamedTuple):
 
 
 @inlined
+def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
+    """Return one of `HotNumbers` at lanes of x of piece k."""
+    row, u = hot.interval[k] * HEAT_POWERS, fma(x, hot.size[k], hot.begin[k])
+    value = fma(u, hot.terms[row + 3, which], hot.terms[row + 2, which])
+    value = fma(value, u, hot.terms[row + 1, which])
+    return fma(value, u, hot.terms[row, which])
+
+
+@inlined
 def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
-    """Return what the ship does at x of piece k, but for γ."""
+    """Return what the ship does at x of piece k, but for γ, and the machine's numbers there."""
     pieces, rates = half.pieces, half.rates
     per_s = 1.0 / pieces.length_s[k]
     line, tilt = _slopes(rates.line, k, x, per_s), _slopes(rates.tilt, k, x, per_s)
+    hot = None
+    if pieces.hot is not None:
+        terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
+        u = pieces.hot.begin[k] + pieces.hot.size[k] * x
+        all_ = fma(load(terms, row + 3), u, load(terms, row + 2))
+        all_ = fma(fma(all_, u, load(terms, row + 1)), u, load(terms, row))
+        hot = HotNumbers(
+            lane(all_, 0),
+            lane(all_, 1),
+            lane(all_, 2),
+            lane(all_, 3),
+            lane(all_, 4),
+            lane(all_, 5),
+            lane(all_, 6),
+        )
     return Outside(
         ChannelAt(0.0, line[0], line[1]),
         ChannelAt(_value(pieces.tilt, k, x, 0.0), tilt[0], tilt[1]),
         _value(pieces.gravity, k, x, 0.0),
         _value(pieces.lean, k, x, 0.0),
+        hot,
     )
 
 
@@ -309,7 +343,7 @@ def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
     """Fill what the ship does at the nodes of a step of length h, each from its own span."""
     spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
     seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
-    wheel, k, x, since = half.wheel, half.k, half.x, 0.0
+    wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
     felt = wheel.felt
     store(nodes.line_bend, 0, filled(none, half.bend))
     while True:
@@ -324,6 +358,16 @@ def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
             _keep(nodes.gravity, later, first, _value(pieces.gravity, k, at, none))
         if felt.lean is not None:
             _keep(nodes.lean, later, first, _value(pieces.lean, k, at, none))
+        if pieces.hot is not None and pieces.hot.interval[k] != interval:
+            # one cubic goes on over all pieces of a log interval
+            hot, interval = pieces.hot, pieces.hot.interval[k]
+            _keep(nodes.carried, later, first, _number(hot, k, 0, at))
+            _keep(nodes.force, later, first, _number(hot, k, 1, at))
+            _keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
+            _keep(nodes.weight, later, first, _number(hot, k, 3, at))
+            _keep(nodes.viscous, later, first, _number(hot, k, 4, at))
+            _keep(nodes.share, later, first, _number(hot, k, 5, at))
+            _keep(nodes.growth, later, first, _number(hot, k, 6, at))
         since += (spans.end[k] - x) * length
         if since >= h or k == half.last:
             break
@@ -371,7 +415,7 @@ def _given(
 
     It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
     """
-    per_inertia, line, tilt = wheel.per_inertia, at.drive, at.tilt
+    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
     if per_inertia.impulse is None:
         return 0.0
     q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
@@ -471,7 +515,7 @@ def _holds(run: SteppedRun, half: HalfSwing, mode: Mode, error: float, h: float)
         return False
     if wheel.has_weight:
         # by rough bounds alone, since the row of γ̈ is a bound
-        return surely_within(wheel, omega, work)
+        return surely_within(wheel_at_nodes(wheel, work), omega, work)
     beyond = wheel.beyond(mode, omega, work)
     return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
 
@@ -691,6 +735,18 @@ def _joined(first: Forcing | None, second: Forcing) -> Forcing:
     """Return the spans of one forcing and then those of another."""
     if first is None:
         return second
+    before, after = first.temperatures, second.temperatures
+    temperatures = after
+    if before is not None and after is not None:
+        # an interval that both have is there once, so that its spans are known to lie in one
+        new = 1 if before.begin_s[-1] == after.begin_s[0] else 0
+        temperatures = Temperatures(
+            np.concatenate([before.celsius, after.celsius[new:]]),
+            np.concatenate([before.begin_s, after.begin_s[new:]]),
+            after.interval_s,
+            np.concatenate([before.interval, after.interval + (len(before.begin_s) - new)]),
+            np.concatenate([before.place, after.place]),
+        )
 
     def both(name: str) -> Any:
         one, two = getattr(first, name), getattr(second, name)
@@ -701,7 +757,7 @@ def _joined(first: Forcing | None, second: Forcing) -> Forcing:
             one, two = (np.pad(each, ((0, 0), (0, powers - each.shape[1]))) for each in (one, two))
         return np.concatenate([one, two])
 
-    return replace(second, **{name: both(name) for name in _SPANNED})
+    return replace(second, **{name: both(name) for name in _SPANNED}, temperatures=temperatures)
 
 
 def _part(forcing: Forcing, first: int) -> Forcing:
@@ -710,7 +766,17 @@ def _part(forcing: Forcing, first: int) -> Forcing:
         name: None if (rows := getattr(forcing, name)) is None else rows[first:].copy()
         for name in _SPANNED
     }
-    return replace(forcing, **parts)
+    felt = forcing.temperatures
+    if felt is not None:
+        passed = int(felt.interval[first])
+        felt = Temperatures(
+            felt.celsius[passed:].copy(),
+            felt.begin_s[passed:].copy(),
+            felt.interval_s,
+            felt.interval[first:] - passed,
+            felt.place[first:].copy(),
+        )
+    return replace(forcing, **parts, temperatures=felt)
 
 
 def _rates(channel: FloatArray | None, forcing: Forcing) -> FloatArray | None:
@@ -743,7 +809,8 @@ class FreeEndCollocation(Collocation):
         self._logged = 0
         self._free = np.zeros((), FREE)
         self._kept: Forcing | None = None
-        self._work = make_work(1, (*WHEEL_NODES, *CONSTANTS), WIDE_SIZE)
+        rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
+        self._work = make_work(1, (*rows, *CONSTANTS), WIDE_SIZE, columns)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         nodes['half_cosine'] = np.cos(math.pi * constants.nodes)
         nodes['half_sine'] = np.sin(math.pi * constants.nodes)
@@ -813,12 +880,19 @@ class FreeEndCollocation(Collocation):
     def state(self) -> State:
         """Return the running state, and the spans of the half swing that is under way."""
         kept = self._kept
-        spans = None if kept is None else {name: getattr(kept, name) for name in _SPANNED}
+        spans = None
+        if kept is not None:
+            felt = kept.temperatures
+            spans = {name: getattr(kept, name) for name in _SPANNED}
+            spans['temperatures'] = None if felt is None else dict(vars(felt))
         return {**super().state(), 'free': state_of(self._free), 'spans': spans}
 
     def restore(self, state: State) -> None:
         """Go on from a state."""
         super().restore(state)
         restore_record(self._free, state['free'])
-        spans = state['spans']
-        self._kept = None if spans is None else Forcing(**spans)
+        spans, self._kept = state['spans'], None
+        if spans is not None:
+            felt = spans['temperatures']
+            felt = None if felt is None else Temperatures(**felt)
+            self._kept = Forcing(**{**spans, 'temperatures': felt})

@@ -703,6 +703,15 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
     return WIDE_SIZE if smooth and disturbed <= MOST_DISTURBED else SIZE
 
 
+def lasting_shape(machine: Machine) -> ArcShape | None:
+    """Return the functions of the arc, or None where the angle is the coordinate.
+
+    The arc is one that does not change with time only where M(ϑ)/I does not.
+    """
+    lasts = not machine.heat.acts or machine.heat.keeps_shape
+    return arc_shape(machine) if lasts else None
+
+
 def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
     """Return the relative growth of the inertia from ϑ = 0 to the release, k²ϑ² (`ArcShape`)."""
     return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
@@ -812,8 +821,7 @@ class Collocation(Stepped):
         self._machine = machine
         self._hot = hot = machine.heat.acts
         self._omega = reference_frequency(machine)
-        # the arc is a coordinate that does not change with time where M(ϑ)/I does not
-        self._shape = arc_shape(machine) if not hot or machine.heat.keeps_shape else None
+        self._shape = lasting_shape(machine)
         stages = stages_of(machine, self._shape)
         factor = error_factor(machine, self._shape)
         # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
