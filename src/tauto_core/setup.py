@@ -82,6 +82,7 @@ setup(
             'scene/data/*/*',
             'ship/hulls/*.npz',
             'scene/scene.schema.json',
+            'plots/coasts.npz',
             'plots/report_page.html',
         ],
     },

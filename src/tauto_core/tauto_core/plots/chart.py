@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from tauto_core.plots.coast import Frame, frame, land
 from tauto_core.samples import FloatArray
 
 if TYPE_CHECKING:
@@ -71,6 +72,9 @@ class Chart:
         note: further information for the reader; may be empty.
         marks: instants that are marked.
         y_ticks: whether the y axis has numbers; a drawing with a break in it has none.
+        is_map: whether x and y are longitude and latitude [°]: coasts are drawn below the lines,
+            and a mile is as long both ways in the middle. A band without `high` is a closed line.
+        names: names that are written at places (x, y).
         below: the next chart below, on the same x axis.
     """
 
@@ -84,6 +88,8 @@ class Chart:
     note: str = ''
     marks: Sequence[Mark] = ()
     y_ticks: bool = True
+    is_map: bool = False
+    names: Sequence[tuple[str, float, float]] = ()
     below: Chart | None = None
 
     @property
@@ -96,7 +102,12 @@ class Chart:
 
         None where the renderer may choose: on logarithmic and equal axes.
         """
-        if self.log_y or self.equal or not any(line.kind == 'band' for line in self.lines):
+        if (
+            self.log_y
+            or self.equal
+            or self.is_map
+            or not any(line.kind == 'band' for line in self.lines)
+        ):
             return None
         ends = [line.y for line in self.lines if line.kind != 'band' and len(line.y)]
         ends += [
@@ -108,9 +119,18 @@ class Chart:
         margin = 0.05 * (high - low) or 1e-9
         return low - margin, high + margin
 
+    def frame(self, ratio: float = 0.0) -> Frame:
+        """Return the frame of a map, which holds all lines; see `coast.frame`."""
+        x = np.concatenate([line.x for line in self.lines])
+        return frame(x, np.concatenate([line.y for line in self.lines]), ratio)
+
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
 """The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""
+LAND = '#e4dfd3'
+"""The colour of land on white paper."""
+MAP_RATIO = 1.5
+"""Width over height of a map."""
 
 
 def draw(of: Chart, name: str) -> Figure:
@@ -118,7 +138,7 @@ def draw(of: Chart, name: str) -> Figure:
     from matplotlib.figure import Figure
 
     panels = of.panels
-    high = 6.0 if of.equal else 2.4 + 1.6 * len(panels)
+    high = 6.0 if of.equal else 5.0 if of.is_map else 2.4 + 1.6 * len(panels)
     figure = Figure(figsize=(6.4, high), layout='constrained')
     for axes, panel in zip(
         figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0], panels, strict=True
@@ -136,6 +156,8 @@ def draw(of: Chart, name: str) -> Figure:
 
 def draw_on(axes: Axes, of: Chart) -> None:
     """Draw a chart on axes, with its legend and without a title."""
+    if of.is_map:
+        _draw_land(axes, of.frame(MAP_RATIO))
     for line in of.lines:
         _draw_line(axes, line, solid=of.equal)
     for mark in of.marks:
@@ -159,6 +181,9 @@ def draw_on(axes: Axes, of: Chart) -> None:
         )
     if (limits := of.y_limits()) is not None:
         axes.set_ylim(*limits)
+    for name, x, y in of.names:
+        axes.plot(x, y, 'o', color=COLOURS['grey'], markersize=4.0)
+        axes.annotate(name, (x, y), (4.0, 5.0), textcoords='offset points', fontsize=8.5)
     axes.set_xlabel(of.x_label)
     axes.set_ylabel(of.y_label)
     if of.log_x:
@@ -167,7 +192,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.set_yscale('log')
     if of.equal:
         axes.set_aspect('equal', adjustable='datalim')
-    else:
+    elif not of.is_map:
         axes.ticklabel_format(useOffset=False) if not (of.log_x or of.log_y) else None
         axes.grid(color='#999999', alpha=0.3, linewidth=0.5)
     if not of.y_ticks:
@@ -178,10 +203,28 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
 
 
+def _draw_land(axes: Axes, of: Frame) -> None:
+    """Draw the land of a map, and fix the sides of its axes."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    outlines = [Path(outline.T, closed=True) for outline in land(of)]
+    if outlines:
+        colour = COLOURS['grey']
+        whole = Path.make_compound_path(*outlines)
+        axes.add_patch(PathPatch(whole, facecolor=LAND, edgecolor=colour, lw=0.4, zorder=0.5))
+    axes.set_xlim(of.west, of.east)
+    axes.set_ylim(of.south, of.north)
+    axes.set_aspect(of.stretch)
+    axes.grid(color='#999999', alpha=0.3, linewidth=0.5)
+
+
 def _draw_line(axes: Axes, line: Line, *, solid: bool) -> None:
     x, y, high, colour = line.x, line.y, line.high, COLOURS[line.colour]
     name = line.name or '_'
-    if line.kind == 'band':
+    if line.kind == 'band' and high is None:
+        axes.fill(x, y, color=colour, alpha=0.2, lw=0, label=name)
+    elif line.kind == 'band':
         assert high is not None
         axes.fill_between(x, y, high, color=colour, alpha=0.2, lw=0, label=name)
     elif line.kind == 'bars':

@@ -20,6 +20,7 @@ from tauto_core.files import check_plot, write_figure
 from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
+from tauto_core.plots.coast import place_name
 from tauto_core.plots.machine import cam_lines, draw_machine
 from tauto_core.results import not_whole
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples, take
@@ -659,20 +660,68 @@ def _stability(voyage: Voyage) -> Chart:
 
 
 def _map(voyage: Voyage) -> Chart:
-    latitude, longitude = voyage.latitude_deg, voyage.longitude_deg
-    _needs(latitude, 'map', 'the place of the ship')
-    every = -(-len(latitude) // MOST_POINTS)
-    shift = voyage.raw_longitude_error_nmi / 60.0
-    lines = [Line('the ship', longitude[::every], latitude[::every], 'green')]
-    if len(shift) == len(latitude):
-        dial = longitude + shift / np.maximum(np.cos(np.radians(latitude)), 1e-3)
-        lines.append(Line('by the dial', dial[::every], latitude[::every]))
-    clock = voyage.clock_longitude_deg
-    if len(clock) == len(latitude):
-        lines.append(Line('corrected', clock[::every], latitude[::every], 'orange'))
+    """Return the true track and where the navigator believes her, over the coasts."""
+    _needs(voyage.latitude_deg, 'map', 'the place of the ship')
+    # the band goes there and back
+    every = slice(None, None, -(-2 * len(voyage.latitude_deg) // MOST_POINTS))
+    latitude = voyage.latitude_deg[every]
+    longitude = np.unwrap(voyage.longitude_deg, period=360.0)[every]
+    # miles to the east, as degrees of longitude
+    degrees = 1.0 / (60.0 * np.maximum(np.cos(np.radians(latitude)), 1e-3))
+    lines = []
+    error, sigma = voyage.longitude_error_nmi, voyage.longitude_sigma_nmi
+    if len(error) == len(voyage.latitude_deg):
+        dial, believed, wide = (
+            longitude + degrees * miles[every]
+            for miles in (voyage.raw_longitude_error_nmi, error, error + sigma)
+        )
+        wide -= believed
+        around = np.concatenate((believed - wide, (believed + wide)[::-1]))
+        there_and_back = np.concatenate((latitude, latitude[::-1]))
+        lines = [
+            Line('± 1σ', around, there_and_back, 'orange', 'band'),
+            Line('by the dial', dial, latitude),
+            Line('corrected', believed, latitude, 'orange'),
+        ]
+    lines.append(Line('the ship', longitude, latitude, 'green'))
     ends = [0, -1]
     lines.append(Line('departure and end', longitude[ends], latitude[ends], 'grey', 'points'))
-    return Chart('The voyage', 'longitude [° east]', 'latitude [° north]', lines)
+    return Chart(
+        'The voyage',
+        'longitude [° east]',
+        'latitude [° north]',
+        lines,
+        is_map=True,
+        names=_names(voyage.scene, longitude, latitude),
+    )
+
+
+def _names(
+    scene: Scene, longitude: FloatArray, latitude: FloatArray
+) -> list[tuple[str, float, float]]:
+    """Return the names of the places where she sails, makes land and arrives, each with its place.
+
+    A longitude is the one on the track, which may run beyond ±180°.
+    """
+    voyage = scene.voyage
+    if voyage is None:
+        return []
+    stops = [('departure', *voyage.departure)]
+    stops += [('landfall', *each.place) for each in voyage.waypoints or () if each.landfall]
+    stops.append(('arrival', *voyage.arrival))
+    found = []
+    for what, north, east in stops:
+        away = np.remainder(longitude - east + 180.0, 360.0) - 180.0
+        nearest = int(np.argmin(np.square(away) + np.square(latitude - north)))
+        # a place that the bag does not reach
+        if math.hypot(float(away[nearest]), float(latitude[nearest]) - north) < NEAR_DEG:
+            name = place_name(north, east) or what
+            found.append((name, float(longitude[nearest] - away[nearest]), north))
+    return found
+
+
+NEAR_DEG = 1.0
+"""Distance of a place from the track within which the track has reached it [°]."""
 
 
 def _machine(voyage: Voyage) -> Chart:

@@ -18,7 +18,8 @@ from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
-from tauto_core.plots.chart import COLOURS, Chart, Line
+from tauto_core.plots.chart import COLOURS, MAP_RATIO, Chart, Line
+from tauto_core.plots.coast import land
 from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
 from tauto_core.plots.machine import MM, draw_machine
 from tauto_core.results import SIGNS, groups, not_whole
@@ -337,6 +338,13 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         # beside its line, from the top downwards: what lies outside the frame is not drawn
         name.angle, name.text_align = 0.5 * math.pi, 'right'
         axes.add_layout(name)
+    if of.is_map:
+        shown = of.frame(MAP_RATIO)
+        axes.x_range = Range1d(start=shown.west, end=shown.east)
+        axes.y_range = Range1d(start=shown.south, end=shown.north)
+        if outlines := land(shown):
+            xs, ys = ([_short(outline[k]) for outline in outlines] for k in (0, 1))
+            axes.patches(xs, ys, color=COLOURS['grey'], fill_alpha=0.25, line_width=0.5)
     for line in of.lines:
         drawn = _bokeh_line(axes, line, solid=of.equal)
         if line.kind in ('line', 'points') and not of.equal:
@@ -359,6 +367,8 @@ def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
     """Draw a line; return its glyph."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
     legend = {'legend_label': line.name} if line.name else {}
+    if line.kind == 'band' and line.high is None:
+        return axes.patch(x, y, color=colour, fill_alpha=0.2, line_alpha=0.0, **legend)
     if line.kind in ('band', 'bars'):
         assert line.high is not None
         high = _short(line.high)

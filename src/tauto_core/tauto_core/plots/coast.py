@@ -1,0 +1,195 @@
+"""The coasts of the world for maps: Natural Earth's land at 1:50 million, cut to a frame.
+
+`land` returns outlines in degrees; a `Chart` with `is_map` draws them by itself. Longitudes may
+run beyond ±180°, as those of a voyage across the Pacific do. `place_name` names a port.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from tauto_core.samples import FloatArray
+
+HUNDREDTH_DEG = 0.01
+"""Unit of the shipped coordinates [°], 0.6 nautical miles of latitude."""
+FINEST = 1000
+"""Number of steps across a frame to which its coasts are thinned: about a pixel."""
+NARROWEST_DEG = 0.5
+"""Least height and width of a frame [°]: 30 nautical miles of latitude."""
+MARGIN = 0.06
+"""Margin about the places of a map, over the larger side of its frame."""
+STEEPEST_DEG = 84.0
+"""Latitude [°] at and beyond which the scale of a map no longer follows the meridians."""
+
+
+class Frame(NamedTuple):
+    """The sides of a map [°]; west < east, and south < north."""
+
+    west: float
+    south: float
+    east: float
+    north: float
+
+    @property
+    def stretch(self) -> float:
+        """Length of a degree of latitude over one of longitude, in the middle of the map."""
+        middle = min(abs(0.5 * (self.south + self.north)), STEEPEST_DEG)
+        return 1.0 / math.cos(math.radians(middle))
+
+
+def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> Frame:
+    """Return the frame of places [°], with a margin about them.
+
+    Args:
+        longitude, latitude: (n,), n > 0; values that are not finite are ignored.
+        ratio: width over height of the drawn map; the shorter side is enlarged to it. 0: the
+            frame is as the places need it.
+    """
+    finite = np.isfinite(longitude) & np.isfinite(latitude)
+    x, y = longitude[finite], latitude[finite]
+    west, east, south, north = (float(each) for each in (x.min(), x.max(), y.min(), y.max()))
+    stretch = Frame(west, south, east, north).stretch
+    # sides in degrees of latitude
+    wide, high = (east - west) / stretch, north - south
+    margin = 2.0 * MARGIN * max(wide, high)
+    wide, high = (max(side + margin, NARROWEST_DEG) for side in (wide, high))
+    if ratio:
+        wide, high = max(wide, ratio * high), max(high, wide / ratio)
+    wide, high = min(wide * stretch, 360.0), min(high, 180.0)
+    middle = min(max(0.5 * (south + north), 0.5 * high - 90.0), 90.0 - 0.5 * high)
+    centre = 0.5 * (west + east)
+    return Frame(
+        centre - 0.5 * wide, middle - 0.5 * high, centre + 0.5 * wide, middle + 0.5 * high
+    )
+
+
+def land(of: Frame) -> list[FloatArray]:
+    """Return the land within a frame as closed outlines, (2, n) each: longitude, latitude [°].
+
+    An outline that leaves the frame runs along its sides. An outline within another is water: fill
+    all of them by the rule of even and odd. They are thinned to a thousandth of the frame.
+    """
+    west, south, east, north = of
+    finest = max(max(east - west, north - south) / FINEST, HUNDREDTH_DEG)
+    found = []
+    for outline in _outlines():
+        low, high = outline.min(axis=1), outline.max(axis=1)
+        if high[1] < south or low[1] > north:
+            continue
+        first = math.ceil((west - high[0]) / 360.0)
+        last = math.floor((east - low[0]) / 360.0)
+        for turn in range(first, last + 1):
+            shown = _cut(_thinned(outline, finest) + np.array([[360.0 * turn], [0.0]]), of)
+            if shown.shape[1] > 3:
+                found.append(shown)
+    return found
+
+
+@cache
+def _outlines() -> tuple[FloatArray, ...]:
+    """Return the outlines of all land, the longest first, (2, n) each [°]."""
+    with np.load(Path(__file__).with_name('coasts.npz')) as held:
+        steps, length = held['steps'].astype(np.int64), held['length']
+    ends = np.cumsum(length)
+    return tuple(
+        HUNDREDTH_DEG * np.cumsum(steps[:, end - count : end], axis=1)
+        for end, count in zip(ends.tolist(), length.tolist(), strict=True)
+    )
+
+
+def _thinned(outline: FloatArray, finest: float) -> FloatArray:
+    """Return an outline without points that fall on one square of a grid.
+
+    An island smaller than the grid keeps its points: St Helena is a destination.
+    """
+    cell = np.floor(outline / finest)
+    kept = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
+    kept[-1] = True
+    return outline[:, kept] if kept.sum() > 8 else outline
+
+
+def _cut(outline: FloatArray, of: Frame) -> FloatArray:
+    """Return a closed outline cut by the sides of a frame (Sutherland and Hodgman 1974)."""
+    for axis, limit, side in (
+        (0, of.west, 1),
+        (0, of.east, -1),
+        (1, of.south, 1),
+        (1, of.north, -1),
+    ):
+        if not outline.shape[1]:
+            break
+        inside = side * (outline[axis] - limit) >= 0.0
+        if inside.all():
+            continue
+        before = np.roll(outline, 1, axis=1)
+        crosses = inside != np.roll(inside, 1)
+        step = outline - before
+        share = (limit - before[axis]) / np.where(crosses, step[axis], 1.0)
+        where = before + share * step
+        where[axis] = limit
+        # at each point: where its side crosses the limit, then the point if it is inside
+        both = np.stack((where, outline), axis=2).reshape(2, -1)
+        outline = both[:, np.column_stack((crosses, inside)).ravel()]
+    if outline.shape[1] and np.any(outline[:, 0] != outline[:, -1]):
+        outline = np.concatenate((outline, outline[:, :1]), axis=1)
+    return outline
+
+
+NAMED_NMI = 60.0
+"""Distance within which a place has the name of the port or island near it [nmi]."""
+
+PLACES = {
+    'Portsmouth': (50.80, -1.10),
+    'Plymouth': (50.37, -4.14),
+    'Deptford': (51.48, -0.02),
+    'Texel': (53.05, 4.80),
+    'Brest': (48.38, -4.49),
+    'Lorient': (47.75, -3.37),
+    'Bordeaux': (44.84, -0.58),
+    'Cádiz': (36.53, -6.29),
+    'Lisbon': (38.70, -9.17),
+    'Gibraltar': (36.14, -5.35),
+    'Madeira': (32.65, -16.90),
+    'Tenerife': (28.47, -16.25),
+    'Cape Verde': (14.92, -23.51),
+    'St Helena': (-15.92, -5.72),
+    'Cape of Good Hope': (-33.90, 18.43),
+    'Mauritius': (-20.16, 57.50),
+    'Bombay': (18.93, 72.84),
+    'Madras': (13.08, 80.29),
+    'Batavia': (-6.13, 106.81),
+    'Canton': (22.20, 113.54),
+    'Botany Bay': (-33.99, 151.23),
+    'Tahiti': (-17.50, -149.50),
+    'Cape Horn': (-55.98, -67.27),
+    'Rio de Janeiro': (-22.91, -43.17),
+    'Barbados': (13.10, -59.62),
+    'Antigua': (17.12, -61.85),
+    'Martinique': (14.60, -61.07),
+    'Jamaica': (17.94, -76.84),
+    'Saint-Domingue': (19.76, -72.20),
+    'Havana': (23.14, -82.35),
+    'Boston': (42.36, -71.05),
+    'New York': (40.70, -74.02),
+    'Halifax': (44.65, -63.57),
+    'Québec': (46.81, -71.20),
+}
+"""Ports and islands of the age of sail: latitude and longitude, north and east positive [°]."""
+
+
+def place_name(latitude: float, longitude: float) -> str:
+    """Return the name of the nearest of `PLACES` [°]; empty if none is within `NAMED_NMI`."""
+    east = math.cos(math.radians(latitude))
+
+    def away_nmi(name: str) -> float:
+        north_deg, east_deg = PLACES[name]
+        turned = math.remainder(longitude - east_deg, 360.0)
+        return 60.0 * math.hypot(latitude - north_deg, east * turned)
+
+    nearest = min(PLACES, key=away_nmi)
+    return nearest if away_nmi(nearest) <= NAMED_NMI else ''

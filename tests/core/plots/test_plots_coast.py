@@ -1,0 +1,98 @@
+"""The coasts of maps: known places on land and at sea, and outlines cut by a frame."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tauto_core.plots.coast import Frame, frame, land, place_name
+from tauto_core.samples import FloatArray
+
+
+def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bool:
+    """Return whether a place is within an odd number of outlines, by a ray to the east."""
+    crossings = 0
+    for x, y in outlines:
+        above = y > latitude
+        for k in np.flatnonzero(above[1:] != above[:-1]):
+            at = x[k] + (latitude - y[k]) / (y[k + 1] - y[k]) * (x[k + 1] - x[k])
+            crossings += at > longitude
+    return crossings % 2 == 1
+
+
+WORLD = Frame(-180.0, -90.0, 180.0, 90.0)
+
+
+@pytest.mark.parametrize(
+    ('place', 'latitude', 'longitude', 'on_land'),
+    [
+        ('London', 51.5, -0.12, True),
+        ('Madeira, which 1:110m lacks', 32.75, -17.0, True),
+        ('Tenerife', 28.27, -16.6, True),
+        ('Mauritius', -20.25, 57.55, True),
+        ('St Helena', -15.96, -5.70, True),
+        ('Jamaica', 18.15, -77.3, True),
+        ('south of Jamaica', 17.5, -77.3, False),
+        ('mid-Atlantic', 40.0, -40.0, False),
+        ('the Caspian, water within land', 42.0, 50.5, False),
+        ('Chukotka, beyond 180', 67.0, -175.0, True),
+        ('the south pole', -89.5, 100.0, True),
+    ],
+)
+def test_known_places_are_on_land_or_at_sea(
+    place: str, latitude: float, longitude: float, *, on_land: bool
+) -> None:
+    about = Frame(longitude - 5.0, max(latitude - 4.0, -90.0), longitude + 5.0, latitude + 4.0)
+    for within in (WORLD, about):
+        assert is_land(land(within), longitude, latitude) == on_land, place
+
+
+def test_the_same_land_lies_a_turn_further_east() -> None:
+    here, there = Frame(140.0, -50.0, 180.0, 0.0), Frame(-220.0, -50.0, -180.0, 0.0)
+    for one, other in zip(land(here), land(there), strict=True):
+        np.testing.assert_allclose(one[0] - 360.0, other[0], atol=1e-9)
+        np.testing.assert_allclose(one[1], other[1], atol=1e-9)
+
+
+def test_outlines_are_closed_and_keep_to_their_frame() -> None:
+    of = Frame(-84.0, 6.0, 47.0, 61.0)
+    outlines = land(of)
+    # a page that shows half of the Atlantic stays small
+    assert sum(outline.shape[1] for outline in outlines) < 12_000
+    for x, y in outlines:
+        assert (x[0], y[0]) == (x[-1], y[-1])
+        assert of.west <= x.min() <= x.max() <= of.east
+        assert of.south <= y.min() <= y.max() <= of.north
+
+
+def test_the_area_of_ireland_is_known() -> None:
+    """84,421 km² (Ordnance Survey Ireland); 1:50 million keeps it to some percent."""
+    (outline,) = (
+        each for each in land(Frame(-11.0, 51.0, -5.0, 56.0)) if is_land([each], -8.0, 53.3)
+    )
+    x, y = np.radians(outline)
+    # the cylinder of Lambert keeps areas
+    z, radius_km = np.sin(y), 6371.0
+    area = 0.5 * abs(float(np.sum(x[:-1] * z[1:] - x[1:] * z[:-1]))) * radius_km**2
+    assert area == pytest.approx(84_421.0, rel=0.03)
+
+
+def test_a_frame_holds_its_places_and_has_the_ratio_asked_for() -> None:
+    found = frame(np.array([-76.8, -1.1, math.nan]), np.array([17.9, 50.8, 0.0]), 1.5)
+    assert found.west < -76.8
+    assert found.east > -1.1
+    assert found.south < 17.9
+    assert found.north > 50.8
+    wide = (found.east - found.west) / found.stretch
+    assert wide / (found.north - found.south) == pytest.approx(1.5, rel=0.02)
+    still = frame(np.array([5.0]), np.array([60.0]))
+    assert still.north - still.south == pytest.approx(0.5)
+
+
+def test_ports_have_names_and_the_open_sea_has_none() -> None:
+    assert place_name(32.6, -16.9) == 'Madeira'
+    assert place_name(17.93, -76.84) == 'Jamaica'
+    assert place_name(-20.2, 57.5 - 360.0) == 'Mauritius'
+    assert place_name(40.0, -40.0) == ''
