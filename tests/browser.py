@@ -15,6 +15,8 @@ from typing import Any
 
 BROWSER = shutil.which('chromium') or shutil.which('chromium-browser')
 DEADLINE_S = 120.0
+CHARTS = 'typeof Bokeh !== "undefined" && Bokeh.documents.length > 0'
+"""Finds a page drawn whose charts are."""
 
 
 class Browser:
@@ -76,8 +78,8 @@ class Browser:
                 assert 'error' not in said, said['error']
                 return said['result']
 
-    def show(self, page: Path, width: int, *, dark: bool) -> None:
-        """Open a page at a width [pixels] and wait until its charts are drawn."""
+    def show(self, page: Path, width: int, *, dark: bool, drawn: str = CHARTS) -> None:
+        """Open a page at a width [pixels] and wait until an expression finds it drawn."""
         self.ask(
             'Emulation.setDeviceMetricsOverride',
             width=width,
@@ -90,8 +92,7 @@ class Browser:
         self.faults.clear()
         self.ask('Page.navigate', url=page.as_uri())
         deadline = time.monotonic() + DEADLINE_S
-        drawn = 'document.readyState === "complete" && Bokeh.documents.length > 0'
-        while not self.run(f'typeof Bokeh !== "undefined" && {drawn}'):
+        while not self.run(f'document.readyState === "complete" && {drawn}'):
             assert time.monotonic() < deadline, f'{page}: was not drawn'
             time.sleep(0.1)
 

@@ -11,6 +11,9 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from tauto_core.euler.page import all_claims
+from tauto_core.euler.site import EDITIONS, write_site
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -42,7 +45,8 @@ class Page(HTMLParser):
 @pytest.fixture(scope='module')
 def site(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
     folder = tmp_path_factory.mktemp('site')
-    shutil.copytree(ROOT / 'docs', folder / 'docs')
+    shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers'])
+    write_site(folder / 'docs' / 'papers', all_claims())
     shutil.copy(ROOT / 'zensical.toml', folder)
     (folder / 'src').symlink_to(ROOT / 'src')
     command = [str(Path(sys.executable).with_name('zensical')), 'build', '--strict']
@@ -88,6 +92,14 @@ def test_links_and_anchors_lead_somewhere(site: dict[Path, Page]) -> None:
 def test_the_site_asks_nothing_of_any_network(site: dict[Path, Page]) -> None:
     for file, page in site.items():
         assert not [each for each in page.loads if urlsplit(each).netloc], str(file)
+
+
+def test_the_papers_are_pages_of_the_site(site: dict[Path, Page]) -> None:
+    navigated = {link.removeprefix('./') for link in site[Path('index.html')].links}
+    for edition in EDITIONS:
+        assert f'papers/{edition.file}.html' in navigated
+        anchors = site[Path('papers') / f'{edition.file}.html'].anchors
+        assert {each.number for each in edition.paragraphs} <= anchors
 
 
 def test_the_page_of_examples_shows_each_script(site: dict[Path, Page]) -> None:

@@ -84,6 +84,7 @@ setup(
             'scene/scene.schema.json',
             'plots/coasts.npz',
             'plots/report_page.html',
+            'euler/site_page.html',
         ],
     },
     data_files=[

@@ -258,6 +258,12 @@ def euler(
             metavar='DIR', help='Write DIR/euler.md and DIR/figures/*.svg instead of the list.'
         ),
     ] = None,
+    site: Annotated[
+        Path | None,
+        typer.Option(
+            metavar='DIR', help='Write a page to play with for each paper, DIR/*.html, instead.'
+        ),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Check what Euler's papers claim against what is computed.
@@ -272,9 +278,14 @@ def euler(
 
         for file in write_page(page, claims):
             typer.echo(f'wrote {file}', err=True)
+    if site is not None:
+        from tauto_core.euler.site import write_site
+
+        for file in write_site(site, claims):
+            typer.echo(f'wrote {file}', err=True)
     if as_json:
         typer.echo(json.dumps({'claims': list(map(claim_facts, claims))}, allow_nan=False))
-    elif page is None:
+    elif page is None and site is None:
         width = max(get_terminal_size().columns, _NARROWEST)
         for claim in claims:
             typer.echo('\n'.join(claim_lines(claim, width)))

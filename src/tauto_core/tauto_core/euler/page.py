@@ -104,29 +104,33 @@ def claims_page(claims: Sequence[Claim]) -> str:
     return '\n'.join(parts)
 
 
-def _row(claim: Claim) -> str:
-    # below rounding, the power of ten that the difference is known to be under
-    off = f'{claim.difference:.1e}'
+def off_by(claim: Claim) -> str:
+    """Return how a difference is written: below rounding, the power of ten that it is under."""
     if math.isinf(claim.difference):
-        off = '—'
-    elif claim.difference <= SHOWN_ABOVE:
-        off = f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
-    value = f' → {_number(claim.value)}' if math.isfinite(claim.value) else ''
+        return '—'
+    if claim.difference <= SHOWN_ABOVE:
+        return f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
+    return f'{claim.difference:.1e}'
+
+
+def _row(claim: Claim) -> str:
+    value = f' → {number(claim.value)}' if math.isfinite(claim.value) else ''
     cells = (
         claim.paragraph,
         _safe(claim.claim),
         _safe(claim.stands + value if claim.stands else ''),
         _safe(claim.must),
         _safe(claim.adds if claim.stands else claim.adds + value),
-        _number(claim.computed),
-        off,
+        number(claim.computed),
+        off_by(claim),
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
         + (f': {_safe(claim.because)}' if claim.because else ''),
     )
     return f'| {" | ".join(cells)} |'
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
+    """Return how a value is written: so few digits are the same on every machine."""
     return f'{value:.7g}'
 
 

@@ -1,0 +1,159 @@
+"""The papers as pages to read and to play with, one self-contained HTML file each.
+
+A page holds every drawing of its figures for every value of their controls, so that what moves is
+what this code computed; its script only exchanges drawings. It uses no network.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+from string import Template
+from textwrap import dedent
+
+from tauto_core.euler import trochlea_edition
+from tauto_core.euler.claim import Claim
+from tauto_core.euler.drawing import svg
+from tauto_core.euler.edition import Edition, EulerFigure, Paragraph
+from tauto_core.euler.mathml import mathml
+from tauto_core.euler.page import PageError, number, off_by
+
+EDITIONS: tuple[Edition, ...] = (trochlea_edition.EDITION,)
+_HEAD = dedent("""\
+    Written by <code>tauto euler --site</code>. Each paragraph is told in two sentences of our own;
+    the formulas stand as in our text of the paper, a transcription by machine from scans, in which
+    the plates are missing. The figures are constructed from the text, with Euler’s letters.
+    “Computed” is the same quantity found independently, by quadrature, by integrating the motion
+    or by another closed form. Which faults of the text are in the print only scans can tell, and
+    none were compared.""")
+_VERDICTS = {
+    'holds': 'holds',
+    'corrected': 'holds once corrected',
+    'fails': 'does not hold',
+    'added': 'not in the paper',
+}
+
+
+def write_site(folder: Path, claims: Sequence[Claim]) -> list[Path]:
+    """Write a page for each paper into a folder, and return the files.
+
+    The folder is made, and files of these names replaced. PageError: one that cannot be written.
+    """
+    files = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for edition in EDITIONS:
+            file = folder / f'{edition.file}.html'
+            file.write_text(paper_page(edition, claims), encoding='utf-8')
+            files.append(file)
+    except OSError as error:
+        raise PageError(
+            f'{error.filename or folder}: cannot be written: {error.strerror}. Name another folder'
+        ) from None
+    return files
+
+
+def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
+    """Return the page of a paper as HTML."""
+    checked = edition.checked(claims)
+    figures = {figure.name: figure for figure in edition.figures}
+    frames = {_id(figure): _frames(figure) for figure in edition.figures if figure.controls}
+    template = Template(Path(__file__).with_name('site_page.html').read_text(encoding='utf-8'))
+    return template.substitute(
+        short=escape(edition.short),
+        title=escape(edition.title),
+        head=_HEAD,
+        papers=''.join(
+            f'<span aria-current="page">{escape(each.short)}</span>'
+            if each is edition
+            else f'<a href="{each.file}.html">{escape(each.short)}</a>'
+            for each in EDITIONS
+        ),
+        facts=''.join(
+            f'<dt>{escape(name)}</dt><dd>{escape(known)}</dd>' for name, known in edition.facts
+        ),
+        contents=''.join(
+            f'<li><a href="#{each.number}">{each.number}</a></li>' for each in edition.paragraphs
+        ),
+        paragraphs='\n'.join(
+            _paragraph(each, [figures[name] for name in each.figures], checked[each.number])
+            for each in edition.paragraphs
+        ),
+        # a script element ends at the first '</'
+        figures=json.dumps(frames, ensure_ascii=False, separators=(',', ':')).replace(
+            '</', '<\\/'
+        ),
+    )
+
+
+def _paragraph(
+    paragraph: Paragraph, figures: Sequence[EulerFigure], claims: Sequence[Claim]
+) -> str:
+    runs = ''.join(f'<li><code>{escape(each)}</code></li>' for each in paragraph.runs)
+    return (
+        f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
+        f'<div><h2>§{paragraph.number}</h2><p>{escape(paragraph.argues)}</p>'
+        f'{"".join(map(_claim, claims))}'
+        f'{f"<h3>Run it</h3><ul class=runs>{runs}</ul>" if runs else ""}'
+        f'{f"<p class=lacks>{escape(paragraph.lacks)}</p>" if paragraph.lacks else ""}</div>'
+        f'{"".join(map(_figure, figures))}</section>'
+    )
+
+
+def _claim(claim: Claim) -> str:
+    value = f' → {number(claim.value)}' if math.isfinite(claim.value) else ''
+    rows = [
+        ('as it stands', claim.stands, value),
+        ('as it must be', claim.must, ''),
+        ('Tauto adds', claim.adds, '' if claim.stands else value),
+    ]
+    formulas = ''.join(
+        f'<dt>{name}</dt><dd>{mathml(formula)}{escape(shown)}</dd>'
+        for name, formula, shown in rows
+        if formula
+    )
+    because = f': {escape(claim.because)}' if claim.because else ''
+    stands = 'as it stands ' if claim.must else ''
+    off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
+    return (
+        f'<div class="claim {claim.verdict}"><p>{escape(claim.claim)}</p>'
+        f'<dl class="formulas">{formulas}<dt>computed</dt><dd>{number(claim.computed)}{off}</dd>'
+        f'</dl><p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
+    )
+
+
+def _figure(figure: EulerFigure) -> str:
+    shown = figure.draw(*(each.values[each.begin] for each in figure.controls))
+    name = _id(figure)
+    controls = ''.join(
+        f'<div class="control"><label for="{name}-{k}">{escape(each.name)}</label>'
+        f'<input type="range" id="{name}-{k}" min="0" max="{len(each.values) - 1}" '
+        f'value="{each.begin}" disabled>'
+        f'<output for="{name}-{k}">{escape(each.label(each.begin))}</output></div>'
+        for k, each in enumerate(figure.controls)
+    )
+    return (
+        f'<figure id="{name}">{svg(shown.drawing, f"Figure {figure.name}: {figure.caption}")}'
+        f'{controls}<p class="says" aria-live="polite">{escape(shown.says)}</p>'
+        f'<figcaption>Fig. {figure.name}, constructed from the text. {escape(figure.caption)}'
+        f'</figcaption></figure>'
+    )
+
+
+def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
+    """Return the drawings for all values of the controls, the last of which changes first."""
+    every = itertools.product(*(each.values for each in figure.controls))
+    shown = [figure.draw(*values) for values in every]
+    return {
+        'values': [list(map(each.label, range(len(each.values)))) for each in figure.controls],
+        'drawn': [each.drawing.markup for each in shown],
+        'says': [each.says for each in shown],
+    }
+
+
+def _id(figure: EulerFigure) -> str:
+    return 'figure-' + ''.join(each if each.isalnum() else '-' for each in figure.name)
