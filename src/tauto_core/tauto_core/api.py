@@ -237,8 +237,8 @@ def isochronism(
 
     Returns:
         Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. For a body in a fluid
-        `amplitude_m` and `descent_s`, the time to the lowest point, besides; its period is the
-        time to the other side and back.
+        `amplitude_m`, `descent_s`, the time to the lowest point, and `half_swing_s`, the time to
+        the other side, besides; its period is the time there and back.
 
     Raises:
         UsageError: no amplitude, or one out of range.

@@ -145,6 +145,18 @@ def test_a_body_in_a_fluid_is_drawn_on_its_curve(body: str) -> None:
     assert float(np.interp(across, curve.x, curve.y)) == pytest.approx(up, abs=0.1)
 
 
+@pytest.mark.parametrize('given', ['descent', 'ascent'])
+def test_a_branch_and_its_companion_are_told_apart(given: str) -> None:
+    """The circle has its centre a metre above A; the companion begins where it ends."""
+    drawn = draw_machine(tauto.load('companion_in_oil', **{'regulator.given': given}))
+    circle, other = part(drawn, 'circle, the given branch'), part(drawn, 'its companion')
+    np.testing.assert_allclose(radii(circle, (0.0, 1000.0)), 1000.0, rtol=1e-9)
+    side = 1.0 if given == 'descent' else -1.0
+    assert np.all(side * circle.x >= 0.0)
+    assert np.all(side * other.x <= 0.0)
+    assert np.ptp(other.x) > 100.0
+
+
 @pytest.mark.parametrize('name', SCENES)
 def test_what_the_scene_does_not_give_is_named(name: str) -> None:
     drawn = draw_machine(tauto.load(name))

@@ -41,6 +41,7 @@ def test_the_scenes_that_ship() -> None:
         'clock_second_cam_force',
         'clock_sully_lever',
         'coach_1724',
+        'companion_in_oil',
         'esperance_to_the_cape',
         'globe_in_oil',
         'hanging_thread_at_sea',

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 import yaml
 
+from tauto_core.machines import compile_machine
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 
 OIL: dict[str, Any] = yaml.safe_load(scene_yaml(load_scene('globe_in_oil')))
@@ -71,6 +72,37 @@ def test_what_makes_no_regulator_is_refused(
     error = refusal(regulator)
     assert error.key == f'regulator.{key}'
     assert said in str(error)
+
+
+CIRCLE = {'kind': 'circle', 'radius': 1.0}
+
+
+@pytest.mark.parametrize(
+    ('regulator', 'key', 'said'),
+    [
+        ({'curve': 'companion'}, 'of', 'is missing'),
+        ({'of': CIRCLE}, 'of', 'does not go with regulator.curve euler'),
+        ({'given': 'ascent'}, 'given', 'of which no branch is given'),
+        ({'curve': 'cycloid', 'ascent_length': 1.0}, 'ascent_length', "are Euler's"),
+        ({'curve': 'companion', 'of': CIRCLE, 'friction': 0.1}, 'friction', 'without friction'),
+        ({'curve': 'companion', 'of': {'kind': 'circle'}}, 'of.radius', 'is missing'),
+        (
+            {'curve': 'companion', 'of': CIRCLE, 'release_arc': 1.2},
+            'release_arc',
+            'the branch of descent is 0.356107 m high and that of ascent 0.0931156 m',
+        ),
+        ({'curve': 'cycloid', 'friction': 0.5}, 'friction', 'holds the body where it is released'),
+        ({'friction': 0.15}, 'friction', 'holds the body after its first half swing'),
+        ({'ascent_length': 0.1}, 'release_arc', 'beyond the end of the other branch'),
+    ],
+)
+def test_a_curve_that_cannot_be_is_refused(regulator: dict[str, Any], key: str, said: str) -> None:
+    with pytest.raises(SceneError) as refused:
+        compile_machine(
+            parse_scene(yaml.safe_dump(OIL | {'regulator': OIL['regulator'] | regulator}), 'oil')
+        )
+    assert refused.value.key == f'regulator.{key}'
+    assert said in str(refused.value)
 
 
 def test_one_of_the_two_is_needed() -> None:

@@ -55,6 +55,10 @@ class DescentCurve(Protocol):
     def ascent_cusp(self) -> float:
         """Arc of the cusp on the branch of ascent [m], < 0; −inf where there is none."""
 
+    @property
+    def joints(self) -> FloatArray:
+        """Arcs at which the slope is not smooth [m]."""
+
     def slope(self, arc: ArrayLike) -> FloatArray:
         """Return p = dx/ds."""
 
@@ -109,6 +113,11 @@ class CurveInMedium:
     def descent_cusp(self) -> float:
         """Arc of the cusp on the branch of descent [m]."""
         raise NotImplementedError
+
+    @property
+    def joints(self) -> FloatArray:
+        """Arcs at which the slope is not smooth [m]; none."""
+        return np.empty(0)
 
     @property
     def ascent_cusp(self) -> float:
@@ -260,6 +269,11 @@ class Mirrored:
     def ascent_cusp(self) -> float:
         """Arc of the cusp on the original's branch of descent [m]."""
         return -self.curve.descent_cusp
+
+    @property
+    def joints(self) -> FloatArray:
+        """The arcs of the curve's joints, with their signs changed [m]."""
+        return -self.curve.joints
 
     def slope(self, arc: ArrayLike) -> FloatArray:
         """Return p."""

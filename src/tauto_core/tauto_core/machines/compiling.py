@@ -39,6 +39,7 @@ _COLUMNS = {
     'amplitude_rad': ('amplitude rad', 14, '.6g'),
     'amplitude_m': ('amplitude m', 14, '.6g'),
     'descent_s': ('descent s', 13, PERIOD),
+    'half_swing_s': ('half swing s', 13, PERIOD),
     'period_s': ('period s', 13, PERIOD),
     'rate_s_per_day': ('rate s/day', 13, '+z,.3f'),
 }

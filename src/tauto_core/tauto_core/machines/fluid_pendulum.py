@@ -5,7 +5,7 @@ on his curve in the other direction, and the regulator.
 
 Euler, *Curva tautochrona in fluido* (1729). On his curve every half swing down the branch of
 descent takes π√(f/g), and one in the other direction takes longer. On a symmetric curve both take
-the same time.
+the same time. Where the branches differ, or a constant friction acts, see `half_swings`.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
+from tauto_core.curves.branches import JoinedCurve
 from tauto_core.curves.fluid import (
     Cycloid,
     DescentCurve,
@@ -35,6 +36,7 @@ from tauto_core.curves.numerics import (
     repeated_rule,
 )
 from tauto_core.machines.compiling import AmplitudeTable, checked_amplitudes, rate_s_per_day
+from tauto_core.machines.half_swings import BothWays
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
@@ -521,13 +523,7 @@ def jacobi_amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray
     return phi
 
 
-Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve
-
-CURVES: dict[str, type[FluidTautochrone] | type[Cycloid] | type[SymmetricCurve]] = {
-    'euler': FluidTautochrone,
-    'cycloid': Cycloid,
-    'symmetric': SymmetricCurve,
-}
+Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve | JoinedCurve
 
 
 @dataclass(frozen=True, eq=False)
@@ -535,11 +531,12 @@ class DescentIsochronism(AmplitudeTable):
     """Descent, period and rate of a body in a fluid at n amplitudes; `str` gives a table.
 
     The amplitude is the arc of the release on the branch of descent; from there `descent_s` goes
-    to the lowest point, `period_s` to the other side and back.
+    to the lowest point, `half_swing_s` to the other side, `period_s` there and back.
     """
 
     amplitude_m: FloatArray
     descent_s: FloatArray
+    half_swing_s: FloatArray
     period_s: FloatArray
     rate_s_per_day: FloatArray
 
@@ -553,12 +550,14 @@ class FluidPendulum:
         weight: weight of the body less that of the fluid displaced, in vacuum's gravity [N].
         gravity: g [m/s2].
         release_arc: arc of the release at rest [m], < 0 on the branch of ascent.
+        friction: μ, constant friction over the weight in the fluid.
     """
 
     curve: Curve
     weight: float
     gravity: float
     release_arc: float
+    friction: float = 0.0
 
     # attributes that the clockwork asks of every machine; the fluid does not move
     follows_apparent_vertical = False
@@ -579,7 +578,16 @@ class FluidPendulum:
     @property
     def is_euler(self) -> bool:
         """Whether the curve is Euler's, on which half swings have closed forms."""
-        return isinstance(self.curve, FluidTautochrone)
+        return isinstance(self.curve, FluidTautochrone) and self.friction == 0.0
+
+    @property
+    def is_even(self) -> bool:
+        """Whether half swings in both directions are alike."""
+        return isinstance(self.curve, Cycloid | SymmetricCurve) and self.friction == 0.0
+
+    def both_ways(self, start: float) -> BothWays:
+        """Return the half swings from a start on; DescentError: the body would leave the curve."""
+        return BothWays(self.curve, self.gravity, self.friction, start)
 
     def branch(self, start: float) -> DescentCurve:
         """Return the curve as seen by a half swing that starts at an arc of this sign."""
@@ -592,6 +600,9 @@ class FluidPendulum:
         series.
         """
         kappa = self.curve.kappa
+        if not (self.is_euler or self.is_even):
+            course = self.both_ways(start).course(start)
+            return course.duration * self.frequency / math.pi - 1.0, course.end
         if not self.is_euler:
             found = half_swing(self.branch(start), self.gravity, abs(start))
             return found.duration * self.frequency / math.pi - 1.0, -math.copysign(
@@ -605,13 +616,32 @@ class FluidPendulum:
         """Return the duration of a swing from rest to the other side and back [s].
 
         The sign of the amplitude [m] is its branch; 0 gives the limit 2π/ω. DescentError: one
-        beyond the cusp.
+        beyond the cusp, or so small that friction holds the body.
         """
         if amplitude == 0.0:
             return self.small_period
         there, end = self.swing(amplitude)
         back, _ = self.swing(end)
+        if math.isinf(there + back):
+            raise DescentError(
+                f'amplitude {amplitude!r} m: friction of {self.friction!r} of the weight holds '
+                f'the body at {amplitude if math.isinf(there) else end!r} m, so that it does not '
+                'come back; give a larger amplitude, or less friction'
+            )
         return self.small_period * (1.0 + 0.5 * (there + back))
+
+    def half_swing(self, amplitude: float) -> float:
+        """Return the duration of the half swing from rest at a signed arc [m] to rest [s]."""
+        return 0.5 * self.small_period * (1.0 + self.swing(amplitude)[0])
+
+    def descent(self, amplitude: float) -> float:
+        """Return the time from rest on the branch of descent to where nothing pulls it along [s].
+
+        Without friction that is A. The amplitude [m] is > 0.
+        """
+        if self.friction == 0.0:
+            return descent_time(self.curve, self.gravity, amplitude)
+        return self.both_ways(amplitude).fall_time(amplitude)
 
 
 def descent_isochronism(
@@ -628,7 +658,8 @@ def descent_isochronism(
         amplitudes, edge, 'm', 'in metres of arc', 'at most the arc of the cusp'
     )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
-    descent = [descent_time(machine.curve, machine.gravity, amplitude) for amplitude in asked]
+    descent = [machine.descent(amplitude) for amplitude in asked]
+    half = [machine.half_swing(amplitude) for amplitude in asked]
     period = [machine.period(amplitude) for amplitude in asked]
     rate = [rate_s_per_day(each, nominal) for each in period]
-    return DescentIsochronism(nominal, *map(np.array, (asked, descent, period, rate)))
+    return DescentIsochronism(nominal, *map(np.array, (asked, descent, half, period, rate)))

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
 
+import numpy as np
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
@@ -38,6 +39,7 @@ from tauto_core.scene.sections import (
 )
 
 if TYPE_CHECKING:
+    from tauto_core.curves.branches import Given
     from tauto_core.machines.fluid_pendulum import Curve, FluidPendulum
 
 
@@ -366,12 +368,67 @@ class ImmersedBody:
         return self.density + self.added_mass * self.fluid_density
 
 
+class CycloidBranch(Section):
+    """A branch of a cycloid."""
+
+    kind: Literal['cycloid'] = Field(default='cycloid', description='cycloid')
+    pendulum_length: Positive = Field(
+        description='length of the simple pendulum that keeps time with small swings on it [m]'
+    )
+
+    def curve(self, kappa: float, gamma: float) -> Given:
+        """Return the branch for a body in a fluid."""
+        from tauto_core.curves.fluid import Cycloid
+
+        return Cycloid(kappa, gamma, self.pendulum_length)
+
+
+class CircleBranch(Section):
+    """A branch of a circle."""
+
+    kind: Literal['circle'] = Field(default='circle', description='circle')
+    radius: Positive = Field(description='radius of the circle [m]')
+
+    def curve(self, kappa: float, gamma: float) -> Given:
+        """Return the branch for a body in a fluid."""
+        from tauto_core.curves.branches import Circle
+
+        return Circle(kappa, gamma, self.radius / gamma)
+
+
+class PointsBranch(Section):
+    """A branch through points."""
+
+    kind: Literal['points'] = Field(default='points', description='points')
+    points: Annotated[
+        tuple[tuple[Positive, Positive], ...], Field(min_length=3, max_length=200)
+    ] = Field(
+        description='list of [horizontal distance from the lowest point, height above it] [m], 3 '
+        'to 200; distances increase'
+    )
+
+    def curve(self, kappa: float, gamma: float) -> Given:
+        """Return the branch for a body in a fluid; DescentError: it does not rise throughout."""
+        from tauto_core.curves.branches import ThroughPoints
+
+        return ThroughPoints(kappa, gamma, np.array(self.points))
+
+
 class FluidTautochroneRegulator(Section):
     """A globe or cylinder that swings on a curve in a fluid, without a trochlea (Euler 1729)."""
 
     kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
-    curve: Literal['euler', 'cycloid', 'symmetric'] = Field(
-        default='euler', description='euler, cycloid or symmetric (theory B)'
+    curve: Literal['euler', 'cycloid', 'symmetric', 'companion'] = Field(
+        default='euler', description='euler, cycloid, symmetric or companion (theory B)'
+    )
+    of: Annotated[
+        CycloidBranch | CircleBranch | PointsBranch | None, Field(discriminator='kind')
+    ] = Field(
+        default=None,
+        description='mapping with `kind`: the branch whose companion completes the curve',
+    )
+    given: Literal['descent', 'ascent'] = Field(
+        default='descent', description='of a companion: whether `of` is the descent or the ascent'
     )
     body: Literal['globe', 'cylinder'] = Field(description='globe or cylinder')
     diameter: Positive = Field(
@@ -380,7 +437,18 @@ class FluidTautochroneRegulator(Section):
     body_density: Positive = Field(description='density of the body [kg/m3]')
     fluid_density: NonNegative = Field(description='density of the fluid, below the body [kg/m3]')
     pendulum_length: Positive = Field(
-        description='length f of the simple pendulum that keeps time with small swings [m]'
+        description='length f of the simple pendulum that keeps time with small swings [m]; of a '
+        'companion with all half swings'
+    )
+    ascent_length: Positive | None = Field(
+        default=None,
+        description="the same of the branch of ascent, h, where Euler's curve has another there "
+        '[m]; f when left out',
+    )
+    friction: NonNegative = Field(
+        default=0.0,
+        description="constant friction, over the body's weight in the fluid; Euler's curve allows "
+        'for it',
     )
     release_arc: Number = Field(
         description='arc from the lowest point to the release, at rest [m]; negative on the '
@@ -412,6 +480,40 @@ class FluidTautochroneRegulator(Section):
                 "does not go with regulator: in Euler's equations curve and fluid are at rest",
                 'Use ship kind still.',
             )
+        if (self.of is not None) != (self.curve == 'companion'):
+            missing = self.of is None
+            yield Problem(
+                'regulator.of',
+                ABSENT if self.of is None else self.of.kind,
+                'is missing: the branch whose companion is sought'
+                if missing
+                else f'does not go with regulator.curve {self.curve}, which is whole',
+                'Write of: {kind: circle, radius: 1.0}, or kind cycloid or points.'
+                if missing
+                else 'Leave it out, or use curve companion.',
+            )
+        if self.given == 'ascent' and self.curve != 'companion':
+            yield Problem(
+                'regulator.given',
+                self.given,
+                f'does not go with regulator.curve {self.curve}, of which no branch is given',
+                'Leave it out.',
+            )
+        if self.ascent_length is not None and self.curve != 'euler':
+            yield Problem(
+                'regulator.ascent_length',
+                self.ascent_length,
+                f'does not go with regulator.curve {self.curve}: branches of two lengths are '
+                "Euler's",
+                'Leave it out, or use curve euler.',
+            )
+        if self.friction and self.curve == 'companion':
+            yield Problem(
+                'regulator.friction',
+                self.friction,
+                'does not go with regulator.curve companion, which is found without friction',
+                'Leave it out, or use curve euler, which allows for it.',
+            )
         if self.release_arc == 0.0:
             yield Problem(
                 'regulator.release_arc',
@@ -429,11 +531,29 @@ class FluidTautochroneRegulator(Section):
 
 
 def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
-    """Return the curve of a regulator for its body and fluid; DescentError if it does not sink."""
-    from tauto_core.machines.fluid_pendulum import CURVES
+    """Return the curve of a regulator for its body and fluid.
 
-    body = regulator.immersed
-    return CURVES[regulator.curve](body.kappa, body.gamma, regulator.pendulum_length)
+    DescentError: a body that does not sink, or a curve that does not exist.
+    """
+    from tauto_core.curves.branches import JoinedCurve, joined_companion
+    from tauto_core.curves.fluid import Cycloid, FluidTautochrone, SymmetricCurve
+    from tauto_core.machines.fluid_pendulum import composed_length
+
+    kappa, gamma = regulator.immersed.kappa, regulator.immersed.gamma
+    length, ascent, mu = regulator.pendulum_length, regulator.ascent_length, regulator.friction
+    match regulator.curve:
+        case 'cycloid':
+            return Cycloid(kappa, gamma, length)
+        case 'symmetric':
+            return SymmetricCurve(kappa, gamma, length)
+        case 'companion':
+            assert regulator.of is not None  # `problems`
+            return joined_companion(regulator.of.curve(kappa, gamma), regulator.given, length)
+    curve = FluidTautochrone(kappa, gamma, length, mu)
+    if ascent is None:
+        return curve
+    other = FluidTautochrone(kappa, gamma, ascent, mu)
+    return JoinedCurve(curve, other, composed_length(length, ascent))
 
 
 def compile_fluid_pendulum(
@@ -471,6 +591,16 @@ def compile_fluid_pendulum(
         ) from None
     start = regulator.release_arc
     edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
+    if not abs(start) <= abs(edge) and regulator.of is not None:
+        top = float(curve.height(curve.descent_cusp)), float(curve.height(curve.ascent_cusp))
+        raise SceneError(
+            name,
+            'regulator.release_arc',
+            start,
+            f'beyond the end of the curve, at {edge!r} m: the companion exists no farther, where '
+            f'the branch of descent is {top[0]:.6g} m high and that of ascent {top[1]:.6g} m',
+            'Release the body nearer to A, or give a longer pendulum_length.',
+        )
     if not abs(start) <= abs(edge):
         # the shortest pendulum whose curve includes the release, or else the nearest body
         longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
@@ -489,8 +619,37 @@ def compile_fluid_pendulum(
         )
     from tauto_core.machines.fluid_pendulum import FluidPendulum
 
+    if abs(float(curve.slope(start))) <= regulator.friction:
+        raise SceneError(
+            name,
+            'regulator.friction',
+            regulator.friction,
+            f'holds the body where it is released: the slope there is '
+            f'{float(curve.slope(start)):.6g}',
+            'Give less friction, or release the body farther from A.',
+        )
     weight = regulator.immersed.sunk_mass * gravity
-    return FluidPendulum(curve, weight, gravity, start)
+    machine = FluidPendulum(curve, weight, gravity, start, regulator.friction)
+    if not (machine.is_euler or machine.is_even):
+        try:
+            ways = machine.both_ways(start)
+        except DescentError as error:
+            raise SceneError(
+                name,
+                'regulator.release_arc',
+                start,
+                f'is too far: {error}',
+                'Release the body nearer to A.',
+            ) from None
+        if ways.holds(end := ways.course(start).end):
+            raise SceneError(
+                name,
+                'regulator.friction',
+                regulator.friction,
+                f'holds the body after its first half swing, at {end:.6g} m',
+                'Give less friction, or release the body farther from A.',
+            )
+    return machine
 
 
 def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from decimal import Decimal, localcontext
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, cast
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -92,7 +92,27 @@ class HalfSwingTable:
         return SwingEnd(_sum(self._excess, x), -start * _sum(self._ratio, x))
 
 
-class EulerLaw:
+class Law(Protocol):
+    """The half swings of a machine."""
+
+    def course(self, start: float) -> SwingEnd:
+        """Return the course of the half swing from rest at a signed arc [m]."""
+        ...
+
+    def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
+        ...
+
+    def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the arcs where nothing pulls bodies along, and slopes less or more friction.
+
+        `start` are the signed arcs from which they came, `slope` the slopes where they are. Of a
+        body that friction holds both are 0.
+        """
+        return np.zeros_like(start), slope
+
+
+class EulerLaw(Law):
     """Half swings on Euler's curve, in closed form both ways."""
 
     def __init__(self, machine: FluidPendulum, curve: FluidTautochrone) -> None:
@@ -119,7 +139,7 @@ class EulerLaw:
         return arc, rate
 
 
-class SymmetricLaw:
+class SymmetricLaw(Law):
     """Half swings on a curve whose branches are alike, by quadrature."""
 
     def __init__(self, machine: FluidPendulum) -> None:
@@ -148,11 +168,42 @@ class SymmetricLaw:
         return sign * arc, sign * rate
 
 
-def swing_law(machine: FluidPendulum) -> EulerLaw | SymmetricLaw:
+class BranchedLaw(Law):
+    """Half swings over branches that differ, or with constant friction."""
+
+    def __init__(self, machine: FluidPendulum) -> None:
+        self._ways = machine.both_ways(machine.release_arc)
+        self._half_s = math.pi / machine.frequency
+        self._tables: dict[bool, HalfSwingTable] = {}
+        if machine.friction == 0.0 and not np.any(machine.curve.joints):
+            # smooth but at A, so that duration and end are smooth functions of the start
+            start = machine.release_arc
+            for widest in (start, self._swing(start)[1]):
+                self._tables[widest > 0.0] = HalfSwingTable(self._swing, widest)
+
+    def _swing(self, start: float) -> tuple[float, float]:
+        found = self._ways.course(start)
+        return found.duration / self._half_s - 1.0, found.end
+
+    def course(self, start: float) -> SwingEnd:
+        """Return the course of the half swing from rest at a signed arc [m]."""
+        table = self._tables.get(start > 0.0)
+        return SwingEnd(*self._swing(start)) if table is None else table(start)
+
+    def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return both, as `BothWays` has them."""
+        return self._ways.with_friction(start, slope)
+
+    def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
+        return self._ways.place(start, time)
+
+
+def swing_law(machine: FluidPendulum) -> Law:
     """Return the law of a machine's half swings."""
-    if isinstance(machine.curve, FluidTautochrone):
-        return EulerLaw(machine, machine.curve)
-    return SymmetricLaw(machine)
+    if machine.is_euler:
+        return EulerLaw(machine, cast(FluidTautochrone, machine.curve))
+    return SymmetricLaw(machine) if machine.is_even else BranchedLaw(machine)
 
 
 def _sum(series: list[float], x: float) -> float:
@@ -173,6 +224,11 @@ def _sum(series: list[float], x: float) -> float:
 #
 # `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` what the weight in the fluid
 # exerts along the curve [N]; the phase is that of E4 in reading.md, (s, −ṡ/ω) with ω = √(g/f).
+# With friction arcs count from the point where nothing pulls the body along, until it is held.
+
+
+_NEVER_NS = 2**63
+"""Beyond every instant of a run [ns]."""
 
 
 @dataclass
@@ -244,12 +300,16 @@ class HalfSwings:
         machine, curve = self._machine, self._machine.curve
         omega, slope = machine.frequency, curve.slope(arc)
         drag = curve.kappa * rate * np.abs(rate)
-        acceleration = -curve.gamma * machine.gravity * slope - drag
+        middle, pull, widest = np.zeros_like(arc), slope, start
+        if machine.friction:
+            middle, pull = self._law.with_friction(start, slope)
+            widest = np.where(start == middle, 1.0, start - middle)
+        acceleration = -curve.gamma * machine.gravity * pull - drag
         # divided by the amplitude, so that no square underflows
-        x, y = arc / start, np.maximum(-rate / (omega * start), 0.0)
+        x, y = (arc - middle) / widest, np.maximum(-rate / (omega * widest), 0.0)
         turned = np.arctan2(y, x) / math.pi
         square = x * x + y * y
-        areal = omega * y * y - x * (acceleration / (omega * start))
+        areal = omega * y * y - x * (acceleration / (omega * widest))
         return Motion(
             angle=arc,
             rate=rate,
@@ -262,6 +322,8 @@ class HalfSwings:
 
     def _next(self, now: _Now, course: SwingEnd) -> _Now:
         """Return the half swing after the one under way."""
+        if math.isinf(course.excess):  # friction holds it for ever
+            return _Now(now.count + 1, course.end, _NEVER_NS, 0.0)
         rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
         whole = math.floor(rest)
         begin = now.begin_ns + self._half_ns + whole

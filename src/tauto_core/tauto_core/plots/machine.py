@@ -23,7 +23,7 @@ from tauto_core.machines import (
     compile_trochlea,
     steady_swing,
 )
-from tauto_core.plots.chart import Line
+from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (
     AxleSuspension,
@@ -289,9 +289,23 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Draw
         cosine = math.sqrt(max(1.0 - sine * sine, 0.0))
         released = np.array([[cosine, -sine], [sine, cosine]]) @ body
         released += np.array([[across], [up]])
+    if regulator.of is None:
+        curves = [Part('curve', level, height, 'blue', moves_with='ship')]
+    else:
+        mine = f'{regulator.of.kind}, the given branch', 'blue'
+        names = [('its companion', 'green'), mine]
+        if regulator.given == 'ascent':
+            names.reverse()
+        lowest = len(level) // 2
+        curves = [
+            Part(name, level[branch], height[branch], cast(Colour, colour), moves_with='ship')
+            for (name, colour), branch in zip(
+                names, (slice(0, lowest + 1), slice(lowest, None)), strict=True
+            )
+        ]
     return Drawing(
         [
-            Part('curve', level, height, 'blue', moves_with='ship'),
+            *curves,
             _path('at the release', released.T, 'grey', 'ship'),
             _area(f'{regulator.body} at rest', body, 'orange', 'body'),
         ],

@@ -1,0 +1,141 @@
+"""Half swings over branches that differ, against DOP853, closed forms and what Euler says."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tauto_core.curves.branches import Circle, JoinedCurve, ThroughPoints, joined_companion
+from tauto_core.curves.fluid import Cycloid, FluidTautochrone
+from tauto_core.machines.fluid_pendulum import composed_length, descent_time, duration_excess
+from tauto_core.machines.half_swings import BothWays
+from tauto_core.scene.errors import DescentError
+
+G = 9.80665
+KAPPA, GAMMA = 0.75, 0.9
+LEVEL = np.linspace(0.125, 1.0, 8)
+POINTS = np.stack([LEVEL, 0.5 * LEVEL**2 + 0.1 * LEVEL**3], axis=1)
+GIVEN: dict[str, Any] = {
+    'cycloid': Cycloid(KAPPA, GAMMA, 1.0),
+    'circle': Circle(KAPPA, GAMMA, 1.0 / GAMMA),
+    'points': ThroughPoints(KAPPA, GAMMA, POINTS),
+}
+
+
+def integrated(curve: Any, start: float, friction: float = 0.0) -> tuple[float, float]:
+    """Return duration [s] and end [m] of a half swing by DOP853, restarted at A."""
+    way = -1.0 if float(curve.slope(start)) > 0.0 else 1.0
+
+    def law(_: float, y: np.ndarray) -> list[float]:
+        pull = float(curve.slope(y[0])) + way * friction
+        return [y[1], -curve.gamma * G * pull - way * curve.kappa * y[1] ** 2]
+
+    def rest(t: float, y: np.ndarray) -> float:
+        return float(y[1]) if t > 0.01 else way
+
+    def at_lowest(_: float, y: np.ndarray) -> float:
+        return float(y[0])
+
+    for event in (rest, at_lowest):
+        event.terminal = True
+    begin, state = 0.0, [start, 0.0]
+    for events in ([at_lowest], [rest]):
+        run = solve_ivp(
+            law, (begin, 9.0), state, 'DOP853', rtol=3e-14, atol=1e-16, events=events,
+            max_step=0.01,
+        )  # fmt: skip
+        begin, state = float(run.t_events[0][0]), [way * 1e-300, float(run.y_events[0][0][1])]
+    return begin, float(run.y_events[0][0][0])
+
+
+@pytest.mark.parametrize('side', ['descent', 'ascent'])
+@pytest.mark.parametrize('name', GIVEN)
+def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: Any) -> None:
+    """By DOP853, to 1e-12 of π√(L/g), from starts up to the end of the companion."""
+    curve = joined_companion(GIVEN[name], side, 1.0)
+    half = math.pi * math.sqrt(1.0 / G)
+    for share in (0.02, 0.3, 0.7, 0.999):
+        duration, end = integrated(curve, share * curve.descent_cusp)
+        assert duration == pytest.approx(half, rel=1e-12)
+        course = BothWays(curve, G, 0.0, share * curve.descent_cusp).course(
+            share * curve.descent_cusp
+        )
+        assert course.duration == pytest.approx(half, rel=5e-15)
+        assert course.end == pytest.approx(end, rel=1e-11)
+
+
+def test_the_descent_alone_is_slow_and_the_way_back_is_another() -> None:
+    """The figures of the theory's table, from another program (physics of the fluid, G6)."""
+    curve = joined_companion(GIVEN['cycloid'], 'descent', 1.0)
+    quarter = 0.5 * math.pi * math.sqrt(1.0 / G)
+    slow = [descent_time(curve, G, s) / quarter - 1.0 for s in (0.05, 0.2, 0.4, 0.5)]
+    np.testing.assert_allclose(slow, [0.008, 0.032, 0.066, 0.083], atol=5e-4)
+    for start, excess in ((-0.05, -2.8e-5), (-0.4, -2.2e-2)):
+        course = BothWays(curve, G, 0.0, start).course(start)
+        assert course.duration / (2.0 * quarter) - 1.0 == pytest.approx(excess, rel=0.05)
+        duration, end = integrated(curve, start)
+        assert course.duration == pytest.approx(duration, rel=2e-12)
+        assert course.end == pytest.approx(end, rel=1e-11)
+
+
+def test_two_lengths_compose_as_euler_says() -> None:
+    """§21, and the way back by DOP853."""
+    f, h = 1.0, 0.64
+    joined = JoinedCurve(
+        FluidTautochrone(KAPPA, GAMMA, f), FluidTautochrone(KAPPA, GAMMA, h), composed_length(f, h)
+    )
+    half = math.pi * math.sqrt(joined.pendulum_length / G)
+    assert joined.pendulum_length == pytest.approx(0.81)
+    for start in (0.01, 0.2, 0.4, -0.3):
+        course = BothWays(joined, G, 0.0, start).course(start)
+        duration, end = integrated(joined, start)
+        assert course.duration == pytest.approx(duration, rel=1e-12)
+        assert course.end == pytest.approx(end, rel=1e-11)
+        if start > 0.0:
+            assert course.duration == pytest.approx(half, rel=5e-15)
+
+
+def test_on_eulers_curve_they_are_his_closed_forms() -> None:
+    curve = FluidTautochrone(KAPPA, GAMMA, 1.0)
+    ways = BothWays(curve, G, 0.0, -0.5)
+    half = math.pi * math.sqrt(1.0 / G)
+    expected = 1.0 + float(duration_excess(KAPPA, 0.5))
+    assert ways.course(-0.5).duration / half == pytest.approx(expected, rel=3e-15)
+
+
+@pytest.mark.parametrize('curve', [FluidTautochrone(0.4, 0.9, 1.0, 0.02), Cycloid(0.4, 0.9, 1.0)])
+@pytest.mark.parametrize('start', [0.4, 0.1, -0.3])
+def test_constant_friction_is_that_of_the_integrated_motion(curve: Any, start: float) -> None:
+    """§35: on his curve the half swing forward keeps its time; elsewhere nothing does."""
+    friction = 0.02
+    course = BothWays(curve, G, friction, start).course(start)
+    duration, end = integrated(curve, start, friction)
+    assert course.duration == pytest.approx(duration, rel=1e-11)
+    assert course.end == pytest.approx(end, rel=1e-11)
+    if isinstance(curve, FluidTautochrone) and start > 0.0:
+        assert course.duration == pytest.approx(math.pi * math.sqrt(1.0 / G), rel=3e-15)
+
+
+def test_a_start_that_would_leave_the_other_branch_is_refused() -> None:
+    """A short ascent after a long descent: the body comes over its cusp."""
+    joined = JoinedCurve(FluidTautochrone(0.1, 0.9, 1.0), FluidTautochrone(0.1, 0.9, 0.1), 1.0)
+    with pytest.raises(DescentError, match='beyond the end of the other branch'):
+        BothWays(joined, G, 0.0, 0.8)
+
+
+def test_the_place_within_a_half_swing_follows_its_time() -> None:
+    curve = joined_companion(GIVEN['circle'], 'descent', 1.0)
+    ways = BothWays(curve, G, 0.0, 0.8)
+    times = np.linspace(0.0, ways.course(0.6).duration, 40)
+    arc, rate = ways.place(np.full(40, 0.6), times)
+    run = solve_ivp(
+        lambda _, y: [y[1], -GAMMA * G * float(curve.slope(y[0])) + KAPPA * y[1] ** 2],
+        (0.0, times[-1]), [0.6, 0.0], 'DOP853', rtol=1e-13, atol=1e-15, t_eval=times,
+        max_step=0.01,
+    )  # fmt: skip
+    np.testing.assert_allclose(arc, run.y[0], atol=1e-11)
+    np.testing.assert_allclose(rate, run.y[1], atol=1e-10)
