@@ -1,5 +1,7 @@
 """The rate of samples that an accuracy needs, and what is reached with it."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -94,6 +96,7 @@ def test_the_accuracy_asked_for_is_reached(name, changes, duration):
         assert said['asked_s_per_day'] == asked
         assert said['bound_s_per_day'] >= found - 1e-11
         assert said['holds'] == (said['bound_s_per_day'] <= asked)
+        assert json.loads(json.dumps(said)) == said
 
 
 def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():

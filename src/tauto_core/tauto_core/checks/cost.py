@@ -708,12 +708,12 @@ def accuracy_reached(
     found = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
     bound = None
     if found.error_s is not None and scene.log_count > LEAST_LOGS:
-        bound = found.phase_error_s / max(scene.duration / DAY_S, 1.0)
+        bound = float(found.phase_error_s / max(scene.duration / DAY_S, 1.0))
     return {
         'asked_s_per_day': scene.accuracy,
         'bound_s_per_day': bound,
         'holds': bound is not None and scene.accuracy is not None and bound <= scene.accuracy,
-        'chaotic': found.growth is not None and found.growth.is_chaotic,
+        'chaotic': found.growth is not None and bool(found.growth.is_chaotic),
         'rate_hz': None if scene.lies_still else scene.ship.rate,
         'tolerance': None if found.steps_a_swing is None else tolerance(scene, machine),
     }
