@@ -246,6 +246,11 @@ class Voyage:
         return str(self.result['answer'])
 
     @cached_property
+    def ship_motion(self) -> ShipMotion:
+        """The motion of the ship, made anew from the scene, for voyages that do not log it."""
+        return ShipMotion(self.scene)
+
+    @cached_property
     def start_ns(self) -> int:
         """Stamp of the first reading [ns]."""
         return int(self.samples[READING].stamp_ns[0])

@@ -15,6 +15,7 @@ import numpy as np
 
 from tauto_core.plots.coast import Frame, frame, land
 from tauto_core.samples import FloatArray
+from tauto_core.wording import significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,10 +120,32 @@ class Chart:
         margin = 0.05 * (high - low) or 1e-9
         return low - margin, high + margin
 
+    @property
+    def described(self) -> str:
+        """The chart in words: titles, axes, and where each line begins, ends and turns."""
+        said = [f'{self.title}.'] if self.title else []
+        for panel in self.panels:
+            said.append(f'{panel.y_label} against {panel.x_label}.')
+            if not panel.equal and not panel.is_map:
+                said += [_described(line) for line in panel.lines if line.kind != 'band']
+            said += [f'{mark.name} at {mark.x:.3g}.' for mark in panel.marks if mark.name]
+            said += [f'{name}.' for name, _, _ in panel.names]
+        return ' '.join(filter(None, said))
+
     def frame(self, ratio: float = 0.0) -> Frame:
         """Return the frame of a map, which holds all lines; see `coast.frame`."""
         x = np.concatenate([line.x for line in self.lines])
         return frame(x, np.concatenate([line.y for line in self.lines]), ratio)
+
+
+def _described(line: Line) -> str:
+    """Return a line in words."""
+    y = line.y[np.isfinite(line.y)]
+    if not len(y):
+        return ''
+    name = f'{line.name}: ' if line.name else ''
+    low, high = (significant(float(each)) for each in (y.min(), y.max()))
+    return f'{name}{low} to {high}, at the end {significant(float(y[-1]))}.'
 
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}

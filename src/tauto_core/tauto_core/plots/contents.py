@@ -8,9 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 from pathlib import Path
+from statistics import median
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,7 @@ from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSa
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError, UsageError
 from tauto_core.scene.times import DAY_S, NS_PER_S
-from tauto_core.ship import Passage, ShipMotion
+from tauto_core.ship import Passage
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.weather_kind import WeatherState
@@ -112,7 +113,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
         assert isinstance(imu, ImuSamples)
         shown = slice(*np.searchsorted(voyage.motion_time_s, (from_s, from_s + length_s)))
         return _felt(take(imu, shown), voyage.motion_time_s[shown], '')
-    ship, step_s = ShipMotion(voyage.scene), voyage.scene.step_ns * 1e-9
+    ship, step_s = voyage.ship_motion, voyage.scene.step_ns * 1e-9
     first = min(round(from_s / step_s), max(ship.total - 1, 0))
     ship.restore({'next': first})
     made = ship.produce(max(round(length_s / step_s), 1))
@@ -178,6 +179,7 @@ def _roughest(voyage: Voyage, end_s: float) -> _Window:
     return _Window(from_s, from_s + PART_S, 'the ten minutes about the highest sea')
 
 
+@lru_cache(maxsize=4)
 def weather(scene: Scene) -> tuple[WeatherState, ...]:
     """Return the states of the sea that a ship meets within a scene; none without a weather.
 
@@ -334,20 +336,24 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
     """Return what happens in a part of a voyage, at times from the first reading [s].
 
-    Sailing, landfalls and arrival by name, changes of the weather without; and a note on these.
+    Sailing, landfalls, arrival and the storm by name, changes of the weather without; and a note
+    on these.
     """
     scene = voyage.scene
     shift_ns = scene.starts_at_ns - voyage.start_ns if READING in voyage.samples else 0
-    found: list[Mark] = []
+    named: list[tuple[int, str]] = []
     if scene.voyage is not None:
         passage = Passage(scene, scene.voyage)
         named = [(passage.sails_ns, 'sails'), (passage.arrives_ns, 'arrives')]
         named += [(at_ns, 'landfall') for at_ns in passage.landfalls_ns[:-1]]
-        found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
+    highest = _storm(scene)
+    if highest is not None:
+        named.append((highest.at_ns, 'storm'))
+    found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
     changes = [
         Mark((after.at_ns + shift_ns) / NS_PER_S)
         for before, after in pairwise(weather(scene))
-        if not after.goes_on(before)
+        if after is not highest and not after.goes_on(before)
     ]
     inside = [each for each in changes if from_s < each.x < to_s]
     note = ''
@@ -358,6 +364,15 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
         note = 'Dotted: the sea has changed.'
     # sailing at the start of a scene is no event on it
     return [each for each in found if from_s < each.x <= to_s], note
+
+
+def _storm(scene: Scene) -> WeatherState | None:
+    """Return the highest sea, if it is twice as high as the median of several."""
+    met = weather(scene)
+    if len(met) < 3:
+        return None
+    highest = max(met, key=lambda state: state.height)
+    return highest if highest.height >= 2.0 * median(each.height for each in met) else None
 
 
 def _error(voyage: Voyage) -> Chart:
@@ -662,8 +677,7 @@ def _stability(voyage: Voyage) -> Chart:
 def _map(voyage: Voyage) -> Chart:
     """Return the true track and where the navigator believes her, over the coasts."""
     _needs(voyage.latitude_deg, 'map', 'the place of the ship')
-    # the band goes there and back
-    every = slice(None, None, -(-2 * len(voyage.latitude_deg) // MOST_POINTS))
+    every = map_samples(voyage)
     latitude = voyage.latitude_deg[every]
     longitude = np.unwrap(voyage.longitude_deg, period=360.0)[every]
     # miles to the east, as degrees of longitude
@@ -694,6 +708,11 @@ def _map(voyage: Voyage) -> Chart:
         is_map=True,
         names=_names(voyage.scene, longitude, latitude),
     )
+
+
+def map_samples(voyage: Voyage) -> slice:
+    """Return which samples of a voyage its map shows; a band goes there and back."""
+    return slice(None, None, max(-(-2 * len(voyage.latitude_deg) // MOST_POINTS), 1))
 
 
 def _names(

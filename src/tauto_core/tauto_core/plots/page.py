@@ -1,4 +1,4 @@
-"""A voyage as one HTML page: figures, pictures that can be zoomed, and the moving machine."""
+"""A voyage as one HTML page: the answer, the map, the moving ship with her clock, the charts."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
-from tauto_core.plots.chart import COLOURS, MAP_RATIO, Chart, Line
-from tauto_core.plots.coast import land
-from tauto_core.plots.contents import PART_S, PICTURES, chart, seaway
+from tauto_core.plots.chart import COLOURS, Chart, Line
+from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine
+from tauto_core.plots.scenery import INK, SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
+from tauto_core.scene.times import DAY_S
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
@@ -38,9 +39,11 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # The data of the moving machine in a report: outlines, and the motion in several parts.
 
-MOST_PARTS = 13
-"""Number of parts of ten minutes in which a longer voyage is shown, evenly spread over it."""
-_ROLL_STEP_S = 0.2
+MOST_PARTS = 9
+"""Number of parts of ten minutes in which a longer voyage is shown, evenly spread over it; the
+roughest is one more.
+"""
+_ROLL_STEP_S = 0.25
 
 
 def animation(voyage: Voyage) -> dict[str, Any]:
@@ -54,8 +57,10 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, the part
         with which it moves (`machine.Carrier`); `note` on these; `parts` of the voyage,
         each beginning at `from_s` for `length_s`, with `time_s` within it, `phase_rad` and
-        `amplitude_rad` at logged samples, and every `roll_step_s` `roll_rad` and `plumb_rad`, the
-        apparent vertical, to which a suspended case keeps and a thread with a weight. For a thread
+        `amplitude_rad` and the dial's `error_s` at logged samples, `true_s`, the true time of the
+        day when it begins, and every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the
+        apparent vertical, to which a suspended case keeps and a thread with a weight; `roughest`,
+        the number of the part that contains the roughest ten minutes. For a thread
         `hangs`, whether it keeps to that alone, `fixed_end`, and `winding` (`angle_rad`, `x`, `y`
         of the contact in the wheel's frame, `rise`, all [mm]), null without a cam; `pivot`, the
         place [mm] about which a suspended case turns, or null; `lever` (`x`, `y` of the fulcrum,
@@ -90,10 +95,13 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         arc = np.linspace(-min(-machine.curve.ascent_cusp, cusp), cusp, 201)
         height, level = coordinates(machine.curve, arc)
         curve = {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
-    # one part for all of a short voyage, or several evenly spread
+    # one part for all of a short voyage, or several evenly spread and the roughest
     end_s = float(voyage.time_s[-1])
     parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
     starts = np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
+    rough_s = window(voyage, None, None).from_s
+    starts = np.unique(np.append(starts, rough_s))
+    roughest = int(np.searchsorted(starts, rough_s))
     return {
         'lines': [
             {
@@ -109,6 +117,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
         'parts': [_part(voyage, size, from_s) for from_s in starts],
+        'roughest': roughest,
         'hangs': weight and not fixed_end and hung is None,
         'fixed_end': fixed_end,
         'winding': _winding(scene),
@@ -128,16 +137,18 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
     length_s = float(time_s[-1])
     ship = seaway(voyage, began_s, length_s + 1.0)
     grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
-    tilts = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad}
+    moved = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad, 'heave_m': ship.heave_m}
     return {
         'from_s': round(began_s, 3),
         'length_s': round(length_s, 3),
         'time_s': _rounded(time_s, 3),
         'phase_rad': _rounded(voyage.phase_rad[shown], 4),
         'amplitude_rad': _rounded(size[shown], 4),
+        'error_s': _rounded(voyage.clock_error_s[shown], 3),
+        'true_s': round(voyage.start_ns * 1e-9 % DAY_S + began_s, 3),
         **{
-            name: _rounded(np.interp(grid, ship.time_s - began_s, values), 5)
-            for name, values in tilts.items()
+            name: _rounded(np.interp(grid, ship.time_s - began_s, values), 4)
+            for name, values in moved.items()
         },
     }
 
@@ -171,6 +182,7 @@ def _rounded(values: FloatArray, digits: int = 3) -> list[float]:
 # The page contains everything that it needs, including Bokeh's script, and uses no network.
 
 _TOOLS = 'pan,box_zoom,reset,save'
+_FONT = 'system-ui, sans-serif'
 
 
 class ReportError(TautoError):
@@ -205,35 +217,69 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     write_output(file, text.encode('utf-8', 'xmlcharrefreplace'))
 
 
+SUBJECTS = {
+    'The longitude': ('longitude', 'drift', 'stability'),
+    'The machine': ('machine', 'cam', 'amplitude', 'phase'),
+    'The sea and the air': ('roll', 'spectrum', 'temperature'),
+}
+"""The charts below the story, folded, by subject."""
+STORY = ('error', 'weather', 'rate')
+"""The charts that are shown at once, in this order, below map and ship."""
+MAP_WIDTH, PAGE_MAP_RATIO = 1000.0, 1.8
+_MARKER_STEPS = 240
+
+
 def report_html(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage, with the command line that made it."""
     from bokeh.embed import components
     from bokeh.resources import Resources
 
-    charts, missing = {}, []
+    charts, missing = {}, {}
     for name in PICTURES:
         try:
             charts[name] = chart(voyage, name)
         except UsageError as error:  # the voyage lacks its data
-            missing.append(f'Not drawn: {error}.')
+            missing[name] = f'Not drawn: {error}.'
+    course, track = _map_section(voyage, charts.pop('map', None), missing.get('map', ''))
     models: dict[str, Model] = {name: interactive(of) for name, of in charts.items()}
     script, divs = components(models)
-    parts = []
-    for name, of in charts.items():
+
+    def section(name: str, level: int) -> str:
+        if name not in charts:
+            return f'<p class="note">{escape(missing[name])}</p>'
+        of = charts[name]
         words = ' '.join(panel.note for panel in of.panels if panel.note)
         notes = f'<p class="note">{escape(words)}</p>' if words else ''
-        head = f'<section id="{name}"><h2>{escape(of.title)}</h2>'
-        parts.append(f'{head}{divs[name]}{notes}</section>')
-    parts += [f'<p class="note">{escape(why)}</p>' for why in missing]
+        head = f'<section id="{name}"><h{level}>{escape(of.title)}</h{level}>'
+        named = dict.fromkeys(
+            (line.name, line.colour, line.kind) for panel in of.panels for line in panel.lines
+        )
+        picture = f'<div role="img" aria-label="{escape(of.described)}">{divs[name]}</div>'
+        keys = _keys([each for each in named if each[0]])
+        return f'{head}{picture}{keys}{notes}</section>'
+
+    story = [section(name, 2) for name in STORY if name in charts]
+    kept = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
+    if kept:
+        story.append(_budget(kept))
+    else:
+        say = f'tauto budget {voyage.scene.name}'
+        story.append(
+            '<p class="note">Why the rate is what it is: '
+            f'<code>{escape(say)} --out BAG</code> keeps the answer with the bag, and this page '
+            'then shows it.</p>'
+        )
     rows = []
     for name, content in groups(voyage.result):
         rows.append(f'<tr><th colspan="3" scope="rowgroup">{escape(name)}</th></tr>')
         for label, value, unit in content:
             cells = f'<td>{escape(label)}</td><td class="value">{escape(value)}</td>'
             rows.append(f'<tr>{cells}<td>{escape(unit)}</td></tr>')
-    kept = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
-    if kept:
-        parts.insert(0, _budget(kept))
+    folded = [
+        f'<details><summary>{subject}</summary><div class="pair">'
+        f'{"".join(section(name, 3) for name in names)}</div></details>'
+        for subject, names in SUBJECTS.items()
+    ]
     programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
     made = [
         f'tauto_core {tauto_version()} (code {code()})',
@@ -242,21 +288,110 @@ def report_html(voyage: Voyage, command: str) -> str:
     ]
     damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
+    shown = {'motion': animation(voyage), 'track': track}
     template = Template(Path(__file__).with_name('report_page.html').read_text(encoding='utf-8'))
     return template.substitute(
         title=escape(voyage.scene.name),
         length='' if seconds is None else escape(f': {span(seconds)}'),
+        light=variables('light'),
+        dark=variables('dark'),
         damage=f'<p class="damage" role="alert">{damage}</p>' if damage else '',
         answer=escape(voyage.answer),
+        course=course,
+        ship=ship(),
+        ship_box=f'0 0 {SHIP_WIDTH:g} {SHIP_HEIGHT:g}',
+        dials=f'<g transform="translate(56,54)">{dial("true", "true time", "green")}</g>'
+        f'<g transform="translate(184,54)">{dial("dial", "the dial", "blue")}</g>',
         signs=escape(SIGNS),
         figures='\n'.join(rows),
         library=Resources(mode='inline', components=['bokeh']).render_js(),
-        charts='\n'.join(parts),
+        story='\n'.join(story),
+        folded='\n'.join(folded),
         script=script,
-        animation=json.dumps(animation(voyage), separators=(',', ':'), allow_nan=False),
+        shown=json.dumps(shown, separators=(',', ':'), allow_nan=False),
+        recolour=json.dumps(
+            {COLOURS[name]: [INK['light'][name], INK['dark'][name]] for name in COLOURS}
+        ),
         scene=escape(scene_yaml(voyage.scene)),
         made=f'<code>{escape(command)}</code><br>{escape(", ".join(made))}',
     )
+
+
+def _map_section(
+    voyage: Voyage, of: Chart | None, why: str
+) -> tuple[str, dict[str, list[float]] | None]:
+    """Return the map as a section of the page, and the places of its moving marks.
+
+    The places are those of the ship, by the dial and by the corrected clock, in units of the
+    picture, with the day of each and both errors [nmi].
+    """
+    if of is None:
+        return f'<section id="map"><p class="note">{escape(why)}</p></section>', None
+    view = MapView(of, MAP_WIDTH, PAGE_MAP_RATIO)
+    tracks = {line.name: line for line in of.lines if line.kind == 'line'}
+    marks = [
+        (name, colour)
+        for name, colour in (
+            ('by the dial', 'blue'),
+            ('corrected', 'orange'),
+            ('the ship', 'green'),
+        )
+        if name in tracks
+    ]
+    moving = ''.join(
+        f'<g id="mark-{colour}" class="mark"><circle r="9" fill="var(--{colour})" '
+        f'stroke="var(--paper)" stroke-width="2"/></g>'
+        for _, colour in marks
+    )
+    which = np.linspace(0, len(tracks['the ship'].x) - 1, _MARKER_STEPS).round().astype(int)
+    shown = map_samples(voyage)
+    found = {'day': _rounded(voyage.time_s[shown][which] / DAY_S, 3)}
+    for name, colour in marks:
+        x, y = view.place(tracks[name].x[which], tracks[name].y[which])
+        found |= {f'{colour}_x': _rounded(x, 1), f'{colour}_y': _rounded(y, 1)}
+    if len(marks) > 1:
+        for name, miles in (
+            ('dial_nmi', voyage.raw_longitude_error_nmi),
+            ('error_nmi', voyage.longitude_error_nmi),
+            ('sigma_nmi', voyage.longitude_sigma_nmi),
+        ):
+            found[name] = _rounded(miles[shown][which], 2)
+    keys = _keys(
+        [
+            (words, colour, 'line')
+            for name, colour, words in (
+                ('the ship', 'green', 'where she is'),
+                ('by the dial', 'blue', 'where the dial puts her'),
+                ('corrected', 'orange', 'where her navigator believes her, ± 1σ'),
+            )
+            if name in tracks
+        ]
+    )
+    picture = (
+        f'<svg viewBox="0 0 {view.width:g} {view.height:g}" role="img" '
+        f'aria-label="{escape(of.described)}">{view.ground()}{view.tracks()}{view.names()}'
+        f'{moving}</svg>'
+    )
+    controls = (
+        '<div class="controls"><button id="sail" type="button">Pause</button>'
+        '<input id="day" type="range" min="0" max="1" step="any" value="0" '
+        'aria-label="day of the voyage"><output id="when" for="day"></output></div>'
+    )
+    return (
+        f'<section id="map">{picture}{keys}{controls}</section>',
+        found,
+    )
+
+
+def _keys(named: list[tuple[str, str, str]]) -> str:
+    """Return the names of lines with their colours, as a list; nothing for a single line."""
+    if len(named) < 2:
+        return ''
+    items = ''.join(
+        f'<li><span class="{kind}" style="background: var(--{colour})"></span>{escape(name)}</li>'
+        for name, colour, kind in named
+    )
+    return f'<ul class="keys">{items}</ul>'
 
 
 def _budget(facts: dict[str, Any]) -> str:
@@ -326,6 +461,12 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         outline_line_color=None,
     )
     axes.toolbar.logo = None
+    axes.toolbar.autohide = True
+    for axis in axes.axis:
+        axis.axis_label_text_font = axis.major_label_text_font = _FONT
+        axis.axis_label_text_font_style = 'normal'
+        axis.axis_label_text_font_size = axis.major_label_text_font_size = '13px'
+        axis.minor_tick_line_color = None
     axes.add_tools(WheelZoomTool(), CrosshairTool(line_color='#767676', line_alpha=0.6))
     limits = of.y_limits()
     if limits is not None:
@@ -334,17 +475,10 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
         name = Label(x=mark.x, y=Node.frame.top, x_offset=-2, y_offset=-3, text=mark.name)
-        name.text_font_size, name.text_color = '11px', grey
+        name.text_font, name.text_font_size, name.text_color = _FONT, '12px', grey
         # beside its line, from the top downwards: what lies outside the frame is not drawn
         name.angle, name.text_align = 0.5 * math.pi, 'right'
         axes.add_layout(name)
-    if of.is_map:
-        shown = of.frame(MAP_RATIO)
-        axes.x_range = Range1d(start=shown.west, end=shown.east)
-        axes.y_range = Range1d(start=shown.south, end=shown.north)
-        if outlines := land(shown):
-            xs, ys = ([_short(outline[k]) for outline in outlines] for k in (0, 1))
-            axes.patches(xs, ys, color=COLOURS['grey'], fill_alpha=0.25, line_width=0.5)
     for line in of.lines:
         drawn = _bokeh_line(axes, line, solid=of.equal)
         if line.kind in ('line', 'points') and not of.equal:
@@ -352,35 +486,24 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
             axes.add_tools(HoverTool(renderers=[drawn], tooltips=tips, mode='mouse'))
     if not of.y_ticks:
         axes.yaxis.ticker = []
-    if any(line.name for line in of.lines):
-        axes.legend.click_policy = 'hide'
-        axes.legend.background_fill_alpha = 0.0
-        axes.legend.border_line_color = None
-        axes.legend.label_text_font_size = '11px'
-        axes.legend.orientation = 'vertical'
-        axes.add_layout(axes.legend[0], 'below')
-        axes.legend.ncols = 3
     return axes
 
 
 def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
     """Draw a line; return its glyph."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
-    legend = {'legend_label': line.name} if line.name else {}
-    if line.kind == 'band' and line.high is None:
-        return axes.patch(x, y, color=colour, fill_alpha=0.2, line_alpha=0.0, **legend)
     if line.kind in ('band', 'bars'):
         assert line.high is not None
         high = _short(line.high)
         if line.kind == 'band':
-            return axes.varea(x, y, high, color=colour, alpha=0.2, **legend)
-        return axes.segment(x, y, x, high, color=colour, line_width=5, alpha=0.6, **legend)
+            return axes.varea(x, y, high, color=colour, alpha=0.2)
+        return axes.segment(x, y, x, high, color=colour, line_width=5, alpha=0.6)
     if line.kind == 'points':
-        return axes.scatter(x, y, size=4 if len(x) > 100 else 7, color=colour, **legend)
+        return axes.scatter(x, y, size=4 if len(x) > 100 else 7, color=colour)
     if line.kind == 'area':
-        return axes.patch(x, y, color=colour, fill_alpha=0.5, **legend)
+        return axes.patch(x, y, color=colour, fill_alpha=0.5)
     dash = 'dashed' if line.colour == 'orange' and not solid else 'solid'
-    return axes.line(x, y, color=colour, line_width=1.6, line_dash=dash, **legend)
+    return axes.line(x, y, color=colour, line_width=1.6, line_dash=dash)
 
 
 def _short(values: FloatArray) -> Any:
