@@ -61,8 +61,8 @@ def test_pages_are_read_at_any_width_and_moved_by_the_keyboard(
                 browser.show(page, width, dark=dark, drawn='true')
                 assert browser.run('document.documentElement.scrollWidth') <= width
                 # the formulas are set: a fraction is higher than its line
-                bars = 'Math.min(...[...document.querySelectorAll("mfrac")].map('
-                assert browser.run(f'{bars}each => each.getBoundingClientRect().height))') > 15
+                bars = 'Math.min(...[...document.querySelectorAll("math > mfrac")].map('
+                assert browser.run(f'{bars}each => each.getBoundingClientRect().height))') > 25
                 ink, paper = (
                     browser.run(f'getComputedStyle(document.body).{name}')
                     for name in ('color', 'backgroundColor')

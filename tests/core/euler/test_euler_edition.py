@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import math
 import re
 import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import quad, solve_ivp
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.cli.terminal import given_values
 from tauto_core.euler import trochlea_1727
+from tauto_core.euler.claim import G
 from tauto_core.euler.edition import Edition, EulerFigure
 from tauto_core.euler.page import all_claims
 from tauto_core.euler.site import EDITIONS
+from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
 
 TENS = ['', 'X', 'XX', 'XXX']
@@ -81,7 +85,7 @@ def test_the_commands_run(
                 load_scene(scene, **given_values(settings))
         elif words[1] == 'plot':
             _runs([*words[1:], '--out', 'picture.svg'], line)
-        else:
+        elif words[1] != 'euler':  # tests/cli/test_cli_euler_page.py
             _runs(words[1:], line)
 
 
@@ -168,3 +172,48 @@ def test_neighbouring_points_run_together(name: str, small: float) -> None:
 def test_figure_viii_has_the_loss_of_the_claim_on_xx() -> None:
     (_, says, _), *_ = _shown(_figure('A', 'VIII'))
     assert '428 seconds a day' in says
+
+
+def test_descents_of_figure_1_take_the_same_time_on_every_curve() -> None:
+    frames = _shown(_figure('B', '1'))
+    found = [_numbers(says)[-1] for _, says, _ in frames]
+    # (π/2)√(f/g) of f = 1 m; the figure finds them by quadrature
+    assert found == pytest.approx([0.5 * math.pi / math.sqrt(G)] * len(frames), abs=6e-7)
+
+
+@pytest.mark.parametrize('at', [0, 17, 38, 63])
+def test_swings_of_figure_2_agree_with_the_integrated_motion(at: int) -> None:
+    (descent, ascent), says, _ = _shown(_figure('B', '2'))[at]
+    *_, half_swing, begin, end = _numbers(says)
+    kappa = 0.75
+
+    def motion(_: float, state: FloatArray) -> list[float]:
+        arc, rate = state
+        length = descent if arc > 0.0 else ascent
+        force = math.expm1(kappa * arc) / (kappa * length)
+        return [rate, -G * force + kappa * rate * rate]
+
+    def at_rest(_: float, state: FloatArray) -> float:
+        return float(state[1]) + (1e-9 if state[0] > 0.0 else 0.0)
+
+    at_rest.terminal, at_rest.direction = True, 1.0
+    run = solve_ivp(
+        motion, (0.0, 5.0), [begin, 0.0], 'DOP853', rtol=1e-10, atol=1e-12, events=at_rest
+    )
+    # the drag acts against motion towards −s only: up to the other side
+    assert run.t_events[0][-1] == pytest.approx(half_swing, abs=2e-5)
+    assert -run.y_events[0][-1][0] == pytest.approx(end, abs=3e-5)
+
+
+def test_figures_3_and_4_have_the_place_where_the_curve_is_upright() -> None:
+    for (kappa,), says, _ in _shown(_figure('B', '3')):
+        arc, height = _numbers(says)[:2]
+        # γκf dx/ds = e^{κs} − 1, f = 1 m, and its integral
+        slope = math.expm1(kappa * arc) / (0.9 * kappa) if kappa else arc / 0.9
+        assert slope == pytest.approx(1.0, abs=2e-5)
+        area = quad(lambda s, k=kappa: math.expm1(k * s) / (0.9 * k) if k else s / 0.9, 0.0, arc)
+        assert height == pytest.approx(area[0], abs=2e-5)
+    without = [
+        ascent for (ascent,), says, _ in _shown(_figure('B', '4')) if 'no point of return' in says
+    ]
+    assert without == [1.5, 1.7, 2.0]  # γκh ≥ 1 from h = 1.4815 m

@@ -21,7 +21,7 @@ def _letters(text: str) -> str:
 
 def test_every_letter_of_every_formula_is_there_in_its_order() -> None:
     for formula in FORMULAS:
-        found = ''.join(ElementTree.fromstring(mathml(formula)).itertext())
+        found = ''.join(_read(formula).itertext())
         assert _letters(found) == _letters(formula), formula
 
 
@@ -41,12 +41,25 @@ def test_every_letter_of_every_formula_is_there_in_its_order() -> None:
     ],
 )  # fmt: skip
 def test_what_a_bar_a_root_and_an_exponent_cover(formula: str, markup: str) -> None:
-    assert _drawn(ElementTree.fromstring(mathml(formula))) == markup
+    assert _drawn(_read(formula)) == markup
+
+
+def test_lines_break_before_signs_in_no_bracket() -> None:
+    lines = mathml('p = (a − b)/c + 1').split('<wbr/>')
+    assert [''.join(re.findall(r'>([^<]+)<', f'>{line}<')) for line in lines] == [
+        'p',
+        '=a−bc',
+        '+1',
+    ]
+
+
+def _read(formula: str) -> ElementTree.Element:
+    return ElementTree.fromstring(f'<line>{mathml(formula)}</line>')
 
 
 def _drawn(element: ElementTree.Element) -> str:
     parts = [_drawn(each) for each in element]
-    text = element.text or ''
+    text = (element.text or '').strip()
     if element.tag == 'mfrac':
         return f'<mfrac>{"|".join(parts)}</mfrac>'
     if element.tag == 'msqrt':

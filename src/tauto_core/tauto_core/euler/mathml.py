@@ -38,12 +38,21 @@ class _Item(NamedTuple):
 
 
 def mathml(formula: str) -> str:
-    """Return a formula of a claim as a `math` element; an empty one as an empty string."""
-    if not formula:
-        return ''
+    """Return a formula of a claim as `math` elements; an empty one as an empty string.
+
+    Browsers break no line within an element. So one ends before each sign between spaces that
+    stands in no bracket.
+    """
     tokens = [(str(found.lastgroup), found[0]) for found in _TOKEN.finditer(formula)]
-    markup, _ = _row(tokens, 0)
-    return f'<math>{markup}</math>'
+    lines: list[list[tuple[str, str]]] = [[]]
+    depth = 0
+    for k, (kind, text) in enumerate(tokens):
+        depth += (kind == 'open') - (kind == 'close')
+        beside = [each for each, _ in tokens[max(k - 1, 0) : k + 2]]
+        if depth == 0 and beside == ['space', 'other', 'space']:
+            lines.append([])
+        lines[-1].append((kind, text))
+    return '<wbr/>'.join(f'<math>{_row(line, 0)[0]}</math>' for line in lines if line)
 
 
 def _row(tokens: list[tuple[str, str]], at: int, *, flat: bool = False) -> tuple[str, int]:
@@ -103,8 +112,9 @@ def _single(kind: str, text: str) -> _Item:
 
 
 def _sign(text: str) -> str:
-    stretchy = ' stretchy="true"' if text in '()' else ''
-    return f'<mo{stretchy}>{escape(text)}</mo>'
+    # a sign keeps its spaces where a line begins with it
+    form = ' form="infix"' if text in '=+−:<>≥' else ''
+    return f'<mo{form}>{escape(text)}</mo>'
 
 
 def _raised(items: list[_Item], exponent: str) -> _Item:
