@@ -240,6 +240,7 @@ FIGURES = (
 # The paragraphs.
 
 _LAND = 'tauto isochronism globe_in_oil --amplitudes 0.1,0.3,0.5'
+_TWO = 'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.ascent_length=0.7'
 _CAM = 'tauto cam globe_in_oil --svg globe_in_oil.svg'
 _PARAGRAPHS = (
     Paragraph(
@@ -290,7 +291,11 @@ _PARAGRAPHS = (
         'Euler first asked for the curve that completes a given one, so that the swings over both '
         'are equal. He could not find it, because equal speeds do not occur at the same points in '
         'every swing, and he asks for the descent alone.',
-        (_CAM,),
+        (
+            'tauto isochronism companion_in_oil --amplitudes 0.1,0.3',
+            'tauto sail companion_in_oil',
+            'tauto cam companion_in_oil --svg companion_in_oil.svg',
+        ),
     ),
     Paragraph(
         '8',
@@ -367,19 +372,19 @@ _PARAGRAPHS = (
         '19',
         'An ascent meets gravity and resistance together. Its equation is that of the descent '
         'with another sign of the resistance.',
-        (_LAND,),
+        (_TWO,),
     ),
     Paragraph(
         '20',
         'The same follows where the arc s becomes negative. So the tautochrone of the ascent is '
         'that of the descent with −s for s, and may have another length of pendulum.',
-        (_LAND,),
+        (_TWO,),
     ),
     Paragraph(
         '21',
         'Joined at their lowest points, the two branches make whole swings equal. Such a swing '
         'takes half the time of a pendulum f and half that of a pendulum h.',
-        (_LAND,),
+        (_TWO, 'tauto sail globe_in_oil --set regulator.ascent_length=0.7'),
         ('2',),
     ),
     Paragraph(
@@ -475,7 +480,10 @@ _PARAGRAPHS = (
         'For other powers of the speed the method fails, because the speed cannot be expressed. A '
         'resistance that is constant, as Newton has it for the tenacity of fluids, only adds a '
         'multiple of the arc to x.',
-        (_LAND,),
+        (
+            'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.friction=0.02',
+            'tauto sail globe_in_oil --set regulator.friction=0.02',
+        ),
         lacks='Powers of the speed other than the square have no tautochrone here, for the reason '
         'that Euler gives.',
     ),
