@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu
 from tauto_core.scene import Scene, load_scene
+from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.imu import attitude, imu_from_roll, message, part_of
+from tauto_core.ship.imu import attitude, imu_from_roll, message, parted
 from tauto_core.ship.six_motions import Turned, force_in_plane, imu_from_motions
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 from tauto_core.voyage import sail
@@ -165,15 +167,37 @@ def test_a_clock_reads_the_same_whether_its_motion_is_logged_or_not(name: str) -
     assert said[0].time_ref_ns.tobytes() == said[1].time_ref_ns.tobytes()
 
 
-def test_a_part_of_a_motion_is_read_like_the_whole() -> None:
-    sensed = ShipMotion(at_sea()).sense(100)
-    assert isinstance(sensed, SpatialImu)
-    part, whole = part_of(sensed, slice(30, 60)), message(sensed)
-    assert isinstance(part, SpatialImu)
-    for needed in ((True, True), (False, True)):
-        read = part.samples(*needed)
-        assert read.stamp_ns.tolist() == whole.stamp_ns[30:60].tolist()
-        assert read.linear_acceleration.tobytes() == whole.linear_acceleration[30:60].tobytes()
+CORK = {
+    'ship.hull': ABSENT,
+    'ship.clock': ABSENT,
+    'ship.heave': True,
+    'ship.roll.slope_coefficient': 0.7,
+}
+
+
+@pytest.mark.parametrize('changes', [{}, CORK])
+def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
+    changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, summed, counts = at_sea(**changes), list[int](), list[int]()
+    sensed, whole = ShipMotion(scene).sense(100), message(ShipMotion(scene).sense(100))
+    between = SampledHarmonics.between
+
+    def counted(self: SampledHarmonics, first: int, last: int, *orders: int) -> Any:
+        summed.append(last - first)
+        return between(self, first, last, *orders)
+
+    monkeypatch.setattr(SampledHarmonics, 'between', counted)
+    before, after = parted(sensed, 30)
+    assert not isinstance(sensed, ImuSamples)
+    assert len(before.stamp_ns) == 30
+    for part, rows in ((before, slice(0, 30)), (after, slice(30, 100))):
+        read = message(part)
+        assert read.stamp_ns.tolist() == whole.stamp_ns[rows].tolist()
+        assert read.orientation.tobytes() == whole.orientation[rows].tobytes()
+        assert read.linear_acceleration.tobytes() == whole.linear_acceleration[rows].tobytes()
+        counts.append(len(summed))
+    assert counts[0] == counts[1] > 0
 
 
 def test_a_ship_that_may_pitch_upright_is_screened_as_messages() -> None:

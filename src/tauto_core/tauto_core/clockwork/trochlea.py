@@ -39,7 +39,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
-from tauto_core.ship.imu import message, part_of, screen
+from tauto_core.ship.imu import message, parted, screen
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -244,10 +244,12 @@ class TrochleaStage:
             felt, moved, self._waiting = [*self._waiting, *moved], [], []
             for part in felt:
                 known = int(np.searchsorted(part.stamp_ns, self._warmth.known_ns, 'right'))
-                if known:
-                    moved.append(part_of(part, slice(0, known)))
-                if known < len(part.stamp_ns):
-                    self._waiting.append(part_of(part, slice(known, None)))
+                if 0 < known < len(part.stamp_ns):
+                    before, after = parted(part, known)
+                    moved.append(before)
+                    self._waiting.append(after)
+                else:
+                    (moved if known else self._waiting).append(part)
         if not moved:
             return {}
         for part in moved:

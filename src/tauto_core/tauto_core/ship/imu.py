@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -305,23 +305,38 @@ def message(imu: ImuSamples | PlanarImu | SpatialImu) -> ImuSamples:
     )
 
 
-def part_of(
-    imu: ImuSamples | PlanarImu | SpatialImu, which: slice
-) -> ImuSamples | PlanarImu | SpatialImu:
-    """Return a part of some samples; the rest is computed once, when a part needs it."""
+Sensed: TypeAlias = ImuSamples | PlanarImu | SpatialImu
+
+
+def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
+    """Return the samples before a row, and those from it on.
+
+    What is left to compute is computed once, for both, when one of them needs it.
+    """
+    halves = slice(None, row), slice(row, None)
     if isinstance(imu, ImuSamples):
-        return take(imu, which)
+        before, after = (take(imu, which) for which in halves)
+        return before, after
     if isinstance(imu, SpatialImu):
         made = cache(imu.samples)
-        return SpatialImu(imu.stamp_ns[which], lambda *needed: take(made(*needed), which))
+
+        def spatial(which: slice) -> SpatialImu:
+            return SpatialImu(imu.stamp_ns[which], lambda *needed: take(made(*needed), which))
+
+        return spatial(halves[0]), spatial(halves[1])
     whole = cache(imu.accelerations)
 
-    def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
-        bend, up = whole()
-        return None if bend is None else bend[which], None if up is None else up[which]
+    def planar(which: slice) -> PlanarImu:
+        def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
+            bend, up = whole()
+            return None if bend is None else bend[which], None if up is None else up[which]
 
-    stamps, roll, rate = imu.stamp_ns[which], imu.roll[which], imu.roll_rate[which]
-    return replace(imu, stamp_ns=stamps, roll=roll, roll_rate=rate, accelerations=accelerations)
+        stamps, roll, rate = imu.stamp_ns[which], imu.roll[which], imu.roll_rate[which]
+        return replace(
+            imu, stamp_ns=stamps, roll=roll, roll_rate=rate, accelerations=accelerations
+        )
+
+    return planar(halves[0]), planar(halves[1])
 
 
 def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None:
