@@ -62,7 +62,7 @@ def test_pages_are_read_at_any_width_and_moved_by_the_keyboard(
                 assert browser.run('document.documentElement.scrollWidth') <= width
                 # the formulas are set: a fraction is higher than its line
                 bars = 'Math.min(...[...document.querySelectorAll("math > mfrac")].map('
-                assert browser.run(f'{bars}each => each.getBoundingClientRect().height))') > 25
+                assert browser.run(f'{bars}each => each.getBoundingClientRect().height))') > 20
                 ink, paper = (
                     browser.run(f'getComputedStyle(document.body).{name}')
                     for name in ('color', 'backgroundColor')

@@ -11,13 +11,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from scipy.linalg import expm
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.cli.terminal import given_values
 from tauto_core.euler import trochlea_1727
+from tauto_core.euler.axle_edition import PUSH
 from tauto_core.euler.claim import G
 from tauto_core.euler.edition import Edition, EulerFigure
+from tauto_core.euler.figures import C, E, K
 from tauto_core.euler.page import all_claims
 from tauto_core.euler.site import EDITIONS
 from tauto_core.samples import FloatArray
@@ -78,8 +81,9 @@ def test_the_commands_run(
     for line in sorted({line for each in edition.paragraphs for line in each.runs}):
         words = shlex.split(line)
         assert words[0] == 'tauto'
-        if words[1] in ('sail', 'compare'):
-            scenes = [each for each in words[2:] if not each.startswith('--') and '=' not in each]
+        if words[1] in ('sail', 'compare') or words[1:3] == ['scene', 'check']:
+            named = words[3 if words[1] == 'scene' else 2 :]
+            scenes = [each for each in named if not each.startswith('--') and '=' not in each]
             settings = [each for each in words[2:] if '=' in each]
             for scene in scenes:
                 load_scene(scene, **given_values(settings))
@@ -217,3 +221,46 @@ def test_figures_3_and_4_have_the_place_where_the_curve_is_upright() -> None:
         ascent for (ascent,), says, _ in _shown(_figure('B', '4')) if 'no point of return' in says
     ]
     assert without == [1.5, 1.7, 2.0]  # γκh ≥ 1 from h = 1.4815 m
+
+
+def _small_swings(e: float, c: float, k: float) -> FloatArray:
+    """Return the matrix of the small swings, (θ, Φ)'' = −matrix (θ, Φ), from their equations."""
+    mass = np.array([[e, c], [0.0, k * k]])
+    pull = np.array([[G, 0.0], [-G * c, G * c]])
+    return np.asarray(np.linalg.solve(mass, pull))
+
+
+@pytest.mark.parametrize(
+    ('name', 'side'), [('Tab. IV, 4', 1.0), ('Tab. V, 1', -1.0), ('Tab. V, 2', 1.0)]
+)
+def test_lengths_of_both_modes_are_those_of_the_eigenvalues(name: str, side: float) -> None:
+    for (e, c, k), says, _ in _shown(_figure('C', name)):
+        found = sorted(float(each) for each in re.findall(r'b′? = (-?\d+\.\d{5}) m', says))
+        squares = np.linalg.eigvals(_small_swings(side * e, c, k)).real
+        assert found == pytest.approx(sorted(G / squares), abs=6e-6), (e, c, k)
+        assert says.count('falls') == sum(squares < 0.0)
+        # every body falls from a convex support, and a cradle with its centre of gravity above C
+        assert ('falls' in says) == (side < 0.0 or c < 0.0)
+
+
+def test_motions_of_figure_5_are_those_of_the_equations() -> None:
+    motion, _ = _figure('C', 'Tab. IV, 5').controls
+    matrix = _small_swings(E, C, K)
+    for (which, seconds), says, _ in _shown(_figure('C', 'Tab. IV, 5')):
+        theta, phi = (float(each) for each in re.findall(r'(?:AOa|Ahg) = (-?\d+\.\d+)', says))
+        if motion.names[int(which)] == 'push n at G':
+            system = np.block([[np.zeros((2, 2)), np.eye(2)], [-matrix, np.zeros((2, 2))]])
+            state = expm(system * seconds) @ [0.0, 0.0, PUSH / E, 0.0]
+            assert [theta, phi] == pytest.approx(list(state[:2]), abs=6e-6)
+        elif abs(theta) > 0.05:
+            # a mode keeps the ratio of its eigenvector
+            vectors = np.linalg.eig(matrix)[1]
+            assert min(abs(vectors[1] / vectors[0] - phi / theta)) < 4e-4
+
+
+def test_figure_6_keeps_the_centre_of_gravity_in_its_vertical() -> None:
+    for (phi, c, k), says, _ in _shown(_figure('C', 'Tab. IV, 6')):
+        aside, swing, _ = _numbers(says)
+        assert aside + c * math.sin(phi) == pytest.approx(0.0, abs=6e-5)
+        # k² Φ'' = −g c Φ
+        assert swing == pytest.approx(math.pi * k / math.sqrt(G * c), abs=6e-6)

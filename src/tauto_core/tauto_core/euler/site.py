@@ -9,20 +9,25 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 from textwrap import dedent
 
-from tauto_core.euler import fluid_edition, trochlea_edition
+from tauto_core.euler import axle_edition, fluid_edition, trochlea_edition
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.drawing import svg
 from tauto_core.euler.edition import Edition, EulerFigure, Paragraph
 from tauto_core.euler.mathml import mathml
 from tauto_core.euler.page import PageError, number, off_by
 
-EDITIONS: tuple[Edition, ...] = (trochlea_edition.EDITION, fluid_edition.EDITION)
+EDITIONS: tuple[Edition, ...] = (
+    trochlea_edition.EDITION,
+    fluid_edition.EDITION,
+    axle_edition.EDITION,
+)
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is told in two sentences of our own;
     the formulas stand as in our text of the paper, a transcription by machine from scans, in which
@@ -138,7 +143,7 @@ def _figure(figure: EulerFigure) -> str:
     )
     return (
         f'<figure id="{name}">{svg(shown.drawing, f"Figure {figure.name}: {figure.caption}")}'
-        f'{controls}<p class="says" aria-live="polite">{escape(shown.says)}</p>'
+        f'{controls}<p class="says" aria-live="polite">{escape(_typeset(shown.says))}</p>'
         f'<figcaption>Fig. {figure.name}, constructed from the text. {escape(figure.caption)}'
         f'</figcaption></figure>'
     )
@@ -151,8 +156,13 @@ def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
     return {
         'values': [list(map(each.label, range(len(each.values)))) for each in figure.controls],
         'drawn': [each.drawing.markup for each in shown],
-        'says': [each.says for each in shown],
+        'says': [_typeset(each.says) for each in shown],
     }
+
+
+def _typeset(says: str) -> str:
+    """Return what a figure says with the sign of a negative number as long as a plus."""
+    return re.sub(r'-(?=\d)', '−', says)
 
 
 def _id(figure: EulerFigure) -> str:
