@@ -403,7 +403,7 @@ class PointsBranch(Section):
     points: Annotated[
         tuple[tuple[Positive, Positive], ...], Field(min_length=3, max_length=200)
     ] = Field(
-        description='list of [horizontal distance from the lowest point, height above it] [m], 3 '
+        description='pairs of horizontal distance from the lowest point and height above it [m], 3 '
         'to 200; distances increase'
     )
 
