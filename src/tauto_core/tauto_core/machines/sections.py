@@ -403,8 +403,8 @@ class PointsBranch(Section):
     points: Annotated[
         tuple[tuple[Positive, Positive], ...], Field(min_length=3, max_length=200)
     ] = Field(
-        description='pairs of horizontal distance from the lowest point and height above it [m], 3 '
-        'to 200; distances increase'
+        description='pairs of horizontal distance from the lowest point and height above it [m], '
+        '3 to 200; distances increase'
     )
 
     def curve(self, kappa: float, gamma: float) -> Given:
