@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Bench, overrides
+from conftest import Bench, imu, overrides
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import Log
+from rcl_interfaces.msg import Log, ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, TimeReference
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from tauto_core.bags import BagWriter, encode, read_bag
+from tauto_core.bags import BagWriter, check_bag, encode, read_bag
 from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
-from tauto_core.voyage import ShipSource, sail
+from tauto_core.ship.imu import MOUNT_FRAME
+from tauto_core.voyage import ShipSource, replay, sail
 from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.mounting import Mounting
 from tauto_nodes.node import assess
 from tauto_nodes.recorder import RecorderNode
 from tauto_nodes.sources import PlayerNode, ShipMotionNode
@@ -35,7 +39,7 @@ FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 def foreign_imu(number: int) -> Imu:
     """Return a message of a sensor at 20 Hz that started long ago and lies still."""
     message = Imu()
-    message.header.frame_id = 'xsens'
+    message.header.frame_id = MOUNT_FRAME
     message.header.stamp.sec, rest = divmod(number, 20)
     message.header.stamp.sec += 1_700_000_000
     message.header.stamp.nanosec = rest * 50_000_000
@@ -83,7 +87,60 @@ def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Ben
     assert not turned.health()['gravity_refused']
 
 
-def test_a_frame_that_nobody_mounted_is_a_warning_and_one_in_g_an_error(bench: Bench) -> None:
+def test_a_frame_of_which_nobody_says_how_it_is_mounted_is_refused_by_name(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    sensor = bench.add(Node('xsens'), trochlea)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    for number in range(101):
+        message = foreign_imu(number)
+        message.header.frame_id = 'imu_link'
+        publisher.publish(message)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
+    level, words = assess(trochlea, time.monotonic())
+    assert level == DiagnosticStatus.ERROR
+    assert "frame 'imu_link' is not clock_mount" in words
+    assert 'tf2_ros is not installed here' in words
+    assert not trochlea.outputs[READING].sent
+    with pytest.raises(ParameterError, match='must be roll, pitch and yaw'):
+        TrochleaNode(**overrides(**FOREIGN, imu_rotation='90'))
+
+
+class Tree:
+    """Static transforms in place of tf2_ros, which is not on PyPI: frames and quaternions."""
+
+    def __init__(self) -> None:
+        self.known: dict[str, list[float]] = {}
+
+    def to_clock(self, frame: str) -> np.ndarray | None:
+        """Return what tf2 would."""
+        return np.array(self.known[frame]) if frame in self.known else None
+
+
+def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tree = Tree()
+    monkeypatch.setattr('tauto_nodes.mounting.StaticTransforms', lambda _: tree)
+    node = bench.add(Node('clock'))
+    mounting = Mounting(node, '')
+    to_port = replace(
+        imu(np.array([10**9])),
+        frame_id='imu_link',
+        linear_acceleration=np.array([[1.0, 0.0, 9.8]]),
+    )
+    assert mounting.applied(to_port) is None
+    assert 'tf2 has no static transform from it' in mounting.trouble
+    half = np.sqrt(0.5)
+    tree.known['imu_link'] = [0.0, 0.0, half, half]  # its x points to port
+    turned = mounting.applied(to_port)
+    np.testing.assert_allclose(turned.linear_acceleration, [[0.0, 1.0, 9.8]], atol=1e-15)
+    assert (turned.frame_id, mounting.trouble) == (MOUNT_FRAME, '')
+    assert mounting.applied(replace(to_port, frame_id='mast')) is None
+    assert "frame 'mast'" in mounting.trouble
+
+
+def test_a_sensor_that_gives_g_is_an_error(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
@@ -93,12 +150,9 @@ def test_a_frame_that_nobody_mounted_is_a_warning_and_one_in_g_an_error(bench: B
         message.linear_acceleration.z = 1.0
         publisher.publish(message)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
-    assert "frame 'xsens', which is taken for clock_mount" in trochlea.notices[0]
     level, words = assess(trochlea, time.monotonic())
     assert level == DiagnosticStatus.ERROR
     assert 'is it in g?' in words
-    with pytest.raises(ParameterError, match='must be roll, pitch and yaw'):
-        TrochleaNode(**overrides(**FOREIGN, imu_rotation='90'))
 
 
 def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:
@@ -269,6 +323,100 @@ def test_recorder_refuses_topics_it_does_not_know(ros: Any, tmp_path: Path) -> N
     with pytest.raises(ParameterError, match='clock/readin is not in the table'):
         RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=('clock/readin',)))
     assert not (tmp_path / 'bag').exists()
+
+
+def test_a_live_bag_tells_when_what_came_and_needs_no_scene_beside_it(
+    ros: Any, tmp_path: Path
+) -> None:
+    """Receipt as log time, sending as publish time: a sensor's lateness can be seen."""
+    from mcap.reader import make_reader
+
+    ros(())
+    bench = Bench('single')
+    live = {'executor': 'single', 'scene': 'measured', 'topics': ('all', '/depth')}
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), **live))
+    trochlea = TrochleaNode(**overrides(**FOREIGN, executor='single'))
+    sensor = bench.add(Node('imu'), recorder, trochlea)
+    depth = sensor.create_publisher(Float64, '/depth', qos_profile_sensor_data)
+    unknown = sensor.create_publisher(ParameterEvent, '/unheard', 1)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: publisher.get_subscription_count() == 2 and depth.get_subscription_count())
+    assert not unknown.get_subscription_count()
+    began_ns = time.time_ns()
+    for number in range(100):
+        publisher.publish(foreign_imu(number))
+    depth.publish(Float64(data=40.0))
+    bench.until(lambda: recorder.inputs[READING].taken and recorder.inputs['/depth'].taken)
+    bench.until(lambda: '/diagnostics' in recorder.inputs)
+    bench.until(lambda: recorder.inputs['/diagnostics'].taken)
+    recorder.close()
+    bench.close()
+    seen: dict[str, list[tuple[int, int]]] = {}
+    (file,) = (tmp_path / 'bag').glob('*.mcap')
+    with file.open('rb') as stream:
+        for _, channel, message in make_reader(stream).iter_messages(log_time_order=False):
+            seen.setdefault(channel.topic, []).append((message.log_time, message.publish_time))
+    assert next(iter(seen)) == '/scene'
+    assert {'/ship/imu', '/depth', '/clock/reading', '/diagnostics'} <= seen.keys()
+    for topic in ('/ship/imu', '/depth', '/clock/reading'):
+        for received_ns, sent_ns in seen[topic]:
+            assert began_ns <= sent_ns <= received_ns < time.time_ns()  # stamps lie in 2023
+    assert check_bag(tmp_path / 'bag').whole
+    replayed = replay(read_bag(tmp_path / 'bag'), keep=False).result
+    stamps = read_bag(tmp_path / 'bag').samples(READING).stamp_ns
+    assert replayed['scene'] == load_scene('measured').name
+    assert replayed['duration_s'] == (stamps[-1] - stamps[0]) / 1e9  # of sea, not of receipt
+    assert replayed['start_s'] == stamps[0] / 1e9
+
+
+def test_a_recorder_that_is_told_to_stop_hears_the_last_words(
+    bench: Bench, tmp_path: Path
+) -> None:
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    sensor = bench.add(Node('imu'), recorder, trochlea)
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    bench.until(lambda: publisher.get_subscription_count() == 2)
+    bench.until(lambda: recorder.inputs[READING].matched)
+    for number in range(201):
+        publisher.publish(foreign_imu(number))
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 201)
+    assert recorder.lingers()  # both get the signal at once
+    trochlea.close()
+    bench.remove(trochlea)
+    bench.until(lambda: not recorder.lingers())
+    recorder.close()
+    assert read_bag(tmp_path / 'bag').counts['/clock/reading'] == 11  # at 0, 1, …, 10 s
+
+
+def test_a_recorder_that_is_left_alone_stops_in_the_end(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    bench.add(recorder, trochlea)
+    bench.until(lambda: recorder.inputs[READING].matched)
+    assert recorder.lingers()
+    later_s = time.monotonic() + 5.0
+    monkeypatch.setattr('tauto_nodes.recorder.time.monotonic', lambda: later_s)
+    assert not recorder.lingers()
+    monkeypatch.undo()
+    recorder.close()
+
+
+def test_a_recorder_started_again_writes_beside_the_bag(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    for name in ('bag', 'bag_2', 'bag_3'):
+        recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), beside=True))
+        assert (tmp_path / name / f'{name}_0.mcap').is_file()
+        recorder.close()
+
+
+def test_a_graph_records_its_own_topics_only(ros: Any, tmp_path: Path) -> None:
+    ros(())
+    flow = {'flow_control': 'credits', 'graph': ('recorder',), 'topics': ('all', '/depth')}
+    with pytest.raises(ParameterError, match='/depth is none of the graph'):
+        RecorderNode(**overrides(output=str(tmp_path / 'bag'), **flow))
 
 
 def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_path: Path) -> None:

@@ -34,10 +34,17 @@ OPTIONAL: Ports = defaultdict(
     {
         # with publish_clock
         ('ship_motion', 'publish'): {'/clock'},
-        # with air, where the clock feels heat
-        ('trochlea', 'subscribe'): {f'/{SHIP_TEMPERATURE}', f'/{PACK_TOPIC}{SHIP_TEMPERATURE}'},
-        # with drift.covariates
-        ('drift_estimator', 'subscribe'): {
+        # with air, where the clock feels heat; with tf2_ros, how a sensor is mounted
+        ('trochlea', 'subscribe'): {
+            f'/{SHIP_TEMPERATURE}',
+            f'/{PACK_TOPIC}{SHIP_TEMPERATURE}',
+            '/tf_static',
+        },
+        # with a live sensor, where somebody publishes them
+        ('recorder', 'subscribe'): {'/diagnostics', '/tf_static'},
+        # with drift.covariates, and tf2_ros
+        ('drift_estimator', 'subscribe'): {'/tf_static'}
+        | {
             f'/{prefix}{topic}'
             for topic in (SHIP_IMU, SHIP_TEMPERATURE)
             for prefix in ('', PACK_TOPIC)

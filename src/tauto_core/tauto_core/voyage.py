@@ -671,6 +671,10 @@ def replay(
 
         figures['stability'] = stability_of(cast(TimeSamples, fed[READING]))
     start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
+    first = next(bag.messages([READING]), None)
+    if first is not None and first.stamp_ns != reading.stamp_ns[0]:
+        # Log times are those of receipt, on another clock than the sea's.
+        start_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
     # motion is recorded for some steps beyond the end, from which the clock is interpolated
     read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
     is_whole = (start_ns, read_to_ns) == (

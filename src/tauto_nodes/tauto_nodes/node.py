@@ -43,6 +43,7 @@ from tauto_nodes.ports import (
     Input,
     Intake,
     Output,
+    Times,
     TopicPort,
     can_match,
     node_of,
@@ -81,6 +82,9 @@ class GraphNode(Node):
     `role` says which node of the table in parameters.py this is; it is also its default name.
     """
 
+    keeps_times = False
+    """Whether `times` has, in `take`, when each message was received and sent."""
+
     is_calm = False
     """Whether a tenth of a second matters to nobody who hears the node; credits are in a hurry."""
 
@@ -95,6 +99,7 @@ class GraphNode(Node):
         self._met = False
         self.inputs: dict[str, Input] = {}
         self.outputs: dict[str, Output] = {}
+        self.times: dict[str, list[Times]] = {}
         self.flow: Flow | None = None
         self.diagnostics: Diagnostics | None = None
         self.failure: Exception | None = None
@@ -137,6 +142,10 @@ class GraphNode(Node):
         ports: list[tuple[str, Input | Output]] = [*self.inputs.items(), *self.outputs.items()]
         clashes = {f'{topic} incompatible_qos': p.incompatible for topic, p in ports}
         return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
+
+    def lingers(self) -> bool:
+        """Whether the node, which was told to stop, waits for what others still send."""
+        return False
 
     @property
     def trouble(self) -> str:
@@ -265,10 +274,10 @@ class GraphNode(Node):
             output.carrier = self.create_publisher(UInt8MultiArray, name, PACK_QOS)
             output.run = self._run
 
-    def listen_to(self, port: TopicPort) -> Any:
+    def listen_to(self, port: TopicPort, *, is_shared: bool = False) -> Any:
         """Create a subscription with its state in `inputs`; return it."""
         message = UInt8MultiArray if self.settings.packed else port.message
-        source = self.inputs[port.name] = Input(type_name(message))
+        source = self.inputs[port.name] = Input(type_name(message), is_shared)
         if self.settings.packed:
             source.subscription = self.create_subscription(
                 UInt8MultiArray,
@@ -282,13 +291,21 @@ class GraphNode(Node):
             return source.subscription
         drains = self.settings.text('executor') == 'single'
 
-        def take(payload: bytes) -> None:
+        def take(payload: bytes, info: Mapping[str, Any] | None = None) -> None:
+            if self.keeps_times:
+                source.times.append(Times.told(info))
             self.received(source, [payload])
             # One message a wait is all that rclpy takes, and a wait costs it milliseconds.
             for _ in range(BATCH if drains else 0):
                 if (more := take_raw(source.subscription)) is None:
                     return
-                self.received(source, [more])
+                payload, info = more
+                if self.keeps_times:
+                    source.times.append(Times.told(info))
+                self.received(source, [payload])
+
+        def take_alone(payload: bytes) -> None:
+            take(payload)  # the events executor fails where a callback asks for more (7.1.6)
 
         def asks_too_much(info: Any) -> None:
             source.incompatible = info.total_count
@@ -300,7 +317,7 @@ class GraphNode(Node):
         source.subscription = self.create_subscription(
             port.message,
             port.name,
-            self.guard(take),
+            self.guard(take if drains and self.keeps_times else take_alone),
             port.profile,
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=asks_too_much),
@@ -324,7 +341,7 @@ class GraphNode(Node):
             if count != source.matched:
                 source.matched, source.last_s = count, time.monotonic()
                 # packs tell which graph they are of
-                if count > 1 and not (self._run and self.settings.packed):
+                if count > 1 and not (source.is_shared or (self._run and self.settings.packed)):
                     self._several_sources(topic)
         for output in self.outputs.values():
             output.matched = output.link.get_subscription_count()
@@ -383,6 +400,7 @@ class GraphNode(Node):
                 source.taken += len(source.pending)
                 source.last_s = now if self.flow is not None else source.last_s
                 source.pending = []
+                self.times[topic], source.times = source.times, []
         if payloads:
             self.take(payloads)
 
@@ -575,7 +593,7 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
     for stranger in node.strangers():
         yield warn, stranger
     for topic, source in node.inputs.items():
-        if source.matched > 1:
+        if source.matched > 1 and not source.is_shared:
             yield warn, f'several publishers on {topic}: {", ".join(node.sources_of(topic))}'
     if len(twins := node.twins()) > 1:
         yield warn, f'{len(twins)} nodes are named {twins[0]}'
@@ -593,7 +611,7 @@ def _missing(node: GraphNode, now_s: float) -> Iterator[Finding]:
     lonely = [topic for topic, source in node.inputs.items() if not source.matched]
     if node.flow is None:
         # A recorder takes what there is; a stage can do without what is optional.
-        needed = [topic for topic in lonely if topic not in OPTIONAL]
+        needed = [t for t in lonely if t not in OPTIONAL and not node.inputs[t].is_shared]
         lonely = needed if node.outputs or len(lonely) == len(node.inputs) else []
     if unsent := [topic for topic in lonely if not node.misfits(topic)]:
         yield DiagnosticStatus.WARN, f'no publisher on {", ".join(unsent)}'
@@ -609,6 +627,7 @@ def _missing(node: GraphNode, now_s: float) -> Iterator[Finding]:
         topic
         for topic, source in node.inputs.items()
         if topic not in IRREGULAR
+        and not source.is_shared
         and source.matched
         and source.last_s is not None
         and now_s - source.last_s > limit_s

@@ -44,14 +44,17 @@ def overrides_of(node: Node) -> Mapping[str, RosParameter]:
     return overrides
 
 
-def take_raw(subscription: Subscription) -> bytes | None:
+def take_raw(subscription: Subscription) -> tuple[bytes, Mapping[str, Any]] | None:
     """Return the next serialised message of a subscription's queue; None where it is empty.
 
-    An executor takes one message a wait, and there is no public way to take the others.
+    With it comes what the middleware says of it. An executor takes one message a wait, and there
+    is no public way to take the others.
     """
     with subscription.handle:
-        taken: Any = subscription.handle.take_message(subscription.msg_type, True)
-    return None if taken is None else taken[0]
+        taken: tuple[bytes, Mapping[str, Any]] | None = subscription.handle.take_message(
+            subscription.msg_type, True
+        )
+    return taken
 
 
 # -----------------------------------------------------------------------------
@@ -293,8 +296,8 @@ _MOUNT = Parameter(
     'imu_rotation',
     '',
     'how the sensor is mounted: roll, pitch and yaw of its axes in those of the clock, in degrees '
-    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or is taken for it "
-    'with a warning. With a foreign source',
+    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or one "
+    'from which a static transform of tf2 leads there. With a foreign source',
 )
 _RESET = Parameter(
     'reset_on_time_jump',
@@ -358,12 +361,21 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),
         Parameter('force', False, 'replace a bag that is already there'),
-        Parameter('topics', ('all',), 'topics to record, relative names; `all`: the topic table'),
+        Parameter(
+            'beside', False, 'where there is a bag already, write beside it: NAME_2, NAME_3, …'
+        ),
+        Parameter(
+            'topics',
+            ('all',),
+            'topics to record, relative names; `all`: the topic table and, without `credits`, '
+            '/diagnostics and /tf_static. Absolute names are any others, without `credits`',
+        ),
         Parameter(
             'scene',
             '',
-            'scene file or shipped name: ship/imu is left out where the scene keeps no motion; '
-            'empty: every topic asked for is recorded',
+            'scene file or shipped name: ship/imu is left out where the scene keeps no motion, '
+            'and without `credits` the bag begins with the scene, so that `tauto replay` needs '
+            'none; empty: every topic asked for is recorded',
             is_path=True,
         ),
         _DURATION,

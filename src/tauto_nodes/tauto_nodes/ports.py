@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import difflib
 import sys
+import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from rcl_interfaces.msg import SetParametersResult
@@ -153,14 +154,32 @@ def refuse_unknown_qos(node: Node) -> None:
         raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
 
 
+class Times(NamedTuple):
+    """When a message was received and sent [ns], by the clock of the system."""
+
+    received_ns: int
+    sent_ns: int
+
+    @staticmethod
+    def told(info: Mapping[str, Any] | None) -> Times:
+        """Return what the middleware says, or now for both where it says nothing."""
+        if info is None:
+            now_ns = time.time_ns()
+            return Times(now_ns, now_ns)
+        return Times(info['received_timestamp'] or time.time_ns(), info['source_timestamp'])
+
+
 @dataclass
 class Input:
     """State of one subscription.
 
-    `type_name`: of the messages it takes; `last_s`: when a message or a publisher came last [s].
+    `type_name`: of the messages it takes; `last_s`: when a message or a publisher came last [s];
+    `times` of the `pending` messages, where the node keeps them. On a topic that `is_shared` many
+    may publish, and silence means nothing.
     """
 
     type_name: str
+    is_shared: bool = False
     subscription: Any = None
     received: int = 0
     taken: int = 0
@@ -168,6 +187,7 @@ class Input:
     matched: int = 0
     incompatible: int = 0
     pending: list[bytes] = field(default_factory=list)
+    times: list[Times] = field(default_factory=list)
 
 
 @dataclass

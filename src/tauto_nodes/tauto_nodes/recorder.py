@@ -1,4 +1,9 @@
-"""Records the graph to a bag: payloads as they come, log time = the stamp in the header."""
+"""Records the graph to a bag, payloads as they come.
+
+The log time of a simulated voyage is the stamp in the header: nothing in its bag depends on the
+wall clock. That of a live one is the time of receipt, and the publish time that of sending, as in
+the bags of rosbag2; so one sees how late a sensor is, and whether its clock goes wrong.
+"""
 
 from __future__ import annotations
 
@@ -7,22 +12,25 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from itertools import pairwise
+from itertools import count, pairwise, repeat
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, header_stamp_ns
-from tauto_core.bags.write import CUT_SHORT
+from tauto_core.bags import TOPICS, BagWriter, encode, header_stamp_ns
+from tauto_core.bags.write import CUT_SHORT, declared_topic
 from tauto_core.samples import TextSamples
-from tauto_core.scene import parse_scene
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene import Scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import BagError, SceneError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import bag_metadata
-from tauto_nodes import ParameterError
+from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.node import Diagnostics, GraphNode
 from tauto_nodes.parameters import NodeSettings
-from tauto_nodes.ports import port
+from tauto_nodes.ports import MIN_DEPTH, Times, TopicPort, message_class, port
 from tauto_nodes.running import main_of
 
 
@@ -71,21 +79,46 @@ REPORT_S = 0.2
 """Interval at which a graph is told how far the voyage is [s]."""
 
 
-def topics_of(settings: NodeSettings) -> list[str]:
-    """Return the topics to record, in the order of the table.
+ALSO = ('/diagnostics', '/tf_static')
+"""What a live bag has beside the table: how the nodes were, and how things are mounted."""
+
+SEEK_S = 1.0
+"""Interval at which publishers of foreign topics are looked for [s]."""
+
+STAGES = ('trochlea', 'drift_estimator', 'longitude')
+"""Nodes that send what they still hold when they are told to stop."""
+
+LINGER_S = 5.0
+"""Longest time that a live recorder which was told to stop waits for the nodes' last words [s]."""
+
+
+def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
+    """Return the topics of the table to record, in its order, and the names of others.
 
     ParameterError: a topic is not in the table. SceneError: the scene cannot be run.
     """
     asked = settings.names('topics')
-    if unknown := [name for name in asked if name not in TOPICS and name != 'all']:
+    foreign = [name for name in asked if name.startswith('/')]
+    if foreign and settings.credits:
+        raise ParameterError(
+            f'topics = {list(asked)}: {foreign[0]} is none of the graph, and with flow_control = '
+            'credits nobody says how much of it there was. Record it by ros2 bag'
+        )
+    known = [name for name in asked if name not in foreign]
+    if unknown := [name for name in known if name not in TOPICS and name != 'all']:
         raise ParameterError(
             f'topics = {list(asked)}: {unknown[0]} is not in the table; it holds '
-            f'{", ".join(TOPICS)}, or say all'
+            f'{", ".join(TOPICS)}, or say all; a topic beside it has an absolute name'
         )
-    chosen = [name for name in TOPICS if name in asked or 'all' in asked]
-    if settings.text('scene') and not settings.scene().keeps_motion:
-        chosen = [name for name in chosen if name != s.SHIP_IMU]
-    return chosen
+    if 'all' in known and not settings.credits:
+        foreign += [name for name in ALSO if name not in foreign]
+    chosen = [name for name in TOPICS if name in known or 'all' in known]
+    if settings.text('scene'):
+        left_out = set() if settings.scene().keeps_motion else {s.SHIP_IMU}
+        if not settings.credits:
+            left_out.add(s.SCENE)  # it is known, and written at once
+        chosen = [name for name in chosen if name not in left_out]
+    return chosen, foreign
 
 
 class RecorderNode(GraphNode):
@@ -97,10 +130,15 @@ class RecorderNode(GraphNode):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('recorder', **node_options)
-        topics = topics_of(self.settings)
+        topics, self._sought = topics_of(self.settings)
+        self.keeps_times = self.is_calm = not self.settings.credits
         reliability = self.settings.text('imu_reliability')
+        folder = Path(self.settings.text('output'))
+        if self.settings.flag('beside') and folder.exists():
+            beside = (folder.with_name(f'{folder.name}_{number}') for number in count(2))
+            folder = next(other for other in beside if not other.exists())
         self._bag = BagWriter(
-            Path(self.settings.text('output')),
+            folder,
             force=self.settings.flag('force'),
             namespace=self.get_namespace().strip('/'),
             chunk_bytes=round(1024 * self.settings.number('chunk_size')),
@@ -115,10 +153,17 @@ class RecorderNode(GraphNode):
         self._unflushed = False
         self._early: dict[str, list[bytes]] = {}
         self._waits_for_scene = self.settings.credits and s.SCENE in topics
+        self._sought_s = 0.0
+        self._leaves_s: float | None = None
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
         self._bag.__enter__()
+        if self.settings.text('scene') and not self.settings.credits:
+            scene, now_ns = self.settings.scene(), time.time_ns()
+            (message,) = encode(s.SCENE, s.text(now_ns, scene_yaml(scene)))
+            self._bag.describe(bag_metadata(scene))
+            self._bag.write_raw(s.SCENE, message, now_ns)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Write what arrived, without the padding of the wire if it is from our own graph.
@@ -136,33 +181,84 @@ class RecorderNode(GraphNode):
             payloads = {s.SCENE: self._early.pop(s.SCENE), **self._early}
             self._early = {}
         self._unflushed = True
+        if self.flow is None:
+            self._write_live(payloads)
+            return
+        rows: list[tuple[int, str, bytes]] = []
         for topic, messages in payloads.items():
             if self.settings.packed and topic != s.SCENE:
-                for message in messages:
-                    self._bag.write_raw(topic, message, header_stamp_ns(message))
+                rows += [(header_stamp_ns(message), topic, message) for message in messages]
                 continue
-            samples, good = self.decoded(topic, messages)
-            if samples is None:
-                continue
+            samples, _ = self.decoded(topic, messages)
             if isinstance(samples, TextSamples):
-                self._write_scenes(samples)
-            elif self.flow is not None:
+                for text in map(str, samples.data):
+                    scene = self._described(text)
+                    self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
+            elif samples is not None:
                 # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
-                self._bag.write({topic: samples})
-            else:
-                for message, stamp_ns in zip(good, samples.stamp_ns.tolist(), strict=True):
-                    self._bag.write_raw(topic, message, stamp_ns)
-                self._see_order(topic, samples.stamp_ns.tolist())
+                whole = encode(topic, samples)
+                rows += zip(samples.stamp_ns.tolist(), repeat(topic), whole, strict=False)
+        rows.sort(key=itemgetter(0))  # as far as the nodes go together, in the order of time
+        for stamp_ns, topic, message in rows:
+            self._bag.write_raw(topic, message, stamp_ns)
 
-    def _write_scenes(self, samples: TextSamples) -> None:
-        for text in map(str, samples.data):
-            try:
-                scene = parse_scene(text, f'topic {s.SCENE}')
-            except SceneError as error:
-                self.note(s.SCENE, 'not_a_scene', str(error).splitlines()[0])
+    def _write_live(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
+        rows: list[tuple[Times, str, bytes]] = []
+        for topic, messages in payloads.items():
+            times = dict(zip(map(id, messages), self.times[topic], strict=True))
+            good = list(messages)
+            if not self.inputs[topic].is_shared:
+                samples, good = self.decoded(topic, messages)
+                if isinstance(samples, TextSamples):
+                    pairs = zip(good, map(str, samples.data), strict=True)
+                    good = [message for message, text in pairs if self._is_scene(text)]
+                elif samples is not None:
+                    self._see_order(topic, samples.stamp_ns.tolist())
+            rows += [(times[id(message)], topic, message) for message in good]
+        rows.sort(key=itemgetter(0))
+        for (received_ns, sent_ns), topic, message in rows:
+            self._bag.write_raw(topic, message, received_ns, sent_ns)
+
+    def _is_scene(self, text: str) -> bool:
+        try:
+            self._described(text)
+        except SceneError as error:
+            self.note(s.SCENE, 'not_a_scene', str(error).splitlines()[0])
+            return False
+        return True
+
+    def _described(self, text: str) -> Scene:
+        """Return the scene that a message holds; from now on the bag is said to be of it."""
+        scene = parse_scene(text, f'topic {s.SCENE}')
+        self._bag.describe(bag_metadata(scene))
+        return scene
+
+    def _seek(self) -> None:
+        """Subscribe to the foreign topics that have found a publisher, as it offers them."""
+        for name in list(self._sought):
+            if not (infos := self.get_publishers_info_by_topic(name)):
                 continue
-            self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
-            self._bag.describe(bag_metadata(scene))
+            self._sought.remove(name)
+            offered = [info.qos_profile for info in infos]
+            reliable = all(q.reliability == QoSReliabilityPolicy.RELIABLE for q in offered)
+            latched = all(q.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for q in offered)
+            profile = QoSProfile(
+                depth=MIN_DEPTH,
+                reliability=QoSReliabilityPolicy.RELIABLE
+                if reliable
+                else QoSReliabilityPolicy.BEST_EFFORT,
+                durability=QoSDurabilityPolicy.TRANSIENT_LOCAL
+                if latched
+                else QoSDurabilityPolicy.VOLATILE,
+            )
+            try:
+                message = message_class(infos[0].topic_type)
+                declared = declared_topic(name, infos[0].topic_type, MIN_DEPTH, latched=latched)
+            except (NodesError, BagError) as error:
+                self.get_logger().warning(f'{name} is not recorded: {error}')
+                continue
+            self._bag.declare(name, declared)
+            self.listen_to(TopicPort(name, message, profile), is_shared=True)
 
     def _see_order(self, topic: str, stamps_ns: list[int]) -> None:
         """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""
@@ -181,6 +277,9 @@ class RecorderNode(GraphNode):
         if self._closed:
             return
         now_s = time.monotonic()
+        if self._sought and now_s >= self._sought_s + SEEK_S:
+            self._sought_s = now_s
+            self._seek()
         if self.flow is not None and now_s >= self._told_s + REPORT_S:
             self._told_s = now_s
             # Without room for it the bag goes on; the last report, which counts, must be written.
@@ -189,6 +288,15 @@ class RecorderNode(GraphNode):
         if self._unflushed and now_s >= self._flushed_s + self.settings.number('flush_interval'):
             self._bag.flush()
             self._flushed_s, self._unflushed = now_s, False
+
+    def lingers(self) -> bool:
+        """Whether the nodes of a live clock, which were told to stop, too, may send more."""
+        if self.flow is not None or self._closed or self.failure is not None:
+            return False
+        now_s = time.monotonic()
+        self._leaves_s = self._leaves_s or now_s + LINGER_S
+        computed = [t for t in self.inputs if t in TOPICS and TOPICS[t].node in STAGES]
+        return now_s < self._leaves_s and any(self.inputs[t].matched for t in computed)
 
     def at_end(self) -> None:
         """Close the bag: all that was sent has come, or is lost."""

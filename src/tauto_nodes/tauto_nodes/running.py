@@ -210,6 +210,15 @@ FOLDER_PREFIX = 'tauto_graph_'
 _LOCK = 'lock'
 
 
+def remove_left(place: Path) -> None:
+    """Remove the folders of graphs that were killed; `launch/nodes.launch.py` makes such, too."""
+    for lock in place.glob(f'{FOLDER_PREFIX}*/{_LOCK}'):
+        with suppress(OSError):  # it is held, or another start was faster
+            if lock.parent.lstat().st_uid == os.getuid():
+                with one_writer(lock, make=False):
+                    shutil.rmtree(lock.parent, ignore_errors=True)
+
+
 @contextmanager
 def work_folder(parent: str | None) -> Iterator[Path]:
     """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
@@ -218,11 +227,7 @@ def work_folder(parent: str | None) -> Iterator[Path]:
     where the system has temporary files; GraphError says that no folder can be made there.
     """
     place = Path(parent or tempfile.gettempdir())
-    for lock in place.glob(f'{FOLDER_PREFIX}*/{_LOCK}'):
-        with suppress(OSError):  # it is held, or another start was faster
-            if lock.parent.lstat().st_uid == os.getuid():
-                with one_writer(lock, make=False):
-                    shutil.rmtree(lock.parent, ignore_errors=True)
+    remove_left(place)
     try:
         made = tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX, dir=place)
     except OSError as error:
@@ -307,7 +312,8 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
     stop: Any = Future()
 
     def check() -> None:
-        done = signals.came or any(node.failure or node.over for node in nodes)
+        over = any(node.failure or node.over for node in nodes)
+        done = over or (signals.came and not any(node.lingers() for node in nodes))
         if done and not stop.done():
             stop.set_result(None)
 

@@ -20,14 +20,14 @@ from tauto_core.bags import encode
 from tauto_core.clockwork import LiveTrochlea, TrochleaStage
 from tauto_core.files import write_whole
 from tauto_core.navigation import DriftStage, LongitudeStage
-from tauto_core.samples import Batches, FloatArray, Samples, Stage, State, TimeSamples, count, take
+from tauto_core.samples import Batches, Samples, Stage, State, TimeSamples, count, take
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import BagError
 from tauto_core.scene.times import MAX_GAP_S
-from tauto_core.ship.imu import MOUNT_FRAME, mounted, rotation
 from tauto_core.version import code
 from tauto_core.voyage import compile_kernels, refused_words
 from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.mounting import Mounting
 from tauto_nodes.node import Diagnostics, GraphNode
 from tauto_nodes.parameters import NodeSettings
 from tauto_nodes.ports import port
@@ -173,19 +173,8 @@ def _opened(value: Any) -> Any:
     return opened
 
 
-def _mounting(text: str) -> FloatArray | None:
-    """Return the rotation that `imu_rotation` says; None where it says none."""
-    if not text:
-        return None
-    try:
-        roll, pitch, yaw = np.radians([float(word) for word in text.replace(',', ' ').split()])
-        if not np.isfinite([roll, pitch, yaw]).all():
-            raise ValueError
-    except ValueError:
-        raise ParameterError(
-            f'imu_rotation = {text!r}: must be roll, pitch and yaw in degrees, as in 0 0 90'
-        ) from None
-    return rotation(roll, pitch, yaw)
+ACK_S = 0.5
+"""Time for a subscriber to acknowledge a topic's last messages [s]."""
 
 
 class StageNode(GraphNode):
@@ -215,8 +204,10 @@ class StageNode(GraphNode):
         if self._file is not None and saved is not None:
             self.stage.restore(saved)
             self.get_logger().info(f'goes on from the state in {self._file.path}')
-        self._mount = _mounting(str(self.settings.values.get('imu_rotation', '')))
-        self._frame = ''
+        self._mounting: Mounting | None = None
+        if self.settings.text('source') == 'foreign':
+            rotation = str(self.settings.values.get('imu_rotation', ''))
+            self._mounting = Mounting(self, rotation)
         self._saved_s = time.monotonic()
         self._changed = self._noticed = False
         reliability = str(self.settings.values.get('imu_reliability', 'reliable'))
@@ -232,10 +223,8 @@ class StageNode(GraphNode):
         batches = {}
         for topic, raw in payloads.items():
             samples, _ = self.decoded(topic, raw)
-            if isinstance(samples, s.ImuSamples) and self.settings.text('source') == 'foreign':
-                self._frame = samples.frame_id
-                if self._mount is not None:
-                    samples = mounted(samples, self._mount)
+            if isinstance(samples, s.ImuSamples) and self._mounting is not None:
+                samples = self._mounting.applied(samples)
             if samples is not None:
                 batches[topic] = samples
         if batches:
@@ -256,18 +245,13 @@ class StageNode(GraphNode):
     @property
     def notices(self) -> list[str]:
         """What the stage works without at present."""
-        found = list(getattr(self.stage, 'notices', ()))
-        if self._mount is None and self._frame not in ('', MOUNT_FRAME):
-            found.append(
-                f'ship/imu is in frame {self._frame!r}, which is taken for {MOUNT_FRAME}: x '
-                'forward, y to port, z up. Say how it is mounted: imu_rotation'
-            )
-        return found
+        return list(getattr(self.stage, 'notices', ()))
 
     @property
     def trouble(self) -> str:
         """What keeps the stage from publishing anything; empty if nothing does."""
-        return super().trouble or str(getattr(self.stage, 'trouble', ''))
+        mounting = self._mounting.trouble if self._mounting is not None else ''
+        return super().trouble or mounting or str(getattr(self.stage, 'trouble', ''))
 
     def at_end(self) -> None:
         """Send what the stage still holds back; no state remains to continue from."""
@@ -290,6 +274,9 @@ class StageNode(GraphNode):
         else:
             self._work()
             self._save()
+        for output in self.outputs.values():  # who records them is told to stop, too
+            if output.sent and output.publisher.get_subscription_count():
+                output.publisher.wait_for_all_acked(Duration(seconds=ACK_S))
 
     def _save(self) -> None:
         if self._file is None:

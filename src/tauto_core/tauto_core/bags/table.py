@@ -264,13 +264,18 @@ TOPICS: dict[str, Topic] = {
 
 def offered_qos(topic: Topic) -> list[dict[str, Any]]:
     """Return the QoS that the publisher offers, spelt as in rosbag2 metadata version 9."""
+    return spelt_qos(topic.depth, latched=topic.latched)
+
+
+def spelt_qos(depth: int, *, latched: bool) -> list[dict[str, Any]]:
+    """Return the QoS of a reliable publisher with KEEP_LAST, in the same spelling."""
     infinite = {'sec': 9223372036, 'nsec': 854775807}
     return [
         {
             'history': 'keep_last',
-            'depth': topic.depth,
+            'depth': depth,
             'reliability': 'reliable',
-            'durability': 'transient_local' if topic.latched else 'volatile',
+            'durability': 'transient_local' if latched else 'volatile',
             'deadline': dict(infinite),
             'lifespan': dict(infinite),
             'liveliness': 'automatic',

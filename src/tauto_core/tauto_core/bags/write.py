@@ -24,7 +24,7 @@ import numpy as np
 
 from tauto_core.bags.codec import encode
 from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, RecordedMessage
-from tauto_core.bags.table import TOPICS, Topic, offered_qos
+from tauto_core.bags.table import TOPICS, Topic, spelt_qos
 from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
 from tauto_core.samples import SCENE, Batches, count
 from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
@@ -502,7 +502,8 @@ class BagWriter:
 
     The folder contains `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 512 KiB) and, once the
     MCAP file is complete, `metadata.yaml`. Log time and publish time of a message are its stamp,
-    sequence numbers count from 1 in each topic, and nothing depends on the wall clock.
+    unless others are given, sequence numbers count from 1 in each topic, and nothing depends on
+    the wall clock.
 
     An existing bag is replaced only when the new one is complete and on the disk; until then the
     new one is written to the sibling `<name>.partial`. The two are exchanged in one step; where
@@ -616,19 +617,26 @@ class BagWriter:
         self._declared[key] = declared
         self._channels[key] = self._file.add_channel(declared)
 
-    def write_raw(self, topic: str, payload: bytes, stamp_ns: int) -> None:
+    def write_raw(
+        self, topic: str, payload: bytes, stamp_ns: int, publish_ns: int | None = None
+    ) -> None:
         """Write one serialised message, CDR of the topic's type.
 
-        The topic is a key of `TOPICS`; the stamp, >= 0, is that in the header, or that of the
-        start if it has none.
+        The topic is a key of `TOPICS`, or was declared. The stamp, >= 0, is the log time: of a
+        simulated voyage that in the header, or that of the start if it has none, of a live one the
+        time of receipt. The publish time is the same, if none is given.
         """
         if topic not in self._channels:
-            self.declare(topic, _declared(self._prefix, _topic(topic)))
+            entry = _topic(topic)
+            full = self._prefix + entry.name
+            self.declare(
+                topic, declared_topic(full, entry.ros_type, entry.depth, latched=entry.latched)
+            )
         if stamp_ns < 0:
             raise BagError(f'{topic}: stamp {stamp_ns} ns lies before 0; choose a later starts_at')
         number = self.counts[topic] + 1
         channel = self._channels[topic]
-        self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload)
+        self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload, publish_ns)
         self.counts[topic] = number
         if (
             topic == SCENE
@@ -745,12 +753,20 @@ def _topic(name: str) -> Topic:
     return TOPICS[name]
 
 
-def _declared(prefix: str, topic: Topic) -> DeclaredTopic:
+def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> DeclaredTopic:
+    """Return a topic of a standard type, as a bag declares it; BagError for another type."""
     import yaml
+    from rosbags.typesys.base import TypesysError
 
-    text, type_hash = definition_of(topic.ros_type)
-    qos = yaml.safe_dump(offered_qos(topic), sort_keys=False).strip()
-    return DeclaredTopic(prefix + topic.name, topic.ros_type, text.encode(), qos, type_hash)
+    try:
+        text, type_hash = definition_of(ros_type)
+    except TypesysError as error:
+        raise BagError(
+            f'{name}: {ros_type} is none of the standard types of Jazzy, so a bag of Tauto cannot '
+            'declare it. Record it by ros2 bag'
+        ) from error
+    qos = yaml.safe_dump(spelt_qos(depth, latched=latched), sort_keys=False).strip()
+    return DeclaredTopic(name, ros_type, text.encode(), qos, type_hash)
 
 
 @cache
