@@ -56,6 +56,7 @@ setup(
                 ('stages', ('trochlea', 'drift_estimator', 'longitude')),
                 ('recorder', ('recorder',)),
                 ('markers', ('markers',)),
+                ('launching', ('launch_plan',)),
             )
             for node in nodes
         ],

@@ -42,9 +42,13 @@ NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 PATIENCE_S = 300.0
 """Only what hangs takes so long, however busy the machine."""
 
-# A shell that starts jobs in the background lets them ignore SIGINT.
+# A shell that starts jobs in the background lets them ignore SIGINT. The Python of `ros2` need not
+# see what Tauto needs; what it starts does.
 ROS2 = """
 import signal
+import sys
+for name in ('pydantic', 'tauto_core', 'tauto_nodes', 'typer', 'mcap', 'rosbags'):
+    sys.modules[name] = None
 from ros2cli.cli import main
 signal.signal(signal.SIGINT, signal.default_int_handler)
 raise SystemExit(main())
@@ -59,7 +63,11 @@ class Launch:
         self.log, self.mark = log, f'{MARK}={log}'
         self.temporary = log.parent / 'temporary'
         self.temporary.mkdir(exist_ok=True)
-        folders = {'ROS_LOG_DIR': str(log.parent / 'log'), 'TMPDIR': str(self.temporary)}
+        folders = {
+            'ROS_HOME': str(log.parent / 'home'),
+            'ROS_LOG_DIR': str(log.parent / 'log'),
+            'TMPDIR': str(self.temporary),
+        }
         environment = {**os.environ, MARK: str(log), **folders}
         with log.open('wb') as words:
             self.process = subprocess.Popen(

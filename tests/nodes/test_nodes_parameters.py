@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ast
+import json
 import math
+import os
 import subprocess
 import sys
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,10 @@ from conftest import overrides
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from tauto_core.bags import BagWriter
-from tauto_nodes import GraphError, ParameterError
-from tauto_nodes.launching import ARGUMENTS, end_of, problems_of, strangers_of
+from tauto_nodes import ParameterError
+from tauto_nodes.launching import problems_of, strangers_of
 from tauto_nodes.parameters import PARAMETERS, declare, reference_page, shared_names
+from tauto_nodes.running import SUPERVISOR
 from tauto_nodes.stages import TrochleaNode
 
 ROOT = Path(__file__).parents[2]
@@ -206,25 +207,97 @@ def test_config_uses_declared_parameters_only(file: Path, ros: Any) -> None:
     ros(('--params-file', str(file)))
 
 
-@pytest.mark.parametrize('file', sorted((PACKAGE / 'launch').glob('*.py')), ids=lambda f: f.stem)
-def test_launch_files_compile_and_use_what_they_declare(file: Path) -> None:
+LAUNCH = sorted((PACKAGE / 'launch').glob('*.py'))
+
+
+@pytest.mark.parametrize('file', LAUNCH, ids=lambda f: f.stem)
+def test_launch_files_need_nothing_of_ours(file: Path) -> None:
+    """`ros2` runs them in the system's Python, which need not see what the nodes need."""
     tree = ast.parse(file.read_text(), file.name)
-    table = next(
+    imported = set()
+    for node in ast.walk(tree):
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module or ''] if isinstance(node, ast.ImportFrom) else []
+        imported |= {name.partition('.')[0] for name in names}
+    assert imported - sys.stdlib_module_names <= {'launch', 'launch_ros', 'yaml'}
+
+
+def arguments_of(kind: str) -> dict[str, str]:
+    """Return the arguments of a launch file with their defaults, read without launch."""
+    tree = ast.parse((PACKAGE / 'launch' / f'{kind}.launch.py').read_text())
+    (table,) = (
         node.value
         for node in tree.body
-        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'DEFAULTS'
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == 'ARGUMENTS'
     )
-    defaults: dict[str, str] = ast.literal_eval(table)
-    assert defaults.keys() < ARGUMENTS.keys()
-    given = {
-        ast.unparse(node.slice).strip("'")
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Subscript) and ast.unparse(node.value) == 'given'
+    assert isinstance(table, ast.Dict)
+    config = {'voyage': 'voyage.yaml', 'live': 'foreign_imu.yaml'}[kind]
+    held = {}
+    for name, (value, _) in zip(table.keys, (v.elts for v in table.values), strict=True):
+        is_file = ast.literal_eval(name) == 'params_file'
+        file = str(PACKAGE / 'config' / config)
+        held[ast.literal_eval(name)] = file if is_file else ast.literal_eval(value)
+    return held
+
+
+def planned(
+    folder: Path, kind: str, typed: list[str] | None = None, **given: str
+) -> subprocess.CompletedProcess[str]:
+    """Return what `launch_plan` answers to a launch with these arguments."""
+    asked = {
+        'kind': kind,
+        'given': {**arguments_of(kind), **given},
+        'typed': typed or [],
+        'folder': str(folder),
+        'supervisor': os.getpid(),
     }
-    assert given <= defaults.keys()
-    config = PACKAGE / 'config' / 'voyage.yaml'
-    free = {**defaults, 'params_file': str(config)}
-    assert problems_of(free) == []
+    program = 'from tauto_nodes.launching import launch_plan; launch_plan()'
+    return subprocess.run(
+        [sys.executable, '-c', program],
+        input=json.dumps(asked),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+@pytest.mark.parametrize('kind', ['voyage', 'live'])
+def test_the_plan_of_a_launch_has_parameters_that_its_nodes_have(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv('ROS_HOME', str(tmp_path))
+
+    given = {'out': str(tmp_path / 'bag')}
+    if kind == 'live':
+        given |= {'imu': '/xsens/imu', 'use_sim_time': 'true', 'topics': '/battery'}
+    run = planned(tmp_path, kind, **given)
+    assert run.returncode == 0, run.stderr
+    plan = json.loads(run.stdout.splitlines()[-1])
+    assert plan['environment'][SUPERVISOR] == str(os.getpid())
+    assert plan['remappings'] == ({'ship/imu': '/xsens/imu'} if kind == 'live' else {})
+    written = yaml.safe_load((tmp_path / 'parameters.yaml').read_text())
+    assert {name.strip('/') for name in written} == set(plan['nodes'])
+    assert 'markers' in plan['nodes']
+    for name, section in written.items():
+        table = {p.name: p for p in PARAMETERS[name.strip('/')]}
+        held = section['ros__parameters']
+        assert held.pop('use_sim_time', False) is (kind == 'live')
+        for key, value in held.items():
+            whole = tuple(value) if isinstance(value, list) else value
+            assert type(whole) is type(table[key].default), (name, key)
+            assert not table[key].problem(whole)
+    if kind == 'live':
+        assert written['/recorder']['ros__parameters']['topics'] == ['all', '/battery']
+
+
+def test_a_plan_is_refused_in_words(tmp_path: Path) -> None:
+    run = planned(tmp_path, 'voyage', ['sped:=5.0'], speed='abc')
+    assert run.returncode == 2
+    assert 'sped: no such argument; the nearest is speed' in run.stderr
+    assert 'speed := abc: must lie in' in run.stderr
+    assert 'Traceback' not in run.stderr
+    assert not (tmp_path / 'parameters.yaml').exists()
 
 
 VOYAGE = {
@@ -260,32 +333,6 @@ def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said:
     assert 'one of' in '; '.join(problems_of(sensor))
 
 
-class _Context:
-    """What the end of a node asks of a launch."""
-
-    def __init__(self, is_shutdown: bool) -> None:
-        self.is_shutdown = is_shutdown
-
-
-@pytest.mark.parametrize('code', [0, 1, -9])
-def test_the_end_of_any_node_but_the_last_one_fails_the_launch(code: int) -> None:
-    event = type('ProcessExited', (), {'returncode': code})
-    with pytest.raises(GraphError, match=f'node trochlea ended with exit code {code} before'):
-        end_of('trochlea', event, _Context(False), 'recorder', '')
-    assert end_of('trochlea', event, _Context(True), 'recorder', '') == []
-    if code:
-        with pytest.raises(GraphError, match='node recorder'):
-            end_of('recorder', event, _Context(False), 'recorder', '')
-
-
-def test_a_voyage_that_was_cut_short_fails_the_launch(tmp_path: Path) -> None:
-    with suppress(KeyboardInterrupt), BagWriter(tmp_path / 'bag'):
-        raise KeyboardInterrupt
-    event = type('ProcessExited', (), {'returncode': 0})
-    with pytest.raises(GraphError, match='recorder was stopped before the voyage was over'):
-        end_of('recorder', event, _Context(False), 'recorder', str(tmp_path / 'bag'))
-
-
 @pytest.mark.parametrize(
     ('typed', 'said'),
     [
@@ -295,4 +342,4 @@ def test_a_voyage_that_was_cut_short_fails_the_launch(tmp_path: Path) -> None:
     ],
 )
 def test_a_slip_in_the_name_of_a_launch_argument(typed: list[str], said: list[str]) -> None:
-    assert strangers_of(typed, ARGUMENTS) == said
+    assert strangers_of(typed, arguments_of('voyage')) == said

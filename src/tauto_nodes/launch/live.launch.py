@@ -2,46 +2,58 @@
 
 ros2 launch tauto_nodes live.launch.py scene:=measured imu:=/xsens/imu out:=voyage
 
-The arguments are checked before anything starts. The launch ends with the first node that ends;
-its exit code is then not 0. For a sensor on another machine set ROS_AUTOMATIC_DISCOVERY_RANGE.
+The arguments are checked before anything starts. A node that dies is started again and goes on
+from its state; one that refuses to start ends the launch, with an exit code that is not 0. For a
+sensor on another machine set ROS_AUTOMATIC_DISCOVERY_RANGE.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import PathJoinSubstitution, ThisLaunchFileDir
+from launch_ros.substitutions import FindPackageShare
 
-from tauto_nodes.launching import launch_description, state_folder
-
-DEFAULTS = {
-    'scene': 'measured',
-    'imu': 'ship/imu',
-    'imu_reliability': 'best_effort',
-    'imu_rotation': '',
-    'out': '',
-    'anyway': 'false',
-    'state_folder': 'default',
-    'namespace': '',
-    'executor': 'events',
+PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'foreign_imu.yaml'])
+ARGUMENTS = {
+    'scene': ('measured', 'scene file (absolute path) or name of a shipped scene'),
+    'imu': ('ship/imu', 'topic of the sensor, sensor_msgs/Imu'),
+    'imu_reliability': ('best_effort', 'what the sensor offers: best_effort or reliable'),
+    'imu_rotation': (
+        '',
+        'roll, pitch and yaw of the sensor, in degrees, as in 0 0 90; empty: as the clock, or as '
+        'tf2 says',
+    ),
+    'observation': ('clock/observation', 'topic of the true time, sensor_msgs/TimeReference'),
+    'fix': ('ship/fix', 'topic of the place, sensor_msgs/NavSatFix'),
+    'out': ('', 'folder of the bag; empty: nothing is recorded'),
+    'topics': ('', 'what the bag has besides, as in /imu/mag /battery'),
+    'anyway': ('false', 'sail machines and ships beyond all that are known, too'),
+    'state_folder': (
+        'default',
+        'folder for the states of the stages; default: one for each scene, in tauto_states of '
+        'ROS_HOME (~/.ros) or of TAUTO_FOLDER; empty: none is saved',
+    ),
+    'use_sim_time': ('false', 'take the time from /clock, as from a simulator'),
+    'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),
+    'namespace': ('', 'namespace of the nodes'),
+    'executor': ('events', 'what spins the nodes: events or single'),
+    'params_file': (PARAMETERS, 'parameters of all nodes'),
 }
-
-
-def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
-    sensor = {'imu_reliability': given['imu_reliability']}
-    mounted = {**sensor, 'imu_rotation': given['imu_rotation']}
-    stage = {'scene': given['scene'], 'state_folder': state_folder(given)}
-    nodes: dict[str, dict[str, object]] = {
-        'longitude': {**stage},
-        'drift_estimator': {**stage, **mounted},
-        'trochlea': {**stage, **mounted},
-    }
-    if given['out']:
-        nodes['recorder'] = {'output': str(Path(given['out']).absolute()), **sensor}
-    return nodes
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes of the clock; the sensor is not among them."""
-    return launch_description(DEFAULTS, 'foreign_imu.yaml', _parameters)
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=words)
+                for name, (value, words) in ARGUMENTS.items()
+            ),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource([ThisLaunchFileDir(), '/nodes.launch.py']),
+                launch_arguments={'kind': 'live', 'known': ' '.join(ARGUMENTS)}.items(),
+            ),
+        ]
+    )

@@ -8,48 +8,39 @@ and has closed the bag, and with the first node that ends otherwise; its exit co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import PathJoinSubstitution, ThisLaunchFileDir
+from launch_ros.substitutions import FindPackageShare
 
-from tauto_nodes.launching import launch_description
-from tauto_nodes.running import graph_middleware
-
-DEFAULTS = {
-    'scene': 'measured',
-    'speed': '60.0',
-    'duration': '0.0',
-    'out': 'voyage',
-    'force': 'false',
-    'anyway': 'false',
-    'namespace': '',
-    'executor': 'events',
+PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'voyage.yaml'])
+ARGUMENTS = {
+    'scene': ('measured', 'scene file (absolute path) or name of a shipped scene'),
+    'speed': ('60.0', 'sea seconds in a second; 0.0: as fast as the graph can'),
+    'duration': ('0.0', "replaces the duration of the scene [s]; 0.0: the scene's own"),
+    'out': ('voyage', 'folder of the bag'),
+    'force': ('false', 'replace a bag that is there'),
+    'anyway': ('false', 'sail machines and ships beyond all that are known, too'),
+    'publish_clock': ('false', 'publish the time at sea on /clock'),
+    'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),
+    'namespace': ('', 'namespace of the nodes'),
+    'executor': ('events', 'what spins the nodes: events or single'),
+    'params_file': (PARAMETERS, 'parameters of all nodes'),
 }
-
-
-def _parameters(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
-    speed = float(given['speed'])
-    common = {
-        'scene': given['scene'],
-        'duration': float(given['duration']),
-        'packed': True,
-    }
-    bag = {
-        'output': str(Path(given['out']).absolute()),
-        'force': given['force'].lower() == 'true',
-    }
-    return {
-        'recorder': {**common, **bag},
-        'longitude': common,
-        'drift_estimator': common,
-        'trochlea': common,
-        'ship_motion': {**common, 'speed': speed},
-    }
 
 
 def generate_launch_description() -> LaunchDescription:
     """Return the graph; the parameter file makes the nodes wait for each other."""
-    return launch_description(
-        DEFAULTS, 'voyage.yaml', _parameters, last='recorder', environment=graph_middleware
+    return LaunchDescription(
+        [
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=words)
+                for name, (value, words) in ARGUMENTS.items()
+            ),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource([ThisLaunchFileDir(), '/nodes.launch.py']),
+                launch_arguments={'kind': 'voyage', 'known': ' '.join(ARGUMENTS)}.items(),
+            ),
+        ]
     )

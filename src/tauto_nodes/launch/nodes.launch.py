@@ -1,0 +1,125 @@
+"""The nodes of voyage.launch.py and live.launch.py, which include this file.
+
+`ros2` belongs to the system's Python, which need not see what Tauto needs. So launch files import
+nothing of it: the program `launch_plan`, in the Python of the nodes, checks the arguments and says
+what to start.
+"""
+
+from __future__ import annotations
+
+import atexit
+import fcntl
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import yaml
+from launch import LaunchDescription
+from launch.actions import LogInfo, OpaqueFunction, SetEnvironmentVariable, Shutdown
+from launch_ros.actions import Node
+from launch_ros.substitutions import ExecutableInPackage
+
+STOP_S = '60'
+"""Time that a node has after SIGINT until SIGTERM, and after that until SIGKILL [s]. Launch's own
+is 5 s; a recorder that is killed before it has closed its bag leaves it without metadata."""
+
+AGAIN_S = 1.0
+"""Time after which a node that died is started again [s]."""
+
+REFUSED = 2
+"""Exit code of a node that would refuse to start the next time, too."""
+
+
+def _folder() -> Path:
+    """Return a folder that goes with this process; if that is killed, with the next start.
+
+    From a mapping of parameters launch_ros makes a temporary file for each node, and leaves it.
+    """
+    folder = Path(tempfile.mkdtemp(prefix='tauto_graph_', dir=os.environ.get('TAUTO_FOLDER')))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    lock = (folder / 'not_locked_yet').open('w')
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    atexit.register(lock.close)  # and so it is open until then
+    (folder / 'not_locked_yet').rename(folder / 'lock')
+    return folder
+
+
+def _nodes(context: Any) -> list[Any]:
+    """Return the nodes to start; RuntimeError in the words of the check where it refuses."""
+    given = {name: str(value) for name, value in context.launch_configurations.items()}
+    known = given['known'].split()
+    folder = _folder()
+    asked = {
+        'kind': given['kind'],
+        'given': {name: given[name] for name in known},
+        'typed': list(context.argv),
+        'folder': str(folder),
+        'supervisor': os.getpid(),
+    }
+    program = ExecutableInPackage('launch_plan', 'tauto_nodes').perform(context)
+    check = subprocess.run(
+        [program], input=json.dumps(asked), capture_output=True, text=True, check=False
+    )
+    if check.returncode:
+        raise RuntimeError(check.stderr.strip())
+    plan = json.loads(check.stdout.splitlines()[-1])
+    started = [
+        Node(
+            package='tauto_nodes',
+            executable=name,
+            name=name,
+            namespace=given['namespace'],
+            parameters=[given['params_file'], str(folder / 'parameters.yaml')],
+            ros_arguments=['--enclave', f'/tauto/{name}'],
+            remappings=list(plan['remappings'].items()),
+            output='screen',
+            respawn=given['kind'] == 'live',
+            respawn_delay=AGAIN_S,
+            sigterm_timeout=STOP_S,
+            sigkill_timeout=STOP_S,
+            on_exit=_ended(name, given),
+        )
+        for name in plan['nodes']
+    ]
+    return [
+        *(SetEnvironmentVariable(name, value) for name, value in plan['environment'].items()),
+        *started,
+    ]
+
+
+def _ended(name: str, given: dict[str, str]) -> Callable[[Any, Any], list[Any]]:
+    """Return what happens when a node has ended.
+
+    A live node is started again, but for one that has finished or refuses to start. The good end
+    of a voyage's recorder is the end of the voyage; where a node ends before its time, launch ends
+    the others, and itself with 1. A voyage does without its picture.
+    """
+
+    def on_exit(event: Any, context: Any) -> list[Any]:
+        code = event.returncode
+        if context.is_shutdown or name == 'markers':
+            return []
+        if given['kind'] == 'live' and code not in (0, REFUSED):
+            return [LogInfo(msg=f'node {name} ended with exit code {code}: it is started again')]
+        if given['kind'] == 'voyage' and name == 'recorder' and code == 0:
+            told = yaml.safe_load((Path(given['out']) / 'metadata.yaml').read_text('utf-8'))
+            held = told['rosbag2_bagfile_information'].get('custom_data') or {}
+            if str(held.get('cut_short')).lower() == 'true':
+                raise RuntimeError(
+                    f'node {name} was stopped before the voyage was over; {given["out"]} holds '
+                    'what was sailed until then, and says so (cut_short)'
+                )
+            return [Shutdown(reason='the voyage is over')]
+        raise RuntimeError(f'node {name} ended with exit code {code} before its time')
+
+    return on_exit
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the check of the arguments and the nodes."""
+    return LaunchDescription([OpaqueFunction(function=_nodes)])
