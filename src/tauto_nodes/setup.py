@@ -36,6 +36,8 @@ setup(
         (f'share/{PACKAGE}/launch', glob('launch/*.py')),
         (f'share/{PACKAGE}/config', glob('config/*')),
         (f'share/{PACKAGE}/layouts', glob('layouts/*')),
+        (f'share/{PACKAGE}/rviz', glob('rviz/*')),
+        (f'share/{PACKAGE}/urdf', glob('urdf/*')),
     ],
     python_requires='>=3.11',
     install_requires=[f'tauto_core=={VERSION}'],

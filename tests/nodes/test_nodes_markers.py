@@ -9,19 +9,23 @@ import re
 import time
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from conftest import Bench, overrides
+from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rosbags.highlevel import AnyReader
 from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import encode
+from tauto_core.clockwork.trochlea import WHEEL_FRAME
 from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
 from tauto_core.scene import load_scene
-from tauto_core.ship.imu import imu_from_roll
+from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import sail
 from tauto_nodes.markers import (
     MARKERS,
@@ -29,12 +33,15 @@ from tauto_nodes.markers import (
     MarkersNode,
     about_x,
     clock_points,
-    transforms,
+    fixed,
+    moving,
+    transform,
     turned_by,
 )
 from tauto_nodes.ports import port
 
-LAYOUTS = Path(__file__).parents[2] / 'src' / 'tauto_nodes' / 'layouts'
+PACKAGE = Path(__file__).parents[2] / 'src' / 'tauto_nodes'
+LAYOUTS = PACKAGE / 'layouts'
 
 
 def turned(rotation: tuple[float, ...], vector: tuple[float, ...]) -> np.ndarray[Any, Any]:
@@ -64,11 +71,52 @@ def test_a_product_turns_by_the_second_within_the_first() -> None:
     np.testing.assert_allclose(turned(both, vector), turned(yaw, tuple(within)), atol=1e-15)
 
 
-def test_the_frames_are_those_of_rep_105() -> None:
-    chain = transforms(about_x(0.1), about_x(0.7))
-    names = [(one.header.frame_id, one.child_frame_id) for one in chain]
-    assert names == [('map', 'base_link'), ('base_link', 'clock_mount'), ('clock_mount', 'wheel')]
-    assert chain[2].transform.rotation.x == math.sin(0.35)
+def frames(chain: list[TransformStamped]) -> list[tuple[str, str]]:
+    return [(one.header.frame_id, one.child_frame_id) for one in chain]
+
+
+def test_the_frames_are_those_of_rep_105_and_of_the_messages() -> None:
+    turning = moving(about_x(0.1), about_x(0.7))
+    assert frames(turning) == [('map', 'base_link'), ('clock_case', 'wheel')]
+    assert frames(fixed()) == [('base_link', 'clock_mount'), ('clock_mount', 'clock_case')]
+    assert turning[1].transform.rotation.x == math.sin(0.35)
+    # each frame of a message is in the tree
+    assert {MOUNT_FRAME, WHEEL_FRAME} <= {child for _, child in frames(fixed())}
+
+
+def test_a_frame_has_one_parent_and_others_come_first(bench: Bench) -> None:
+    node = bench.add(MarkersNode(**overrides(scene='measured')))
+    chain = moving(about_x(0.1), about_x(0.7))
+    assert frames(node.ours(chain)) == frames(chain)
+    node.hear(SimpleNamespace(transforms=chain))  # its own, which it hears, too
+    assert not node.given
+    # a filter on the same sensor has its stamps
+    node.hear(SimpleNamespace(transforms=[transform('odom', 'base_link', about_x(0.1))]))
+    assert frames(node.ours(chain)) == [('clock_case', 'wheel')]
+    node.hear(SimpleNamespace(transforms=[transform('deck', 'clock_mount', about_x(0.0))]))
+    assert frames(node.ours(fixed())) == [('clock_mount', 'clock_case')]
+
+
+def test_the_urdf_has_the_frames_and_the_joint_of_the_messages() -> None:
+    robot = ET.parse(PACKAGE / 'urdf/clock.urdf').getroot()
+    joints = {
+        joint.get('name'): (joint.find('parent').get('link'), joint.find('child').get('link'))
+        for joint in robot.iter('joint')
+    }
+    tree = {*frames(fixed()), ('clock_case', 'wheel')}
+    assert set(joints.values()) == tree
+    sailed = sail(load_scene('measured', duration=2.0))
+    assert joints['wheel'][0] == sailed.samples[JOINT_STATES].frame_id
+    assert set(sailed.samples[JOINT_STATES].name) == {'wheel'}
+    assert [axis.get('xyz') for axis in robot.iter('axis')] == ['1 0 0']
+
+
+def test_the_view_of_rviz_shows_what_markers_publishes() -> None:
+    view = yaml.safe_load((PACKAGE / 'rviz/clock.rviz').read_text())['Visualization Manager']
+    shown = {display['Class'].split('/')[1]: display for display in view['Displays']}
+    assert shown['MarkerArray']['Topic']['Value'] == f'/{MARKERS}'
+    assert view['Global Options']['Fixed Frame'] == 'map'
+    assert 'TF' in shown
 
 
 def test_the_drawing_is_seen_from_astern() -> None:

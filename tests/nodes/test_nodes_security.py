@@ -50,7 +50,8 @@ OPTIONAL: Ports = defaultdict(
             for prefix in ('', PACK_TOPIC)
         },
         # where tf2_msgs is installed
-        ('markers', 'publish'): {'/tf'},
+        ('markers', 'publish'): {'/tf', '/tf_static'},
+        ('markers', 'subscribe'): {'/tf', '/tf_static'},
         # what the bag has
         ('player', 'publish'): {'/clock', *(f'/{topic}' for topic in TOPICS)},
     },

@@ -1,19 +1,21 @@
 """The ship and the clock in it as markers for RViz and Foxglove, and as transforms.
 
-Frames follow REP-105 and REP-103: map → base_link → clock_mount → wheel, x forward, y to port, z
-up; the wheel turns about x, as the ship rolls. Markers stand in `map`, so that they can be seen
-without transforms too: tf2_msgs is no part of the wheels on PyPI.
+Frames follow REP-105 and REP-103: map → base_link → clock_mount → clock_case → wheel, x forward, y
+to port, z up; the wheel turns about x, as the ship rolls. Markers stand in `map`, so that they can
+be seen without transforms too: tf2_msgs is no part of the wheels on PyPI. A frame to which others
+have a transform is left to them, since a frame has one parent.
 """
 
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, TransformStamped
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -26,7 +28,9 @@ from tauto_nodes.node import Diagnostics, GraphNode
 from tauto_nodes.ports import TopicPort, message_class, port
 from tauto_nodes.running import main_of
 
-MARKERS, TF = 'markers', '/tf'
+MARKERS, TF, TF_STATIC = 'markers', '/tf', '/tf_static'
+LISTEN_S = 2.0
+"""Time for which the node listens before it gives the fixed transforms [s]."""
 RGB = {
     'grey': (0.5, 0.5, 0.5),
     'blue': (0.2, 0.4, 0.8),
@@ -85,21 +89,31 @@ def marker(name: str, number: int, points: FloatArray, colour: str, width_m: flo
     return strip
 
 
-def transforms(ship: UnitQuaternion, wheel: UnitQuaternion) -> list[TransformStamped]:
-    """Return map → base_link → clock_mount → wheel; the clock stands in the ship's origin."""
-    still = (0.0, 0.0, 0.0, 1.0)
-    chain = (
-        ('map', 'base_link', ship),
-        ('base_link', 'clock_mount', still),
-        ('clock_mount', 'wheel', wheel),
-    )
-    made = []
-    for parent, child, (x, y, z, w) in chain:
-        one = TransformStamped(child_frame_id=child)
-        one.header.frame_id = parent
-        one.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
-        made.append(one)
+def transform(parent: str, child: str, rotation: UnitQuaternion) -> TransformStamped:
+    """Return a transform without a stamp; all frames have the ship's origin."""
+    x, y, z, w = rotation
+    made = TransformStamped(child_frame_id=child)
+    made.header.frame_id = parent
+    made.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
     return made
+
+
+def moving(ship: UnitQuaternion, wheel: UnitQuaternion) -> list[TransformStamped]:
+    """Return the transforms of /tf."""
+    return [transform('map', 'base_link', ship), transform('clock_case', 'wheel', wheel)]
+
+
+def fixed() -> list[TransformStamped]:
+    """Return the transforms of /tf_static; a case that hangs is shown at rest in its mount."""
+    still = (0.0, 0.0, 0.0, 1.0)
+    chain = (('base_link', 'clock_mount'), ('clock_mount', 'clock_case'))
+    return [transform(parent, child, still) for parent, child in chain]
+
+
+def identity_of(one: TransformStamped) -> tuple[object, ...]:
+    """Return what tells a transform from that of another node."""
+    q, stamp = one.transform.rotation, one.header.stamp
+    return one.header.frame_id, one.child_frame_id, stamp.sec, stamp.nanosec, q.x, q.y, q.z, q.w
 
 
 class MarkersNode(GraphNode):
@@ -122,15 +136,36 @@ class MarkersNode(GraphNode):
         self._stamp_ns = 0
         self._drawn_s = 0.0
         self._listening: list[Any] = []
+        self.given: set[str] = set()
+        """Frames to which others have transforms."""
+        self._own: deque[tuple[object, ...]] = deque(maxlen=100)
+        self._born_s = time.monotonic()
         outputs = [TopicPort(MARKERS, MarkerArray, QoSProfile(depth=1))]
+        self._tree: Any = None
         try:
-            transform = message_class('tf2_msgs/msg/TFMessage')
+            self._tree = message_class('tf2_msgs/msg/TFMessage')
         except NodesError:
             self.get_logger().info('tf2_msgs is not installed here: markers only, no transforms')
         else:
-            outputs.append(TopicPort(TF, transform, QoSProfile(depth=100)))
+            latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+            outputs.append(TopicPort(TF, self._tree, QoSProfile(depth=100)))
+            outputs.append(TopicPort(TF_STATIC, self._tree, latched))
+            all_of_them = QoSProfile(depth=100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+            self.create_subscription(self._tree, TF_STATIC, self.hear, all_of_them)
         self.connect([], outputs)
         self.diagnostics = Diagnostics(self)
+
+    def hear(self, message: Any) -> None:
+        """Note the frames to which others have transforms."""
+        for one in message.transforms:
+            if identity_of(one) not in self._own:
+                self.given.add(one.child_frame_id)
+
+    def ours(self, transforms: Sequence[TransformStamped]) -> list[TransformStamped]:
+        """Return the transforms to frames that nobody else gives, and know them again."""
+        found = [one for one in transforms if one.child_frame_id not in self.given]
+        self._own += map(identity_of, found)
+        return found
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Keep the latest attitude and angle."""
@@ -145,11 +180,21 @@ class MarkersNode(GraphNode):
 
     def tick(self) -> None:
         """Listen while somebody subscribes; draw when it is due."""
-        wanted = any(output.matched for output in self.outputs.values())
+        is_due = self._tree is not None and time.monotonic() - self._born_s > LISTEN_S
+        if is_due and not (output := self.outputs[TF_STATIC]).sent:
+            output.publisher.publish(self._tree(transforms=self.ours(fixed())))
+            output.sent += 1
+        looked_at = [self.outputs[name] for name in (MARKERS, TF) if name in self.outputs]
+        wanted = any(output.matched for output in looked_at)
         if wanted and not self._listening:
             reliability = self.settings.text('imu_reliability')
             ports = (port(SHIP_IMU, reliability), port(JOINT_STATES))
             self._listening = [self.listen_to(one) for one in ports]
+            if self._tree is not None:
+                hearing = self.create_subscription(
+                    self._tree, TF, self.hear, QoSProfile(depth=100)
+                )
+                self._listening.append(hearing)
         elif not wanted and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
@@ -162,7 +207,7 @@ class MarkersNode(GraphNode):
         ship, wheel = self._ship, about_x(self._angle_rad)
         self._ship, self._drawn_s = None, now_s
         second, nanosecond = divmod(self._stamp_ns, NS_PER_S)
-        chain = transforms(ship, wheel)
+        chain = moving(ship, wheel)
         poses = ((self._fixed, ship), (self._turning, turned_by(ship, wheel)))
         for strips, (x, y, z, w) in poses:
             for strip in strips:
@@ -170,8 +215,8 @@ class MarkersNode(GraphNode):
         for one in (*self._fixed, *self._turning, *chain):
             one.header.stamp.sec, one.header.stamp.nanosec = second, nanosecond
         self._send(MARKERS, MarkerArray(markers=[*self._fixed, *self._turning]))
-        if TF in self.outputs:
-            self._send(TF, message_class('tf2_msgs/msg/TFMessage')(transforms=chain))
+        if self._tree is not None:
+            self._send(TF, self._tree(transforms=self.ours(chain)))
 
     def _send(self, topic: str, message: Any) -> None:
         output = self.outputs[topic]
