@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -176,6 +177,29 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
 def test_the_glossary_explains_the_words_of_a_result() -> None:
     words = set(re.findall(r'^\| (\w+) \|', GLANCE, re.MULTILINE))
     assert {'trochlea', 'cheek', 'cam', 'involute', 'rate', 'rated', 'drift', 'landfall'} <= words
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.split()) <= 700
+
+
+@pytest.mark.parametrize('name', ['voyage', 'voyage_dark'])
+def test_the_moving_picture_is_a_small_loop_of_six_seconds(name: str) -> None:
+    """`python docs/img/voyage.py` draws it; each element moves for as long, and ends as it is."""
+    file = DOCS / 'img' / f'{name}.svg'
+    assert file.stat().st_size < 1_000_000
+    found = ElementTree.parse(file)
+    moved = [each for each in found.iter() if each.tag.rpartition('}')[2].startswith('animate')]
+    assert len(moved) > 20
+    assert {(each.get('dur'), each.get('repeatCount')) for each in moved} == {
+        ('6.0s', 'indefinite')
+    }
+    for each in found.iter():
+        for child in each:
+            if child in moved and child.get('attributeName') in ('opacity', 'd'):
+                assert (child.get('values') or '').split(';')[-1] == each.get(
+                    child.get('attributeName') or ''
+                )
 
 
 def test_the_python_of_the_readme_runs(tmp_path: Path) -> None:
