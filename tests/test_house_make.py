@@ -127,5 +127,5 @@ def test_sail_echoes_the_commands_it_runs() -> None:
     )
     assert run.stdout.splitlines()[-2:] == [
         '.venv/bin/tauto graph measured --speed 60 --out bags/out/measured --force',
-        '.venv/bin/tauto replay bags/out/measured',
+        '.venv/bin/tauto sail portsmouth_jamaica --set ship.rate=2 --set solver.tolerance=1e-6',
     ]

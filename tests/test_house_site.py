@@ -11,6 +11,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+import tauto_core as tauto
 from tauto_core.euler.page import all_claims
 from tauto_core.euler.site import EDITIONS, write_site
 
@@ -45,8 +46,9 @@ class Page(HTMLParser):
 @pytest.fixture(scope='module')
 def site(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
     folder = tmp_path_factory.mktemp('site')
-    shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers'])
+    shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers', 'demo.html'])
     write_site(folder / 'docs' / 'papers', all_claims())
+    tauto.report('measured', folder / 'docs' / 'demo.html')
     shutil.copy(ROOT / 'zensical.toml', folder)
     (folder / 'src').symlink_to(ROOT / 'src')
     command = [str(Path(sys.executable).with_name('zensical')), 'build', '--strict']
@@ -112,8 +114,6 @@ def test_the_page_of_examples_shows_each_script(site: dict[Path, Page]) -> None:
 
 
 def test_the_reference_of_python_has_every_public_name(site: dict[Path, Page]) -> None:
-    import tauto_core as tauto
-
     anchors = {each.rpartition('.')[2] for each in site[Path('api.html')].anchors}
     assert {name for name in tauto.__all__ if name != '__version__'} <= anchors
 
