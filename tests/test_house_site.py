@@ -12,8 +12,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import tauto_core as tauto
-from tauto_core.euler.page import all_claims
-from tauto_core.euler.site import EDITIONS, write_site
+from tauto_core.euler.page import EDITIONS, all_claims
+from tauto_core.euler.site import write_site
 
 ROOT = Path(__file__).parents[1]
 

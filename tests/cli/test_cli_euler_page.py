@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,7 +15,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.figures import PLATES, write_plates
-from tauto_core.euler.page import PageError, all_claims, claims_page, write_page
+from tauto_core.euler.page import EDITIONS, PageError, all_claims, claims_page, write_page
 
 DOCS = Path(__file__).resolve().parents[2] / 'docs'
 CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
@@ -58,9 +59,10 @@ def test_figures_are_the_same_bytes_each_time(written: Path, tmp_path: Path) -> 
 
 def test_every_claim_has_a_row_in_the_section_of_its_paper() -> None:
     claims = all_claims()
-    sections = claims_page(claims).split('\n## ')[1:]
+    *sections, runs = claims_page(claims).split('\n## ')[1:]
     rows = [re.findall(r'^\| (?!§|--).*$', section, re.MULTILINE) for section in sections]
     assert [section[:2] for section in sections] == ['A.', 'B.', 'C.']
+    assert runs.startswith('What runs each paragraph')
     assert [len(each) for each in rows] == [sum(c.paper == p for c in claims) for p in 'ABC']
     for claim, row in zip(claims, [row for each in rows for row in each], strict=True):
         assert row.startswith(f'| {claim.paragraph} |')
@@ -90,3 +92,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
     taken.write_text('')
     with pytest.raises(PageError, match=r'taken.*cannot be written.*Name another folder'):
         write_page(taken, [CLAIM])
+
+
+def test_every_paragraph_is_in_a_row_that_names_what_runs_it() -> None:
+    runs = claims_page([]).split('\n## What runs')[1]
+    for edition, section in zip(EDITIONS, runs.split('\n### ')[1:], strict=True):
+        numbers = [each.number for each in edition.paragraphs]
+        rows = re.findall(r'^\| (\w+)(?:–(\w+))? \| (.*) \| (.*) \|$', section, re.MULTILINE)
+        assert rows[0][0] == numbers[0]
+        for (first, last, commands, lacks), following in pairwise([*rows, ('', '', '', '')]):
+            place = numbers.index(last or first)
+            assert numbers[place + 1 : place + 2] == ([following[0]] if following[0] else [])
+            assert commands.startswith('`tauto ') or lacks

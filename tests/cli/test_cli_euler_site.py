@@ -10,8 +10,8 @@ from browser import BROWSER, Browser
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.euler.page import PageError
-from tauto_core.euler.site import EDITIONS, write_site
+from tauto_core.euler.page import EDITIONS, PageError
+from tauto_core.euler.site import write_site
 
 
 @pytest.fixture(scope='module')

@@ -21,8 +21,7 @@ from tauto_core.euler.axle_edition import PUSH
 from tauto_core.euler.claim import G
 from tauto_core.euler.edition import Edition, EulerFigure
 from tauto_core.euler.figures import C, E, K
-from tauto_core.euler.page import all_claims
-from tauto_core.euler.site import EDITIONS
+from tauto_core.euler.page import EDITIONS, all_claims
 from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
 

@@ -8,11 +8,20 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
 from textwrap import wrap
 
-from tauto_core.euler import axle_1780, fluid_1729, trochlea_1727
+from tauto_core.euler import (
+    axle_1780,
+    axle_edition,
+    fluid_1729,
+    fluid_edition,
+    trochlea_1727,
+    trochlea_edition,
+)
 from tauto_core.euler.claim import Claim, Paper
+from tauto_core.euler.edition import Edition
 from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.scene.errors import TautoError
 
@@ -43,6 +52,12 @@ TITLES: dict[Paper, str] = {
     'C': 'C. The axle: *De motu penduli circa axem cylindricum, fulcro datae figurae incumbentem, '
     'mobilis* (Acta for 1780, part II)',
 }
+EDITIONS: tuple[Edition, ...] = (
+    trochlea_edition.EDITION,
+    fluid_edition.EDITION,
+    axle_edition.EDITION,
+)
+"""The papers paragraph by paragraph."""
 SHOWN_ABOVE = 1e-9
 """Above this a difference is printed in digits, below it only as a bound."""
 
@@ -68,6 +83,13 @@ _COLUMNS = (
     '| § | claim | as it stands | as it must be | Tauto adds | computed | off by | verdict |\n'
     '|---|---|---|---|---|---|---|---|'
 )
+
+_RUNS = """## What runs each paragraph
+
+`tauto euler --site DIR` writes each paper as a page to play with: each paragraph in two sentences,
+beside it these formulas, the figures constructed from the text, and the commands. Every claim
+above is computed by `tauto euler`. Beyond that:
+"""
 
 
 class PageError(TautoError):
@@ -101,7 +123,22 @@ def claims_page(claims: Sequence[Claim]) -> str:
                 file = f'figures/{plate.name}.svg'
                 parts.append(f'![{plate.name}]({file})\n\n*§{plate.caption}*\n')
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
+    parts.append(_RUNS)
+    for edition in EDITIONS:
+        head = ['| § | run it | what no command does, and why |', '|---|---|---|']
+        parts.append(f'### {edition.paper}. {edition.short}\n')
+        parts.append('\n'.join([*head, *_run_rows(edition)]) + '\n')
     return '\n'.join(parts)
+
+
+def _run_rows(edition: Edition) -> list[str]:
+    """Return a row for each run of paragraphs with the same commands."""
+    rows = []
+    for (runs, lacks), alike in groupby(edition.paragraphs, lambda each: (each.runs, each.lacks)):
+        numbers = [each.number for each in alike]
+        ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
+        rows.append(f'| {ends} | {"<br>".join(f"`{each}`" for each in runs)} | {lacks} |')
+    return rows
 
 
 def off_by(claim: Claim) -> str:

@@ -16,18 +16,12 @@ from pathlib import Path
 from string import Template
 from textwrap import dedent
 
-from tauto_core.euler import axle_edition, fluid_edition, trochlea_edition
 from tauto_core.euler.claim import Claim
 from tauto_core.euler.drawing import svg
 from tauto_core.euler.edition import Edition, EulerFigure, Paragraph
 from tauto_core.euler.mathml import mathml
-from tauto_core.euler.page import PageError, number, off_by
+from tauto_core.euler.page import EDITIONS, PageError, number, off_by
 
-EDITIONS: tuple[Edition, ...] = (
-    trochlea_edition.EDITION,
-    fluid_edition.EDITION,
-    axle_edition.EDITION,
-)
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is told in two sentences of our own;
     the formulas stand as in our text of the paper, a transcription by machine from scans, in which
