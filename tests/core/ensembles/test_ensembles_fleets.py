@@ -221,7 +221,7 @@ def test_drafts_that_an_older_version_left_stop_no_fleet(alone, tmp_path):
 
 def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
     folder = tmp_path / 'fleet'
-    late = Store(folder, plan())
+    late = Store(folder, plan().identity(), partial(row_schema, plan()))
 
     def beside(task, items, crew, progress):
         with pytest.raises(UsageError, match='another process sails a fleet into it'):

@@ -145,16 +145,20 @@ def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
 
 def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
     """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
-    from scipy.stats import binomtest
-
     sizes = distances([row for row in rows if row['failure'] is None], clock)
     found = []
     for limit_nmi, _ in AWARDS:
         count = int(np.count_nonzero(sizes <= limit_nmi))
-        interval = binomtest(count, len(rows)).proportion_ci(_CONFIDENCE, method='wilson')
-        share = count / len(rows)
-        found.append(Within(limit_nmi, count, share, float(interval.low), float(interval.high)))
+        found.append(Within(limit_nmi, count, count / len(rows), *wilson(count, len(rows))))
     return found
+
+
+def wilson(count: int, total: int) -> tuple[float, float]:
+    """Return Wilson's interval, at 95 %, for the share of which `count` of `total` were seen."""
+    from scipy.stats import binomtest
+
+    interval = binomtest(count, total).proportion_ci(_CONFIDENCE, method='wilson')
+    return float(interval.low), float(interval.high)
 
 
 def _influences(

@@ -191,14 +191,20 @@ def _scenes(
         taken['ship'] = ships[0].model_copy(update={'rate': rate})
     if not taken:
         return scenes
-    found = []
-    for name, scene in scenes:
-        update = dict(taken)
-        if ship_of is not None:
-            kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
-            update['drift'] = taken['drift'].model_copy(update=kept)
-        found.append((name, _as_given(name, scene.model_copy(update=update), ship_of)))
-    return found
+    return [(name, _taking(name, scene, taken, ship_of)) for name, scene in scenes]
+
+
+def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scene:
+    """Return a clock on the passage of another scene, named `ship_of`: with its keys SHARED."""
+    return _taking(name, scene, {key: getattr(passage, key) for key in SHARED}, ship_of)
+
+
+def _taking(name: str, scene: Scene, taken: Mapping[str, Any], ship_of: str | None) -> Scene:
+    update = dict(taken)
+    if ship_of is not None:
+        kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
+        update['drift'] = taken['drift'].model_copy(update=kept)
+    return _as_given(name, scene.model_copy(update=update), ship_of)
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:

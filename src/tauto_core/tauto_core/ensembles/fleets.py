@@ -17,7 +17,7 @@ from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
@@ -249,6 +249,14 @@ class Plan:
         """The scene's mapping, with all defaults."""
         return read_mapping(scene_yaml(self.scene), self.origin)
 
+    def identity(self) -> dict[str, Any]:
+        """Return all on which the rows of a fleet depend, except the number of ships."""
+        return {
+            'scene': self.content,
+            'vary': {key: draw.model_dump(exclude_none=True) for key, draw in self.draws.items()},
+            'versions': versions(),
+        }
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the answer does not say: ships that differ too little to be counted."""
@@ -445,7 +453,8 @@ class Store:
 
     Args:
         folder: made if it does not exist.
-        plan: the plan of the fleet.
+        identity: all on which the rows depend, except their number.
+        schema: returns the columns of the rows.
 
     Attributes:
         rows: the stored rows in the order of the ships, while it is opened.
@@ -456,9 +465,11 @@ class Store:
         FleetError: its contents cannot be read.
     """
 
-    def __init__(self, folder: Path, plan: Plan) -> None:
+    def __init__(
+        self, folder: Path, identity: Mapping[str, Any], schema: Callable[[], pa.Schema]
+    ) -> None:
         need_parquet()
-        self._folder, self._plan = folder, plan
+        self._folder, self._identity, self._schema = folder, identity, schema
         self._waiting: list[dict[str, Any]] = []
         self._written_s = time.monotonic()
         self.rows: list[dict[str, Any]] = []
@@ -481,7 +492,7 @@ class Store:
             self._check_folder()  # another fleet may have sailed here since
             self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
             with _saying(self._folder):
-                write_whole(self._folder / _SAYS, write_mapping(self._identity()).encode())
+                write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
                 parts.mkdir(exist_ok=True)
                 for drafts in (self._folder.glob(DRAFTS), parts.glob('.*')):
                     for left in drafts:  # by a process that was killed
@@ -501,9 +512,9 @@ class Store:
                 ) from None
             yield
 
-    def add(self, row: dict[str, Any]) -> None:
-        """Take the row of a ship that finished; write it at once, or later with the next rows."""
-        self._waiting.append(row)
+    def add(self, *rows: dict[str, Any]) -> None:
+        """Take the rows of ships that finished together; they are written at once or later."""
+        self._waiting += rows
         if time.monotonic() >= self._written_s + EVERY_S:
             self.flush()
 
@@ -524,16 +535,6 @@ class Store:
         with _saying(self._folder):
             shutil.rmtree(self._folder / _PARTS)
 
-    def _identity(self) -> dict[str, Any]:
-        """Return all on which the rows of this folder depend, except the number of ships."""
-        return {
-            'scene': self._plan.content,
-            'vary': {
-                key: draw.model_dump(exclude_none=True) for key, draw in self._plan.draws.items()
-            },
-            'versions': versions(),
-        }
-
     def _check_folder(self) -> None:
         folder, says = self._folder, self._folder / _SAYS
         if not folder.exists():
@@ -548,7 +549,7 @@ class Store:
             return
         with _saying(folder):
             found = read_mapping(says.read_text('utf-8'), str(says))
-        ours = read_mapping(write_mapping(self._identity()), 'ours')
+        ours = read_mapping(write_mapping(dict(self._identity)), 'ours')
         apart = [key for key in ours if found.get(key) != ours[key]]
         if apart:
             raise UsageError(
@@ -593,7 +594,7 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        table = pa.Table.from_pylist(list(rows), schema=row_schema(self._plan))
+        table = pa.Table.from_pylist(list(rows), schema=self._schema())
         buffer = pa.BufferOutputStream()
         pq.write_table(table, buffer)
         with _saying(self._folder):
@@ -673,7 +674,7 @@ def sail_fleet(
     another process writes, a UsageError; one that cannot be used a FleetError. It is a WorkerError
     if there are no processes, or if ships were lost with them.
     """
-    store = None if out is None else Store(out, plan)
+    store = None if out is None else Store(out, plan.identity(), partial(row_schema, plan))
     plan.check(anyway=anyway)
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
@@ -684,60 +685,84 @@ def sail_fleet(
         left = [number for number in range(plan.ships) if number not in there]
         if left:
             crew = crew.for_work([work_s(first)] * len(left))
-            rows += _sailed(plan, left, crew, store, progress, anyway=anyway)
+
+            def tell(share: float) -> None:
+                if progress is not None:
+                    progress(plan.ships - len(left) * (1.0 - share))
+
+            # what is not asked for is not said: a task goes to every worker
+            task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
+            rows += gathered(
+                task,
+                left,
+                crew,
+                store,
+                tell,
+                name=lambda number: f'ship {number}',
+                before=len(rows),
+                total=plan.ships,
+            )
         if store is not None:
             store.close()
     rows.sort(key=lambda row: int(row['ship']))
     return Fleet(plan, rows, statistics_of(plan, rows))
 
 
-def _sailed(
-    plan: Plan,
-    left: list[int],
+_Voyages = TypeVar('_Voyages')
+
+
+def gathered(
+    task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
+    left: Sequence[_Voyages],
     crew: Crew,
     store: Store | None,
-    progress: Callable[[float], None] | None,
+    tell: Callable[[float], None],
     *,
-    anyway: bool,
+    name: Callable[[_Voyages], str],
+    before: int,
+    total: int,
 ) -> list[dict[str, Any]]:
-    """Return the rows of the ships that have not sailed yet, stored as they finish."""
+    """Return the rows of voyages that have not been sailed yet, stored as they end.
 
-    def tell(share: float) -> None:
-        if progress is not None:
-            progress(plan.ships - len(left) * (1.0 - share))
-
+    Args:
+        task: returns the row of a voyage, or the rows of several that sail together.
+        left: what it is called with.
+        crew: where.
+        store: takes the rows; None: they are only returned.
+        tell: called with the share done.
+        name: how a voyage is called that is lost.
+        before: number of rows that there are already.
+        total: number of rows in the end.
+    """
     rows: list[dict[str, Any]] = []
     lost: list[str] = []
     try:
-        # what is not asked for is not said: a task goes to every worker
-        task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
         with closing(run_each(task, left, crew, tell)) as ended:
             for each in ended:
                 if isinstance(each.error, SceneError):  # of a ship that no check had seen
                     raise each.error
                 if each.result is None:
                     why = str(each.error) or type(each.error).__name__
-                    lost.append(f'ship {left[each.place]}: {why}')
+                    lost.append(f'{name(left[each.place])}: {why}')
                     warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
                     continue
-                rows.append(each.result)
+                came = each.result if isinstance(each.result, list) else [each.result]
+                rows += came
                 if store is not None:
-                    store.add(each.result)
+                    store.add(*came)
         if lost:
             more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
-            first = lost[0].message if isinstance(lost[0], TautoError) else str(lost[0])
             count = counted(len(lost), 'ship')
-            raise WorkerError(f'{count} did not end the voyage: ', first, more)
+            raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
     except WorkerError as error:
-        came = plan.ships - len(left) + len(rows)
-        if came == 0:
+        if before + len(rows) == 0:
             raise
         kept = (
             ('with ', Argument('out'), ' they would be kept, and the same command would sail the ')
             if store is None
             else ('they are kept, and the same command sails the ',)
         )
-        many = f'. {came:,} of {counted(plan.ships, "ship")} came in; '
+        many = f'. {before + len(rows):,} of {counted(total, "ship")} came in; '
         raise WorkerError(error.message, many, *kept, 'others') from None
     finally:
         if store is not None:
