@@ -1,0 +1,755 @@
+"""Trials: clocks sent along the passages of a log-book, each passage in the sea of its own wind.
+
+The passages that are chosen, the wind and the hull that are drawn anew, and the voyage of several
+clocks in one sea as a row for each of them. The rows are kept as those of a fleet.
+"""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from tauto_core import voyage
+from tauto_core.checks.cost import work_s
+from tauto_core.checks.readiness import check_known, check_scene
+from tauto_core.ensembles.comparison import CLOCKS, on_passage_of
+from tauto_core.ensembles.fleets import FIGURES, Store, gathered
+from tauto_core.ensembles.workers import Crew, versions
+from tauto_core.machines import AnyMachine, FluidPendulum, LeverMachine, Machine
+from tauto_core.machines.steady_swing import SteadySwing, steady_swing
+from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
+from tauto_core.navigation.covariates import coefficients
+from tauto_core.navigation.regressors import SHAKEN_BY
+from tauto_core.results import Summary
+from tauto_core.samples import (
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    OBSERVATION,
+    READING,
+    SHIP_FIX,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    Batches,
+    FixSamples,
+    JointSamples,
+    TimeSamples,
+    merged,
+)
+from tauto_core.scene import Scene, load_scene, scene_yaml
+from tauto_core.scene.errors import (
+    Argument,
+    MotionDataError,
+    PropagationError,
+    SceneError,
+    TautoError,
+    UsageError,
+    naming,
+)
+from tauto_core.scene.loader import checked_scene, read_mapping
+from tauto_core.scene.sections import LEAST_WIND, VARIABLE, LogEntry
+from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.hull import SHAPES
+from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
+from tauto_core.ship.oceans import OCEANS, ocean_of
+from tauto_core.ship.passage import Passage
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+# -----------------------------------------------------------------------------
+# The passages that are chosen from a log-book.
+
+SIX_WEEKS = 42.0
+"""Days from which the Act's award can be judged."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Passages that are wanted.
+
+    Attributes:
+        days: least and largest length [days].
+        years: first and last year of the first entry.
+        port: part of the name of a port from which or to which they go, in any case.
+        ocean: part of the name of the ocean in which most of their entries lie (`OCEANS`).
+        sample: number of passages taken of these, evenly over their list; None: all.
+    """
+
+    days: tuple[float, float] = (SIX_WEEKS, math.inf)
+    years: tuple[float, float] = (0.0, math.inf)
+    port: str | None = None
+    ocean: str | None = None
+    sample: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.sample is not None and self.sample < 1:
+            raise UsageError(Argument('sample', self.sample), ': must be at least 1. Name more')
+        if self.ocean is not None and not any(self._is_in(each) for each in OCEANS):
+            raise UsageError(
+                Argument('ocean', self.ocean), f': is none of {", ".join(OCEANS)}. Name one'
+            )
+
+    def _is_in(self, ocean: str) -> bool:
+        return self.ocean is None or self.ocean.casefold() in ocean.casefold()
+
+    def takes(self, passage: LoggedPassage) -> bool:
+        """Return whether a passage is wanted; one that cannot be judged by its length is."""
+        if not self.years[0] <= int(passage.name[:4]) <= self.years[1]:
+            return False
+        ports = f'{passage.sailed_from}\n{passage.bound_to}'.casefold()
+        if self.port is not None and self.port.casefold() not in ports:
+            return False
+        if not self._is_in(ocean_of_passage(passage)):
+            return False
+        if next(passage.problems(), None) is not None:
+            return True  # it is refused by passage and row, not passed over
+        return self.days[0] <= passage.days <= self.days[1]
+
+    def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
+        """Return the passages that are wanted; none is a UsageError."""
+        known = list(passages)
+        found = [each for each in known if self.takes(each)]
+        if not found:
+            raise UsageError(
+                f'{origin}: none of its {len(known)} passages is what is asked for. See them with '
+                '`tauto logbook`'
+            )
+        if self.sample is not None and self.sample < len(found):
+            places = np.linspace(0, len(found) - 1, self.sample).round().astype(int)
+            found = [found[place] for place in places]
+        return tuple(found)
+
+
+def ocean_of_passage(passage: LoggedPassage) -> str:
+    """Return the ocean in which most entries of a passage lie."""
+    counts = Counter(
+        ocean_of(latitude, longitude) for _, latitude, longitude, *_ in passage.entries
+    )
+    return counts.most_common(1)[0][0] if counts else ''
+
+
+SEASONS = ('December to February', 'March to May', 'June to August', 'September to November')
+
+
+def season_of(passage: LoggedPassage) -> str:
+    """Return the quarter of the year in which the middle entry of a passage lies."""
+    month = int(passage.entries[len(passage.entries) // 2][0][5:7])
+    return SEASONS[month % 12 // 3]
+
+
+# -----------------------------------------------------------------------------
+# What is not known of a passage, drawn anew: the wind (theory/logbooks.md, H2), and the hull.
+
+WIND_OFFSET = 0.92
+"""Standard deviation of a log's wind over a passage [m/s]: means of two logs differ by 1.3 rms."""
+
+WIND_DAILY = 1.90
+"""The same of a day besides [m/s]: two logs differ by 2.98 m/s rms, one errs by 2.11."""
+
+WIND_FROM_DEG = 21.0
+"""Standard deviation of a log's direction of the wind [degrees]: 19 in the median between two."""
+
+HULL_SHAPES = ('sloop', 'deptford', 'ketch')
+"""Hulls of the century among `SHAPES`."""
+
+GYRATIONS = 0.22, 0.28
+"""Radius of gyration in pitch over the length of the hull: an assumption."""
+
+CENTRES_M = -0.5, 0.5
+"""Height of the centre of gravity over the waterline [m]: an assumption."""
+
+DAMPINGS = 0.5, 3.0
+"""Damping of the roll over that of the scene: sails damp it several-fold. An assumption."""
+
+HULL_KEYS = (
+    'ship.hull.shape',
+    'ship.hull.k_yy',
+    'ship.hull.centre_of_gravity',
+    'ship.roll.damping_ratio',
+)
+
+_STREAM = 4
+"""Number of the streams of random numbers from the scene's seed for passages."""
+
+Drawn: TypeAlias = Literal['log', 'wind', 'hull']
+
+
+def with_wind_drawn(
+    entries: Sequence[LogEntry], random: np.random.Generator
+) -> tuple[LogEntry, ...]:
+    """Return entries whose winds are drawn anew within the scatter of a log.
+
+    A wind of U m/s becomes max(U + a + b, 0), a of the passage and b of the day, and turns by a
+    normal angle. Where it blew too little to have a direction, and now has more, any may come.
+    Entries whose wind says nothing stay as they are.
+    """
+    offset = WIND_OFFSET * random.standard_normal()
+    found = []
+    for utc, latitude, longitude, wind_from, wind, celsius in entries:
+        daily, turn, anywhere = *random.standard_normal(2), 360.0 * random.random()
+        calm = wind is not None and wind < LEAST_WIND
+        if wind is None or (not calm and (wind_from is None or wind_from in VARIABLE)):
+            found.append((utc, latitude, longitude, wind_from, wind, celsius))
+            continue
+        known = not calm and wind_from is not None
+        blows_from = (wind_from + WIND_FROM_DEG * turn) % 360.0 if known else anywhere
+        blows = max(wind + offset + WIND_DAILY * daily, 0.0)
+        found.append((utc, latitude, longitude, float(blows_from), float(blows), celsius))
+    return tuple(found)
+
+
+def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[str, Any]:
+    """Return values of `HULL_KEYS`, drawn within what is not known of a ship of the century."""
+    shape = HULL_SHAPES[int(random.integers(len(HULL_SHAPES)))]
+    gyration, centre, damping = random.random(3)
+    least, most = (math.log(each) for each in DAMPINGS)
+    factor = math.exp(least + (most - least) * damping)
+    return {
+        'ship.hull.shape': shape,
+        'ship.hull.k_yy': SHAPES[shape].length
+        * (GYRATIONS[0] + (GYRATIONS[1] - GYRATIONS[0]) * float(gyration)),
+        'ship.hull.centre_of_gravity': CENTRES_M[0]
+        + (CENTRES_M[1] - CENTRES_M[0]) * float(centre),
+        'ship.roll.damping_ratio': factor * float(scene['ship']['roll']['damping_ratio']),
+    }
+
+
+# -----------------------------------------------------------------------------
+# The plan of a trial.
+
+
+@dataclass(frozen=True)
+class TriedClock:
+    """A clock of a trial.
+
+    Attributes:
+        origin: file or name that the user gave.
+        name: name of its scene.
+        content: the scene's mapping, without what a log gives.
+        covariates: `drift.covariates` of the navigator with thermometer and IMU; none if no rate
+            equation fits the clock.
+        priors: their `drift.coefficients`, found once.
+        why_unsensed: why there are none.
+    """
+
+    origin: str
+    name: str
+    content: Mapping[str, Any]
+    covariates: tuple[str, ...] = ()
+    priors: Mapping[str, Any] | None = None
+    why_unsensed: str = ''
+
+
+@dataclass(frozen=True)
+class Sailing:
+    """A passage to be sailed by all clocks of a trial: as logged, or with something drawn anew.
+
+    Attributes:
+        number: from 0; it does not change if more are drawn.
+        passage: the log.
+        drawn: what is drawn: nothing (`log`), the wind or the hull.
+        draw: number of the draw, from 1; 0 as logged.
+    """
+
+    number: int
+    passage: LoggedPassage
+    drawn: Drawn = 'log'
+    draw: int = 0
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What is the same on all passages of a trial.
+
+    Attributes:
+        clocks: clocks that share ship and passage.
+        seed: of the seas, of the observations and of what is drawn, with the passage's name.
+        harbour_days: days of rating in still water before the first entry: invented.
+        longest_s: length to which a scene is cut [s]; None: the log's.
+        anyway: machines and ships beyond all that are known sail, too.
+    """
+
+    clocks: tuple[TriedClock, ...]
+    seed: int
+    harbour_days: float
+    longest_s: float | None = None
+    anyway: bool = False
+
+    def scene(
+        self, clock: TriedClock, sailing: Sailing, *, rate_hz: float | None = None
+    ) -> tuple[Scene, dict[str, Any]]:
+        """Return the scene of a clock on a passage, and the values that were drawn for its hull.
+
+        `rate_hz` is a `ship.rate` in place of that which follows from `solver.accuracy`.
+        """
+        passage, hull = sailing.passage, dict[str, Any]()
+        if sailing.drawn == 'wind':
+            random = np.random.default_rng(self._stream(passage, 1, sailing.draw))
+            passage = replace(passage, entries=with_wind_drawn(passage.entries, random))
+        content = scene_of_passage(copy.deepcopy(dict(clock.content)), passage, self.harbour_days)
+        content['seed'] = int(
+            self._stream(passage).generate_state(1, np.uint64)[0] >> np.uint64(1)
+        )
+        if self.longest_s is not None:
+            content['duration'] = self.longest_s
+        if rate_hz is not None:
+            content['ship']['rate'] = rate_hz
+        if sailing.drawn == 'hull':
+            random = np.random.default_rng(self._stream(passage, 2, sailing.draw))
+            hull = drawn_hull(content, random)
+            ship = content['ship']
+            ship['hull'] = {key.rpartition('.')[2]: hull[key] for key in HULL_KEYS[:3]}
+            ship['roll']['damping_ratio'] = hull[HULL_KEYS[3]]
+        try:
+            scene = checked_scene(content, clock.origin)
+            if not self.anyway:
+                check_known(scene)
+        except SceneError as error:
+            first, *further = error.problems
+            place = f'passage {passage.name}, {first.key}'
+            raise SceneError(
+                clock.origin, place, first.value, first.problem, first.remedy, further=further
+            ) from None
+        return scene, hull
+
+    def _stream(self, passage: LoggedPassage, *which: int) -> np.random.SeedSequence:
+        name = passage.name.encode()
+        return np.random.SeedSequence(self.seed, spawn_key=(_STREAM, len(name), *name, *which))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial: the clocks on each passage as logged, and with wind or hull drawn anew.
+
+    Attributes:
+        logs: file or name that the user gave.
+        passages: the passages that were chosen.
+        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        hull_draws: the same with another hull.
+    """
+
+    logs: str
+    rules: Rules
+    passages: tuple[LoggedPassage, ...]
+    wind_draws: int = 0
+    hull_draws: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ('wind_draws', 'hull_draws'):
+            if not 0 <= getattr(self, name) <= MOST_DRAWS:
+                raise UsageError(
+                    Argument(name, getattr(self, name)),
+                    f': must lie between 0 and {MOST_DRAWS}. Use for example 2',
+                )
+        if self.hull_draws:
+            for clock in self.rules.clocks:
+                ship = clock.content['ship']
+                if 'shape' not in (ship.get('hull') or {}) or 'roll' not in ship:
+                    raise UsageError(
+                        Argument('hull_draws', self.hull_draws),
+                        f': {clock.origin} has no ship.hull with a shape, or no ship.roll. Give '
+                        'it `hull: deptford`, or leave this out',
+                    )
+
+    @cached_property
+    def sailings(self) -> tuple[Sailing, ...]:
+        """All passages to be sailed, those as logged first, then draw by draw."""
+        count = len(self.passages)
+        found = []
+        for draw in range(max(self.wind_draws, self.hull_draws) + 1):
+            kinds: list[tuple[Drawn, int]] = [('log', 0)]
+            if draw:
+                kinds = [('wind', 2 * draw - 1)] if draw <= self.wind_draws else []
+                kinds += [('hull', 2 * draw)] if draw <= self.hull_draws else []
+            for kind, turn in kinds:
+                found += [
+                    Sailing(turn * count + place, passage, kind, draw)
+                    for place, passage in enumerate(self.passages)
+                ]
+        return tuple(found)
+
+    @property
+    def ships(self) -> int:
+        """Number of voyages: a clock on a passage each."""
+        return len(self.sailings) * len(self.rules.clocks)
+
+    def identity(self) -> dict[str, Any]:
+        """Return all on which the rows depend, except the numbers of draws."""
+        entries = [[passage.name, *map(list, passage.entries)] for passage in self.passages]
+        return {
+            'clocks': [dict(clock.content) for clock in self.rules.clocks],
+            'logs': hashlib.sha256(repr(entries).encode()).hexdigest(),
+            'passages': len(self.passages),
+            'rules': {
+                'seed': self.rules.seed,
+                'harbour_days': self.rules.harbour_days,
+                'longest_s': self.rules.longest_s,
+            },
+            'versions': versions(),
+        }
+
+    def check(self, progress: Callable[[float], None] | None = None) -> None:
+        """Refuse a trial before anything sails: logs by passage and row, then scenes."""
+        wrong = [each for passage in self.passages for each in passage.problems()]
+        if wrong:
+            first, *further = wrong
+            raise SceneError(
+                self.logs, first.key, first.value, first.problem, first.remedy, further=further
+            )
+        for number, passage in enumerate(self.passages):
+            for clock in self.rules.clocks:
+                # the rate that an accuracy needs takes a hundred times as long as all the rest
+                scene, _ = self.rules.scene(clock, Sailing(number, passage), rate_hz=10.0)
+                assert scene.voyage is not None
+                with naming(self.logs, f'passage {passage.name}'):
+                    Passage(scene, scene.voyage)
+            if progress is not None:
+                progress((number + 1) / len(self.passages))
+
+
+MOST_DRAWS = 1000
+
+
+def make_trial(
+    logs: str,
+    passages: Iterable[LoggedPassage],
+    scenes: Sequence[tuple[str, Scene]],
+    choice: Choice = Choice(),
+    *,
+    harbour_days: float = 14.0,
+    longest_s: float | None = None,
+    wind_draws: int = 0,
+    hull_draws: int = 0,
+    anyway: bool = False,
+) -> Trial:
+    """Return the trial of clocks that share ship and passage.
+
+    Args:
+        logs: file or name of the log-book, for errors.
+        passages: its passages.
+        scenes: the clocks, with what the user called them.
+        choice: which passages.
+        harbour_days: days of rating before the first entry [days].
+        longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
+        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        hull_draws: the same with another hull.
+        anyway: machines and ships beyond all that are known sail, too.
+
+    Raises:
+        UsageError: no such passages, numbers out of range, or a clock that comes twice.
+        SceneError: a clock that cannot be rated as its scene says.
+    """
+    chosen = choice.of(passages, logs)
+    names = [scene.name for _, scene in scenes]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f'{name}: two clocks are called so. Give one another `name`')
+    rules = Rules(
+        tuple(TriedClock(origin, scene.name, _content(scene, origin)) for origin, scene in scenes),
+        scenes[0][1].seed,
+        harbour_days,
+        longest_s,
+        anyway,
+    )
+    sound = [each for each in chosen if next(each.problems(), None) is None]
+    if sound:
+        typical = Sailing(0, sound[len(sound) // 2])
+        rules = replace(
+            rules, clocks=tuple(_sensed(rules, each, typical) for each in rules.clocks)
+        )
+    return Trial(logs, rules, chosen, wind_draws, hull_draws)
+
+
+def clocks_beside(scene: Scene, origin: str, names: str) -> list[tuple[str, Scene]]:
+    """Return further clocks on the ship of a scene, their cases fixed to her.
+
+    `names` are files or shipped names with commas between; `clocks` stands for `CLOCKS`.
+    """
+    found = []
+    for name in [each.strip() for each in names.split(',')]:
+        for clock in CLOCKS if name == 'clocks' else (name,):
+            own = load_scene(clock, **{'solver.accuracy': scene.accuracy})
+            alone = own.model_copy(update={'suspension': None})
+            found.append((clock, on_passage_of(clock, alone, scene, origin)))
+    return found
+
+
+def _content(scene: Scene, origin: str) -> dict[str, Any]:
+    """Return the mapping of a clock's scene, less what each passage finds for itself."""
+    content = read_mapping(scene_yaml(scene), origin)
+    content.get('clock', {}).pop('nominal_period', None)
+    if scene.accuracy is not None:
+        content['ship'].pop('rate', None)
+    return content
+
+
+def _sensed(rules: Rules, clock: TriedClock, typical: Sailing) -> TriedClock:
+    """Return the clock with covariates, those of its scene or all, and their priors.
+
+    They are found on one passage and stated on all: trial runs take longer than a passage.
+    """
+    content = {**clock.content, 'drift': dict(clock.content.get('drift') or {})}
+    asked = content['drift'].pop('covariates', None)
+    given = content['drift'].pop('coefficients', None)
+    plain = replace(clock, content=content)
+    scene, _ = rules.scene(plain, typical)
+    names = tuple(asked or [*SHAKEN_BY, 'gravity', *['temperature'] * (scene.air is not None)])
+    try:
+        found = coefficients(_with_covariates(scene, names, given))
+    except SceneError as error:
+        if asked is not None:
+            raise
+        return replace(plain, why_unsensed=error.problem)
+    stated = {each.name: {'value': each.value, 'sigma': each.sigma} for each in found}
+    return replace(plain, covariates=names, priors=stated)
+
+
+def _with_covariates(
+    scene: Scene, names: Sequence[str], priors: Mapping[str, Any] | None
+) -> Scene:
+    keys = {**scene.drift.model_dump(exclude_none=True), 'covariates': tuple(names)}
+    drift = type(scene.drift).model_validate({**keys, 'coefficients': priors})
+    return scene.model_copy(update={'drift': drift})
+
+
+# -----------------------------------------------------------------------------
+# A passage sailed by all clocks in one sea: a row for each.
+
+SENSED = {'sensed_error_nmi': 'error_nmi', 'sensed_sigma_nmi': 'sigma_nmi'}
+"""Columns of who has thermometer and IMU, and their place in `LongitudeTally.result`."""
+
+TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
+"""Columns with the errors at each entry of the log, and their names in `longitude/error`."""
+
+
+def regulated_s(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
+    """Return the `clock.nominal_period` of a dial that is right at the start [s].
+
+    It is regulated at the steady swing, where there is one, in the gravity of the start and at the
+    mean temperature of the first day.
+    """
+    if scene.air is not None and not isinstance(machine, FluidPendulum):
+        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
+        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
+    if isinstance(machine, Machine | LeverMachine):
+        swing = steady_swing(machine)
+        if isinstance(swing, SteadySwing):
+            return swing.period
+    return machine.small_period
+
+
+class _Afloat:
+    """A clock under way, with its two navigators."""
+
+    def __init__(self, clock: TriedClock, scene: Scene) -> None:
+        machine, _ = check_scene(scene)
+        dial = scene.clock.model_copy(update={'nominal_period': regulated_s(scene, machine)})
+        self.scene = scene.model_copy(update={'clock': dial})
+        self.clock, self.run_s = clock, 0.0
+        self.failure: str | None = None
+        self._stages, self._summary = (
+            voyage.pipeline(self.scene, machine),
+            Summary(self.scene, machine),
+        )
+        self._tally = LongitudeTally()
+        self._sensed: voyage.Pipeline | None = None
+        if clock.covariates:
+            rated = _with_covariates(self.scene, clock.covariates, clock.priors)
+            self._sensed = voyage.Pipeline([DriftStage(rated), LongitudeStage(rated)])
+        voyage_log = self.scene.voyage and self.scene.voyage.log
+        assert voyage_log
+        noons = [self.scene.starts_at_ns + round(NS_PER_S * at) for at in voyage_log.at]
+        self._noons = np.array(noons, np.int64)
+        self._traces: dict[str, list[float]] = {name: [] for name in TRACES}
+
+    def feed(self, ship: Batches | None) -> None:
+        """Take the next batches of the ship; None at the end. An event ends its motion."""
+        if self.failure is not None:
+            return
+        began = time.thread_time()
+        try:
+            self._feed(ship)
+        except MotionDataError:
+            raise
+        except TautoError as error:
+            self.failure = str(error) or type(error).__name__
+        self.run_s += time.thread_time() - began
+
+    def _feed(self, ship: Batches | None) -> None:
+        batches = self._stages.finish() if ship is None else self._stages.feed(ship)
+        if words := voyage.refused_words(self._stages.health()):
+            raise PropagationError(words, 0.0)
+        self._summary.feed(batches)
+        errors = batches.get(LONGITUDE_ERROR)
+        if isinstance(errors, JointSamples) and len(errors.stamp_ns):
+            done = len(self._traces['noon_error_nmi'])
+            until = np.searchsorted(errors.stamp_ns, self._noons[done:], 'right') - 1
+            # an entry beyond this batch waits for the next one
+            within = until[self._noons[done:] <= errors.stamp_ns[-1]]
+            for name, column in TRACES.items():
+                values = errors.position[np.maximum(within, 0), errors.name.index(column)]
+                self._traces[name] += values.tolist()
+        if self._sensed is None:
+            return
+        found = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _KNOWN})
+        if ship is None:
+            found = merged([found, self._sensed.finish()])
+        observed, fixes = found.get(OBSERVATION), found.get(LONGITUDE_FIX)
+        errors = found.get(LONGITUDE_ERROR)
+        if isinstance(observed, TimeSamples):
+            self._tally.observe(observed)
+        if isinstance(fixes, FixSamples):
+            self._tally.place(fixes)
+        if isinstance(errors, JointSamples):
+            self._tally.feed(errors)
+
+    def row(self) -> dict[str, Any]:
+        """Return the figures of the voyage; none where its motion has ended early."""
+        report = {} if self.failure is not None else self._summary.result()
+        sensed = None if self.failure is not None else self._tally.result()
+        return {
+            **{name: report.get(part, {}).get(key) for name, (part, key) in FIGURES.items()},
+            **{name: (sensed or {}).get(key) for name, key in SENSED.items()},
+            **self._traces,
+            'failure': self.failure,
+            'run_s': self.run_s,
+        }
+
+
+_KNOWN = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
+"""Topics that a navigator has."""
+
+
+def sail_passage(
+    rules: Rules, sailing: Sailing, progress: Callable[[float], None]
+) -> list[dict[str, Any]]:
+    """Return the rows of all clocks on a passage, which they sail in one sea, sampled once.
+
+    An event that ends the motion of a clock is a result of hers, and the others go on. `run_s` is
+    her share of the processor time of the thread, that of the sea in equal parts. A scene that
+    cannot be sailed is a SceneError.
+    """
+    began = time.thread_time()
+    built = [rules.scene(clock, sailing) for clock in rules.clocks]
+    rate = max(scene.ship.rate for scene, _ in built)
+    afloat = []
+    for clock, (scene, _) in zip(rules.clocks, built, strict=True):
+        rated = scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})})
+        with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
+            afloat.append(_Afloat(clock, rated))
+    # a hung case needs samples farther beyond the end
+    widest = max((each.scene for each in afloat), key=lambda scene: scene.samples_beyond_end)
+    as_messages = len(afloat) > 1 or any(clock.covariates for clock in rules.clocks)
+    source = voyage.ShipSource(widest, says_scene=False, as_messages=as_messages)
+    chunk = voyage.CHUNK if as_messages else voyage.QUIET_CHUNK
+    if any(each.scene.suspension for each in afloat):
+        chunk = voyage.HUNG_CHUNK
+    while source.produced < source.total:
+        batches = source.produce(chunk)
+        for each in afloat:
+            each.feed(batches)
+        progress(source.produced / source.total)
+    for each in afloat:
+        each.feed(None)
+    shared_s = time.thread_time() - began - sum(each.run_s for each in afloat)
+    rows = []
+    for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True)):
+        row = each.row()
+        rows.append(
+            {
+                'ship': sailing.number * len(afloat) + place,
+                'clock': each.clock.name,
+                'passage': sailing.passage.name,
+                'drawn': sailing.drawn,
+                'draw': sailing.draw,
+                **dict.fromkeys(HULL_KEYS),
+                **hull,
+                'seed': each.scene.seed,
+                **row,
+                'run_s': row['run_s'] + shared_s / len(afloat),
+            }
+        )
+    return rows
+
+
+def trial_schema() -> pa.Schema:
+    """Return the columns of a trial's rows, with their types."""
+    import pyarrow as pa
+
+    whole = {'ship', 'draw', 'seed', 'raw_prize_pounds', 'prize_pounds'}
+    texts = {'clock', 'passage', 'drawn', HULL_KEYS[0], 'failure'}
+    names = ('ship', 'clock', 'passage', 'drawn', 'draw', *HULL_KEYS, 'seed', *FIGURES, *SENSED)
+    lists = [(name, pa.list_(pa.float64())) for name in TRACES]
+    kinds = {**dict.fromkeys(whole, pa.int64()), **dict.fromkeys(texts, pa.string())}
+    found = [(name, kinds.get(name, pa.float64())) for name in names]
+    return pa.schema([*found, *lists, ('failure', pa.string()), ('run_s', pa.float64())])
+
+
+@dataclass(frozen=True)
+class Sailed:
+    """A trial that has been sailed.
+
+    Attributes:
+        trial: what was sailed.
+        rows: results of `sail_passage`, in the order of their numbers.
+    """
+
+    trial: Trial
+    rows: list[dict[str, Any]]
+
+
+def sail_trial(
+    trial: Trial,
+    crew: Crew,
+    out: Path | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Sailed:
+    """Sail a trial, or the rest of it.
+
+    Rows are written to `out` as passages end; those that have their rows there do not sail again.
+    `progress` is called with the number of voyages done, parts included. Errors are those of
+    `fleets.sail_fleet`; what is wrong with a log is refused before anything sails.
+    """
+    store = None if out is None else Store(out, trial.identity(), trial_schema)
+    trial.check()
+    clocks = len(trial.rules.clocks)
+    with nullcontext() if store is None else store.opened():
+        wanted = {each.number: each for each in trial.sailings}
+        rows = [] if store is None else store.rows
+        rows = [row for row in rows if row['ship'] // clocks in wanted]
+        there = {row['ship'] // clocks for row in rows}
+        left = [each for each in trial.sailings if each.number not in there]
+        if left:
+            scene, _ = trial.rules.scene(trial.rules.clocks[0], left[0])
+            crew = crew.for_work([clocks * work_s(scene)] * len(left))
+
+            def tell(share: float) -> None:
+                if progress is not None:
+                    progress(trial.ships - clocks * len(left) * (1.0 - share))
+
+            rows = rows + gathered(
+                partial(sail_passage, trial.rules),
+                left,
+                crew,
+                store,
+                tell,
+                name=lambda each: f'passage {each.passage.name}',
+                before=len(rows),
+                total=trial.ships,
+            )
+        if store is not None:
+            store.close()
+    rows.sort(key=lambda row: int(row['ship']))
+    return Sailed(trial, rows)

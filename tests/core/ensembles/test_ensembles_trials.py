@@ -1,0 +1,223 @@
+"""A trial gives the rows of its clocks sailed alone; what is drawn scatters as logs do."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tauto_core import voyage
+from tauto_core.ensembles import trials, workers
+from tauto_core.ensembles.comparison import on_passage_of
+from tauto_core.ensembles.fleets import FIGURES
+from tauto_core.ensembles.trials import (
+    Choice,
+    Sailing,
+    make_trial,
+    ocean_of_passage,
+    regulated_s,
+    sail_passage,
+    sail_trial,
+    season_of,
+    with_wind_drawn,
+)
+from tauto_core.ensembles.workers import Crew
+from tauto_core.machines import compile_machine
+from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.ship.logbook import read_passages
+from tests.trial_examples import CLOCK, LOG, OTHER, clock, write_log
+
+ALL = Choice(days=(0.0, math.inf))
+
+
+def made(folder, names=(CLOCK,), choice=ALL, text=LOG, **more):
+    """Return a trial of clocks on the ship of the first one."""
+    path = write_log(folder, text)
+    first = clock(names[0])
+    others = [(name, on_passage_of(name, clock(name), first, names[0])) for name in names[1:]]
+    scenes = [(names[0], first), *others]
+    return make_trial(path, read_passages(path), scenes, choice, harbour_days=0.5, **more)
+
+
+def lasting(rows):
+    """Return the rows less what another run changes."""
+    return [{key: value for key, value in row.items() if key != 'run_s'} for row in rows]
+
+
+@pytest.fixture(scope='module')
+def trial(tmp_path_factory):
+    return made(
+        tmp_path_factory.mktemp('logs'), (CLOCK, OTHER), replace(ALL, sample=2), wind_draws=1
+    )
+
+
+@pytest.fixture(scope='module')
+def alone(trial):
+    return sail_trial(trial, Crew(1))
+
+
+def test_a_row_is_the_voyage_of_its_clock_alone(trial, alone):
+    """Clocks that share a sea have the bits of those that sail by themselves."""
+    for place, row in enumerate(alone.rows[:2]):
+        scene, _ = trial.rules.scene(trial.rules.clocks[place], trial.sailings[0])
+        regulated = regulated_s(scene, compile_machine(scene))
+        dial = scene.clock.model_copy(update={'nominal_period': regulated})
+        report = voyage.sail(scene.model_copy(update={'clock': dial}))
+        for column, (section, key) in FIGURES.items():
+            assert row[column] == report.result[section][key], column
+        # the trace is the error at the entries: noon of each day, after 12 hours in harbour
+        noons = np.searchsorted(report.time_s, [43200.0, 129600.0, 216000.0])
+        assert row['noon_error_nmi'] == report.longitude_error_nmi[noons].tolist()
+        assert row['noon_raw_error_nmi'] == report.raw_longitude_error_nmi[noons].tolist()
+
+
+def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):
+    tried = trial.rules.clocks[0]
+    assert tried.covariates == ('heave', 'roll', 'gravity')
+    scene, _ = trial.rules.scene(tried, trial.sailings[0])
+    regulated = regulated_s(scene, compile_machine(scene))
+    dial = scene.clock.model_copy(update={'nominal_period': regulated})
+    keys = {**scene.drift.model_dump(), 'covariates': tried.covariates}
+    drift = type(scene.drift).model_validate({**keys, 'coefficients': tried.priors})
+    sensed = voyage.sail(scene.model_copy(update={'clock': dial, 'drift': drift}), keep=False)
+    assert alone.rows[0]['sensed_error_nmi'] == sensed.result['longitude']['error_nmi']
+    assert alone.rows[0]['sensed_sigma_nmi'] == sensed.result['longitude']['sigma_nmi']
+    # no rate equation fits the other clock, and that is said
+    assert trial.rules.clocks[1].covariates == ()
+    assert 'no rate equation fits' in trial.rules.clocks[1].why_unsensed
+    assert alone.rows[1]['sensed_error_nmi'] is None
+
+
+def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
+    folder, sailed = tmp_path / 'trial', []
+
+    def killed(rules, sailing, progress):
+        sailed.append(sailing.number)
+        if sailing.number == 1:
+            raise KeyboardInterrupt
+        return sail_passage(rules, sailing, progress)
+
+    fewer = replace(trial, wind_draws=0)
+    monkeypatch.setattr(trials, 'sail_passage', killed)
+    with pytest.raises(KeyboardInterrupt):
+        sail_trial(fewer, Crew(1), folder)
+    monkeypatch.setattr(trials, 'sail_passage', sail_passage)
+    logged = [row for row in lasting(alone.rows) if row['drawn'] == 'log']
+    assert lasting(sail_trial(fewer, Crew(1), folder).rows) == logged
+    assert sailed == [0, 1]
+    # further draws add to it, in other processes
+    monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
+    whole = sail_trial(trial, Crew(2), folder)
+    assert lasting(whole.rows) == lasting(alone.rows)
+    assert [row['ship'] for row in whole.rows] == list(range(8))
+    other = replace(trial, rules=replace(trial.rules, harbour_days=1.0))
+    with pytest.raises(UsageError, match='holds another fleet; rules differ'):
+        sail_trial(other, Crew(1), folder)
+
+
+def test_a_wind_drawn_anew_scatters_as_logs_do():
+    """H2: 2.98 m/s rms between two logs, 1.3 between their means; 19 degrees in the median."""
+    days, draws = 60, 400
+    entries = tuple(
+        (f'1770-{1 + day // 28:02}-{1 + day % 28:02}T12:00', 40.0, -20.0, 90.0, 15.0, None)
+        for day in range(days)
+    )
+    found = np.array(
+        [
+            [entry[3:5] for entry in with_wind_drawn(entries, np.random.default_rng(draw))]
+            for draw in range(draws)
+        ]
+    )
+    turned, winds = found[..., 0] - 90.0, found[..., 1]
+    apart = winds[::2] - winds[1::2]
+    assert np.sqrt(np.mean(apart**2)) == pytest.approx(2.98, rel=0.05)
+    # 1.3 of the passage, and what is left of the days' scatter in a mean of 60
+    means = math.hypot(1.3, math.sqrt(2.0 / days) * 1.90)
+    assert np.std(apart.mean(axis=1)) == pytest.approx(means, rel=0.12)
+    between = np.abs(turned[::2] - turned[1::2])
+    assert np.median(between) == pytest.approx(19.0, rel=0.1)
+
+
+def test_calms_may_blow_and_what_says_nothing_stays():
+    calm = ('1770-01-01T12:00', 40.0, -20.0, None, 0.0, 11.0)
+    variable = ('1770-01-02T12:00', 40.0, -20.0, 361.0, 9.3, None)
+    silent = ('1770-01-03T12:00', 40.0, -20.0, 90.0, None, None)
+    drawn = [
+        with_wind_drawn((calm, variable, silent), np.random.default_rng(k)) for k in range(200)
+    ]
+    assert all(each[1:] == (variable, silent) for each in drawn)
+    winds = np.array([each[0][3:5] for each in drawn])
+    assert np.all(winds[:, 1] >= 0.0)
+    assert 0.3 < np.mean(winds[:, 1] == 0.0) < 0.7
+    assert np.ptp(winds[:, 0]) > 300.0
+    assert {each[0][5] for each in drawn} == {11.0}
+
+
+def test_a_draw_depends_on_seed_passage_and_number_alone(trial):
+    tried = trial.rules.clocks[0]
+
+    def winds(sailing):
+        scene, _ = trial.rules.scene(tried, sailing)
+        return [entry[3:5] for entry in scene.voyage.log.entries]
+
+    first = Sailing(0, trial.passages[0], 'wind', 1)
+    assert winds(first) == winds(replace(first, number=99))
+    assert winds(first) != winds(replace(first, draw=2))
+    assert winds(first) != winds(replace(first, drawn='log'))
+    seeds = {
+        trial.rules.scene(tried, replace(first, drawn=how))[0].seed for how in ('log', 'wind')
+    }
+    assert len(seeds) == 1  # the same waves' phases: what differs is the wind
+
+
+def test_a_hull_drawn_anew_is_another_ship(trial):
+    found = [
+        trial.rules.scene(trial.rules.clocks[0], Sailing(0, trial.passages[0], 'hull', draw))
+        for draw in range(1, 13)
+    ]
+    assert {hull['ship.hull.shape'] for _, hull in found} == {'sloop', 'deptford', 'ketch'}
+    for scene, hull in found:
+        assert scene.ship.hull.shape == hull['ship.hull.shape']
+        assert scene.ship.hull.k_yy == hull['ship.hull.k_yy']
+        assert scene.ship.hull.centre_of_gravity == hull['ship.hull.centre_of_gravity']
+        damping = scene.ship.roll.damping_ratio
+        assert damping == hull['ship.roll.damping_ratio']
+        assert 0.5 <= damping / 0.08 <= 3.0
+
+
+def test_passages_are_chosen(tmp_path):
+    path = write_log(tmp_path)
+
+    def chosen(**asked):
+        choice = replace(ALL, **asked)
+        return [each.name[-1] for each in choice.of(read_passages(path), path)]
+
+    assert chosen() == ['1', '2', '3']
+    assert chosen(days=(2.5, 10.0)) == ['3']
+    assert chosen(days=(0.0, 2.0)) == ['1', '2']
+    assert chosen(years=(1780, 1800)) == ['3']
+    assert chosen(port='lisb') == ['2']
+    assert chosen(ocean='pacific') == ['3']
+    assert chosen(ocean='Atlantic') == ['1', '2']
+    assert chosen(sample=2) == ['1', '3']
+    for asked in ({'days': (42.0, math.inf)}, {'port': 'Batavia'}):
+        with pytest.raises(UsageError, match='none of its 3 passages'):
+            chosen(**asked)
+    with pytest.raises(UsageError, match='North Atlantic, South Atlantic'):
+        Choice(ocean='baltic')
+    passages = list(read_passages(path))
+    assert season_of(passages[0]) == 'December to February'
+    assert season_of(passages[2]) == 'June to August'
+    assert ocean_of_passage(passages[2]) == 'South Pacific'
+
+
+def test_a_wrong_log_is_refused_by_passage_and_row_before_anything_sails(tmp_path, monkeypatch):
+    monkeypatch.setattr(trials, 'sail_passage', lambda *_: pytest.fail('it sails'))
+    text = LOG.replace('1770-01-02T12:00,46.55,-8.0', '1770-01-02T12:00,36.55,-8.0')
+    found = made(tmp_path, text=text)
+    with pytest.raises(SceneError) as refused:
+        sail_trial(found, Crew(1), tmp_path / 'out')
+    key = refused.value.problems[0].key
+    assert key == 'passage 17700101-2, row 2 (line 6), latitude'
+    assert 'nautical miles from the entry before' in str(refused.value)
+    assert not (tmp_path / 'out').exists()
