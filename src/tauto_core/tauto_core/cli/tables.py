@@ -516,7 +516,7 @@ def budget_rows(facts: Section) -> list[tuple[str, str, str, str]]:
 def budget_tables(facts: Section) -> list[RenderableType]:
     """Return a budget (`Budget.facts`) as texts and tables."""
     whole = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
-    causes = _of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')
+    causes = of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')
     rows = budget_rows(facts)
     for place, cells in enumerate(rows):
         causes.add_row(*cells, end_section=place == len(rows) - 4)
@@ -531,7 +531,7 @@ def budget_tables(facts: Section) -> list[RenderableType]:
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
         found.append(Text(f'\nleft open by what nobody knows well: ± {spread} s/day'))
-        rough = _of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
+        rough = of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
         for each in facts['rough']:
             unit = f' {each["unit"]}' if each['unit'] else ''
             rough.add_row(
@@ -543,7 +543,7 @@ def budget_tables(facts: Section) -> list[RenderableType]:
             )
         found.append(rough)
     found.append(Text('\nwhat small changes are worth, on land'))
-    worth = _of_fleet('', 'change', 's/day')
+    worth = of_fleet('', 'change', 's/day')
     for each in facts['worth']:
         worth.add_row(each['what'], figure(each['rate_s_per_day'], 's/day', signed=True))
     return [*found, worth]
@@ -563,9 +563,9 @@ def fleet_answer(result: Answers) -> str:
     if result.within is not None:
         rated, dial = (result.within[name][0] for name in ('corrected', 'raw'))
         return (
-            f'Of {ships} {_percent(rated.share)} ({_percent(rated.low)} to {_percent(rated.high)} '
+            f'Of {ships} {percent(rated.share)} ({percent(rated.low)} to {percent(rated.high)} '
             f'with 95 % confidence) found their longitude within {rated.limit_nmi:g} nautical '
-            f'miles by the rated clock, {_percent(dial.share)} by the dial alone.'
+            f'miles by the rated clock, {percent(dial.share)} by the dial alone.'
         )
     from tauto_core.ensembles.answers import QUANTILES
 
@@ -594,17 +594,17 @@ def fleet_tables(result: Answers) -> list[Table]:
     found = []
     if within := result.within:
         limits = (f'{each.limit_nmi:g} nmi' for each in within['raw'])
-        found.append(_of_fleet('ships within', 'clock', *limits))
+        found.append(of_fleet('ships within', 'clock', *limits))
         for clock, said in _CLOCKS.items():
             shares = (
-                f'{_percent(each.share)} ({_percent(each.low)}–{_percent(each.high)})'
+                f'{percent(each.share)} ({percent(each.low)}–{percent(each.high)})'
                 for each in within[clock]
             )
             found[-1].add_row(said, *shares)
-    quantiles = _of_fleet(
+    quantiles = of_fleet(
         'error of the longitude below which so many ships stay [nmi]',
         'clock',
-        *(f'{_percent(each)}' for each in QUANTILES),
+        *(f'{percent(each)}' for each in QUANTILES),
     )
     for clock, said in _CLOCKS.items():
         sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)
@@ -613,7 +613,7 @@ def fleet_tables(result: Answers) -> list[Table]:
     if result.influences:
         clocks = tuple(_CLOCKS.values())
         title = 'rank correlation with the error, and with its size'
-        found.append(_of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
+        found.append(of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
         for each in result.influences:
             ranks = (each.raw, each.corrected, each.raw_size, each.corrected_size)
             signed = ('–' if rank is None else printed(rank, '+z.2f') for rank in ranks)
@@ -621,7 +621,8 @@ def fleet_tables(result: Answers) -> list[Table]:
     return found
 
 
-def _of_fleet(title: str, *columns: str) -> Table:
+def of_fleet(title: str, *columns: str) -> Table:
+    """Return a table without rows; all columns but the first hold figures."""
     table = WholeTable(title=title or None, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
     first, *others = columns
     table.add_column(first)
@@ -630,5 +631,6 @@ def _of_fleet(title: str, *columns: str) -> Table:
     return table
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
+    """Return a share as text."""
     return f'{100.0 * share:.3g} %'

@@ -403,7 +403,9 @@ def budget(
 
 def fleet(
     scene: SceneName,
-    ships: Annotated[int, typer.Option(metavar='N', help='How many ships.')] = 100,
+    ships: Annotated[
+        int | None, typer.Option(metavar='N', help='How many ships; else 100.')
+    ] = None,
     vary: Annotated[
         Path | None,
         typer.Option(
@@ -425,6 +427,58 @@ def fleet(
             help='Write a row a ship to ships.parquet there; go on with what it has.',
         ),
     ] = None,
+    logs: Annotated[
+        str | None,
+        typer.Option(
+            metavar='FILE', help='Sail the passages of this log-book, each in its own wind.'
+        ),
+    ] = None,
+    compare: Annotated[
+        str | None,
+        typer.Option(
+            metavar='A,B,…',
+            help='With --logs: further clocks in the same sea, fixed to the ship; `clocks`: the '
+            'shipped ones.',
+        ),
+    ] = None,
+    days: Annotated[
+        str | None,
+        typer.Option(metavar='A..B', help='With --logs: length of the passages; else 42.. days.'),
+    ] = None,
+    years: Annotated[
+        str | None, typer.Option(metavar='A..B', help='With --logs: years of the first entry.')
+    ] = None,
+    port: Annotated[
+        str | None, typer.Option(metavar='NAME', help='With --logs: from or to this port.')
+    ] = None,
+    ocean: Annotated[
+        str | None,
+        typer.Option(metavar='NAME', help='With --logs: most entries in it, such as pacific.'),
+    ] = None,
+    sample: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='With --logs: this many of them, evenly over the list.'),
+    ] = None,
+    harbour_days: Annotated[
+        float | None,
+        typer.Option(metavar='DAYS', help='With --logs: days of rating before each; else 14.'),
+    ] = None,
+    wind_draws: Annotated[
+        int | None,
+        typer.Option(
+            metavar='N', help='With --logs: sail each N times more, with its wind drawn anew.'
+        ),
+    ] = None,
+    hull_draws: Annotated[
+        int | None,
+        typer.Option(metavar='N', help='With --logs: sail each N times more, with another hull.'),
+    ] = None,
+    local_time: Annotated[
+        float | None,
+        typer.Option(
+            metavar='S', help="With --logs: error of the navigator's local time; else 4 s."
+        ),
+    ] = None,
     plot: Plots = None,
     anyway: Anyway = False,
     as_json: AsJson = False,
@@ -432,7 +486,7 @@ def fleet(
     """Send many ships on one voyage: how many find the longitude?
 
     Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
-    her own waves, and what --vary draws.
+    her own waves, and what --vary draws. With --logs each sails a passage of a log-book.
     """
     from tauto_core.ensembles.answers import draw_fleet
     from tauto_core.ensembles.fleets import Plan, read_draws, sail_fleet
@@ -443,7 +497,58 @@ def fleet(
     for path in plot or ():
         check_plot(path)
     crew = Crew(jobs, scheduler)
+    of_logs = {
+        '--compare': compare,
+        '--days': days,
+        '--years': years,
+        '--port': port,
+        '--ocean': ocean,
+        '--sample': sample,
+        '--harbour-days': harbour_days,
+        '--wind-draws': wind_draws,
+        '--hull-draws': hull_draws,
+        '--local-time': local_time,
+    }
+    if logs is not None:
+        from tauto_core.cli.trials import Asked, sail_logs
+
+        for name, other in (('--ships', ships), ('--vary', vary)):
+            if other is not None:
+                raise UsageError(
+                    f'{name} {other}: does not go with --logs, whose passages are the ships. '
+                    'Leave one of them out'
+                )
+        loaded = load_scene(scene, **given_values(settings, None, accuracy))
+        asked = Asked(
+            logs,
+            compare,
+            '42..' if days is None else days,
+            years,
+            port,
+            ocean,
+            sample,
+            14.0 if harbour_days is None else harbour_days,
+            wind_draws or 0,
+            hull_draws or 0,
+            4.0 if local_time is None else local_time,
+        )
+        sail_logs(
+            loaded,
+            scene,
+            asked,
+            crew,
+            out,
+            plot or (),
+            shortened_s=duration,
+            anyway=anyway,
+            as_json=as_json,
+        )
+        return
+    for name, value in of_logs.items():
+        if value is not None:
+            raise UsageError(f'{name} {value}: goes with --logs. Name a log-book, or leave it out')
     draws = read_draws(vary) if vary is not None else {}
+    ships = 100 if ships is None else ships
     loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     plan = Plan(loaded, scene, ships, draws, str(vary or scene))
     for warning in plan.warnings:

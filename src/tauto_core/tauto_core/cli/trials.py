@@ -1,0 +1,246 @@
+"""`tauto fleet SCENE --logs FILE`: clocks on the passages of a log-book, and the tables of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from tauto_core.cli.tables import of_fleet, percent
+from tauto_core.cli.terminal import counting_bar, ended_by_sigterm, print_rich, progress_bar, say
+from tauto_core.scene.errors import UsageError
+from tauto_core.wording import counted, figure
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from tauto_core.ensembles.trial_answers import ClockAnswers, Prize, TrialAnswers
+    from tauto_core.ensembles.workers import Crew
+    from tauto_core.scene import Scene
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the options of the command ask for; None: nothing.
+
+    Attributes:
+        logs: file of the log-book.
+        compare: names of further clocks, with commas between; `clocks`: the shipped ones.
+        days, years: from the least to the largest, as `42..`, `..100` or `1770..1790`.
+        port, ocean, sample: as `trials.Choice` has them.
+        harbour_days: days of rating before the first entry.
+        wind_draws, hull_draws: how often wind and hull are drawn anew.
+        local_time_s: error of the navigator's local time [s].
+    """
+
+    logs: str
+    compare: str | None
+    days: str
+    years: str | None
+    port: str | None
+    ocean: str | None
+    sample: int | None
+    harbour_days: float
+    wind_draws: int
+    hull_draws: int
+    local_time_s: float
+
+
+def between(option: str, text: str, example: str) -> tuple[float, float]:
+    """Return the ends of a range `A..B`, either of which may be missing; a UsageError else."""
+    least, dots, most = text.partition('..')
+    try:
+        low = float(least) if least else -math.inf
+        high = (float(most) if most else math.inf) if dots else low
+        if not low <= high:
+            raise ValueError
+    except ValueError:
+        raise UsageError(
+            f'{option} {text}: must be a range from the least to the largest. Write for example '
+            f'{example}'
+        ) from None
+    return low, high
+
+
+def sail_logs(
+    scene: Scene,
+    origin: str,
+    asked: Asked,
+    crew: Crew,
+    out: Path | None,
+    plots: Sequence[Path],
+    *,
+    shortened_s: float | None,
+    anyway: bool,
+    as_json: bool,
+) -> None:
+    """Sail a scene's clock, and others, along the passages of a log-book; print what it says."""
+    from tauto_core.ensembles.trial_answers import answers_of
+    from tauto_core.ensembles.trials import Choice, clocks_beside, make_trial, sail_trial
+    from tauto_core.scene.tables import missing_file
+    from tauto_core.ship.logbook import read_passages
+
+    for found in missing_file('--logs', asked.logs, folders=True):
+        raise UsageError(f'--logs {asked.logs}: {found.problem}. {found.remedy}')
+    if not 0.0 <= asked.local_time_s <= 3600.0:
+        raise UsageError(f'--local-time {asked.local_time_s:g}: must lie between 0 and 3600 s')
+    low, high = (-math.inf, math.inf)
+    if asked.years is not None:
+        low, high = between('--years', asked.years, '1770..1790')
+    choice = Choice(
+        days=between('--days', asked.days, '42..'),
+        years=(low, high),
+        port=asked.port,
+        ocean=asked.ocean,
+        sample=asked.sample,
+    )
+    scenes = [(origin, scene)]
+    if asked.compare is not None:
+        scenes += clocks_beside(scene, origin, asked.compare)
+    with progress_bar(asked.logs) as progress:
+        passages = list(read_passages(asked.logs, progress=progress))
+    trial = make_trial(
+        asked.logs,
+        passages,
+        scenes,
+        choice,
+        harbour_days=asked.harbour_days,
+        longest_s=shortened_s,
+        wind_draws=asked.wind_draws,
+        hull_draws=asked.hull_draws,
+        anyway=anyway,
+    )
+    for clock in trial.rules.clocks:
+        if clock.why_unsensed:
+            say(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
+    with ended_by_sigterm(), counting_bar('voyages', trial.ships) as counting:
+        sailed = sail_trial(trial, crew, out, counting)
+    answers = answers_of(sailed, asked.local_time_s)
+    for path in plots:
+        from tauto_core.plots.tracks import draw_trial
+
+        draw_trial(sailed, answers, path)
+        say(f'wrote {path}')
+    if out is not None:
+        say(f'wrote {out / "ships.parquet"}')
+    if as_json:
+        typer.echo(json.dumps(asdict(answers), allow_nan=False))
+        return
+    print_rich(trial_answer(answers), *trial_tables(answers), *_remarks(answers))
+
+
+# -----------------------------------------------------------------------------
+# The result as text.
+
+WAYS = {
+    'raw': 'dial alone',
+    'corrected': 'rated in harbour',
+    'sensed': 'with thermometer and IMU',
+}
+
+
+def trial_answer(answers: TrialAnswers) -> str:
+    """Return in a sentence on how many passages the first clock would have won the prize."""
+    clock = answers.clocks[0]
+    passages = counted(answers.judged, 'passage')
+    rated, dial = clock.ways['corrected'], clock.ways['raw']
+    if not rated.prizes:
+        said = f'{counted(answers.passages, "passage")} of {answers.logs}: none of six weeks, '
+        return f'{said}which the Act of 1714 asks for.'
+    prize = rated.prizes[0]
+    said = (
+        f'On {prize.passages} of {passages} of six weeks and more {clock.clock} would have found '
+        f'the longitude within {prize.limit_nmi:g} nautical miles when rated in harbour: '
+        f'{_share(prize)}. By the dial alone on {dial.prizes[0].passages}'
+    )
+    if 'sensed' in clock.ways:
+        said += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
+    return f'{said}.'
+
+
+def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
+    """Yield the table of prizes, the quantiles, and the parts by season and by ocean."""
+    from tauto_core.ensembles.answers import QUANTILES
+
+    several = len(answers.clocks) > 1
+    rows = [(clock, way) for clock in answers.clocks for way in clock.ways]
+
+    def called(clock: ClockAnswers, way: str) -> str:
+        return f'{clock.clock}, {WAYS[way]}' if several else WAYS[way]
+
+    if answers.judged:
+        limits = [f'{each.limit_nmi:g} nmi' for each in answers.clocks[0].ways['raw'].prizes]
+        drawn = ['± wind'] * bool(answers.wind_draws) + ['± hull'] * bool(answers.hull_draws)
+        sights = f'30 nmi, local time ± {answers.local_time_s:g} s'
+        title = 'passages within (95 % confidence)'
+        table = of_fleet(title, 'clock', *limits, sights, *drawn)
+        for clock, way in rows:
+            prizes = clock.ways[way].prizes
+            first = prizes[0]
+            spreads = [first.wind] * bool(answers.wind_draws)
+            spreads += [first.hull] * bool(answers.hull_draws)
+            table.add_row(
+                called(clock, way),
+                *(_share(each) for each in prizes),
+                percent(first.with_local_time),
+                *('–' if each is None else f'± {percent(each)}' for each in spreads),
+            )
+        yield table
+    title = 'error below which so many passages stay [nmi]'
+    table = of_fleet(title, 'clock', *(percent(each) for each in QUANTILES))
+    for clock, way in rows:
+        sizes: Sequence[float | None] = clock.ways[way].quantiles_nmi or [None] * len(QUANTILES)
+        table.add_row(called(clock, way), *(figure(size, 'nmi') for size in sizes))
+    yield table
+    if answers.wind_draws or answers.hull_draws:
+        title = 'change of the error of a passage in the median [nmi]'
+        table = of_fleet(title, 'clock', 'wind drawn anew', 'hull drawn anew')
+        for clock, way in rows:
+            found = clock.ways[way]
+            changes = (found.wind_nmi, found.hull_nmi)
+            table.add_row(called(clock, way), *(figure(each, 'nmi') for each in changes))
+        yield table
+    if answers.judged:
+        for title, parts in (('season', 'seasons'), ('ocean', 'oceans')):
+            yield _parts(answers, title, parts, called)
+
+
+def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
+    table = of_fleet('', title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
+    for clock in answers.clocks:
+        for way in clock.ways:
+            for part in getattr(clock.ways[way], parts):
+                cells = [str(count) for count in (part.passages, *part.within)]
+                median = figure(part.median_nmi, 'nmi')
+                table.add_row(part.name, called(clock, way), *cells, median)
+    return table
+
+
+def _share(prize: Prize) -> str:
+    return f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
+
+
+def _remarks(answers: TrialAnswers) -> Iterator[str]:
+    """Yield what ended early, and what ships in company say."""
+    for clock in answers.clocks:
+        if clock.stopped:
+            yield f'{clock.clock}: stopped on {counted(clock.stopped, "passage")}'
+        for why, number in clock.failures.items():
+            yield f'{clock.clock}: {counted(number, "passage")} failed: {why}'
+        differ = [
+            abs(each.differ_nmi[clock.clock]['corrected'])
+            for each in answers.companies
+            if 'corrected' in each.differ_nmi.get(clock.clock, {})
+        ]
+        if differ:
+            rms = math.sqrt(sum(each * each for each in differ) / len(differ))
+            pairs = counted(len(differ), 'pair')
+            yield (
+                f'{clock.clock}: on {pairs} of ships in company the rated clock differs by '
+                f'{figure(rms, "nmi")} nmi rms between two logs when they part'
+            )

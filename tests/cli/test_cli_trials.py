@@ -1,0 +1,106 @@
+"""`tauto fleet --logs`: the passages of a log-book, as text and as JSON; what is refused."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.cli.trials import between, trial_answer, trial_tables
+from tauto_core.ensembles.trial_answers import (
+    ClockAnswers,
+    Part,
+    Prize,
+    TrialAnswers,
+    WayAnswers,
+)
+from tauto_core.scene.errors import UsageError
+from tests.trial_examples import CLOCK, OTHER, write_log
+
+LIGHT = ['--set', 'log.interval=600', '--set', 'ship.rate=8', '--jobs', '1']
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ['fleet', CLOCK, *LIGHT, *arguments])
+
+
+def answers():
+    prizes = [
+        Prize(limit, pounds, 9, 0.9, 0.6, 0.98, 0.87, 0.1, None)
+        for limit, pounds in ((30.0, 20_000), (40.0, 15_000), (60.0, 10_000))
+    ]
+    parts = [Part('Indian Ocean', 10, [9, 9, 9], 12.0)]
+    way = WayAnswers(prizes, [1.0, 2.0, 3.0, 4.0, 5.0], 2.5, None, parts, parts)
+    ways = {'raw': way, 'corrected': way, 'sensed': way}
+    clock = ClockAnswers('the_clock', 'clock.yaml', {}, 0, ways)
+    return TrialAnswers('log.csv', 12, 10, 4.0, 1, 0, [clock], [], [])
+
+
+def test_the_answer_says_on_how_many_passages_she_would_have_won():
+    found = trial_answer(answers())
+    assert found.startswith('On 9 of 10 passages of six weeks and more the_clock would have')
+    assert '90 % (60 %–98 %)' in found
+    tables = list(trial_tables(answers()))
+    assert [str(column.header) for column in tables[0].columns] == [
+        'clock',
+        '30 nmi',
+        '40 nmi',
+        '60 nmi',
+        '30 nmi, local time ± 4 s',
+        '± wind',
+    ]
+    assert list(tables[0].columns[5].cells) == ['± 10 %'] * 3
+    assert len(tables) == 5
+
+
+def test_short_passages_sail_beside_another_clock(tmp_path):
+    path = write_log(tmp_path)
+    asked = ['--logs', path, '--days', '0..', '--harbour-days', '0.5', '--sample', '1']
+    chart = tmp_path / 'trial.svg'
+    found = run(*asked, '--compare', OTHER, '--plot', str(chart), '--json')
+    assert found.exit_code == 0, found.stderr
+    told = json.loads(found.stdout)
+    assert (told['passages'], told['judged']) == (1, 0)
+    assert [each['clock'] for each in told['clocks']] == [CLOCK, OTHER]
+    assert [each['passage'] for each in told['voyages']] == ['17700101-1'] * 2
+    assert told['voyages'][0]['ship'] == 'La Une'
+    assert chart.read_text().startswith('<?xml')
+    # in words there is no verdict, and why the other clock has no sensors
+    assert f'{OTHER}: is not tried with thermometer and IMU: no rate equation' in found.stderr
+    words = run(*asked)
+    assert 'none of six weeks' in words.stdout.replace('\n', ' ')
+
+
+@pytest.mark.parametrize(
+    ('asked', 'said'),
+    [
+        (['--days', '42..'], '--days 42..: goes with --logs'),
+        (['--wind-draws', '2'], '--wind-draws 2: goes with --logs'),
+        (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),
+        (['--logs', 'LOG', '--days', 'long'], '--days long: must be a range'),
+        (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),
+        (['--logs', 'LOG'], 'none of its 3 passages is what is asked for'),
+        (['--logs', 'LOG', '--ocean', 'baltic'], '--ocean baltic: is none of North Atlantic'),
+        (['--logs', 'LOG', '--local-time', '-1'], '--local-time -1: must lie between'),
+        (['--logs', 'absent.csv'], '--logs absent.csv: '),
+        (
+            ['--logs', 'LOG', '--days', '0..', '--hull-draws', '-1'],
+            '--hull-draws -1: must lie between 0 and',
+        ),
+        (['--logs', 'LOG', '--days', '0..', '--harbour-days', '-1'], 'harbour_days'),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, asked, said):
+    path = write_log(tmp_path)
+    found = run(*[path if each == 'LOG' else each for each in asked])
+    assert found.exit_code == 2, found.output
+    assert said in found.stderr.replace('\n', ' ')
+    assert 'Traceback' not in found.stderr
+
+
+def test_ranges_may_lack_an_end():
+    assert between('--days', '42..', '') == (42.0, float('inf'))
+    assert between('--days', '..60', '') == (-float('inf'), 60.0)
+    assert between('--years', '1770', '') == (1770.0, 1770.0)
+    with pytest.raises(UsageError):
+        between('--days', 'nan..3', '')
