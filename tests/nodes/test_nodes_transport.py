@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -161,6 +162,47 @@ def test_an_outsider_is_served_and_does_not_disturb_the_count(
     bench.until(lambda: sink.over)
     assert {n['written'] for n in sink.counts().values()} == {3_000}
     bench.until(lambda: outsider.inputs[SHIP_IMU].received)
+
+
+def test_at_a_pace_a_queue_of_ten_is_never_full(bench: Bench, tmp_path: Path) -> None:
+    """Sixty times a sensor at 20 Hz are 12 messages a tick, which come in slices."""
+    flow = {**FLOW, 'packed': True}
+    source = TestSource(1_200, speed=1.2, **flow)  # a millisecond apart, 1200 a second
+    outsider = Node('outsider')
+    came: list[bytes] = []
+    bench.add(outsider, source)
+    outsider.create_subscription(Imu, SHIP_IMU, came.append, QoSProfile(depth=10), raw=True)
+    bench.until(lambda: source.outputs[SHIP_IMU].watchers)
+    at_once: list[int] = []
+    publish = source.outputs[SHIP_IMU].publish
+
+    def counted(payloads: Sequence[bytes]) -> None:
+        at_once.append(len(payloads))
+        publish(payloads)
+
+    source.outputs[SHIP_IMU].publish = counted
+    sink = recorder(tmp_path / 'bag', packed=True)
+    bench.add(sink, StageNode('trochlea', lambda _: Echo(), **overrides(**flow)))
+    bench.until(lambda: sink.over)
+    assert sum(at_once) == 1_200
+    assert max(at_once) <= 4
+
+
+def test_flat_out_it_is_said_who_may_have_lost_messages(
+    bench: Bench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    flow = {**FLOW, 'packed': True}
+    source = TestSource(5_000, **flow)
+    outsider = Node('outsider')
+    bench.add(outsider, source)
+    outsider.create_subscription(Imu, SHIP_IMU, lambda _: None, QoSProfile(depth=10), raw=True)
+    bench.until(lambda: source.outputs[SHIP_IMU].watchers)
+    sink = recorder(tmp_path / 'bag', packed=True)
+    bench.add(sink, StageNode('trochlea', lambda _: Echo(), **overrides(**flow)))
+    bench.until(lambda: sink.over)
+    said = [line for line in capfd.readouterr().err.splitlines() if '/outsider' in line]
+    assert len(said) == 1
+    assert 'ship/imu: /outsider is not of the graph and gets 1000 messages at once' in said[0]
 
 
 def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_path: Path) -> None:

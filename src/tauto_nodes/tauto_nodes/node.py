@@ -72,6 +72,9 @@ REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
 """Silence after the end markers that makes what is still missing count as lost [s]."""
 
+COMMON_DEPTH = 10
+"""Messages that the queue of a subscriber usually holds."""
+
 ALARM_S = 10.0
 """Time for which /diagnostics still reports an error that has passed [s]."""
 
@@ -423,6 +426,19 @@ class GraphNode(Node):
             count = min(count, self._window - self.flow.in_flight(topic, output.sent))
         if count > 0:
             output.publish([output.queue.popleft() for _ in range(count)])
+        if count > COMMON_DEPTH and output.carrier is not None and output.watchers:
+            self._name_watchers(topic, output, count)
+
+    def _name_watchers(self, topic: str, output: Output, count: int) -> None:
+        """Say, once for each, who beside the graph may lose messages: they are in no account."""
+        infos = self.get_subscriptions_info_by_topic(output.publisher.topic_name)
+        for name in sorted({node_of(info) for info in infos} - output.named):
+            output.named.add(name)
+            self.get_logger().warning(
+                f'{topic}: {name} is not of the graph and gets {count} messages at once; what '
+                'does not fit into its queue is lost, and nobody counts it. Give it a deeper one, '
+                'or let the voyage sail at a pace (speed 60)'
+            )
 
     # Flow control.
 

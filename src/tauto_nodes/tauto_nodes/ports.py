@@ -195,7 +195,8 @@ class Output:
     """State of one publisher.
 
     `carrier`: of packs, where the graph has them, of its `run`; the topic itself then carries what
-    others subscribe to, `watchers` in number. `matched` counts the subscribers within the graph.
+    others subscribe to, `watchers` in number, of whom those have been `named` that may lose some.
+    `matched` counts the subscribers within the graph.
     """
 
     publisher: Any
@@ -206,12 +207,18 @@ class Output:
     sent: int = 0
     matched: int = 0
     incompatible: int = 0
+    named: set[str] = field(default_factory=set)
     queue: deque[bytes] = field(default_factory=deque)
 
     @property
     def link(self) -> Any:
         """What carries the messages to the nodes of the graph."""
         return self.carrier or self.publisher
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody takes single messages: beside a graph with packs, or anybody."""
+        return bool(self.watchers if self.carrier is not None else self.matched)
 
     def publish(self, payloads: Sequence[bytes]) -> None:
         """Send messages, packed where the graph has packs."""
