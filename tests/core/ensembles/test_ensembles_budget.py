@@ -16,7 +16,14 @@ from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.ensembles import budget
 from tauto_core.ensembles.budget import Budget, account, budget_file, kept_budget
 from tauto_core.ensembles.workers import Crew
-from tauto_core.machines import Machine, compile_machine
+from tauto_core.machines import (
+    AnyMachine,
+    LeverMachine,
+    Machine,
+    SteadySwing,
+    compile_machine,
+    steady_swing,
+)
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S
@@ -173,6 +180,55 @@ def test_heat_is_felt_in_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
     assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=1e-2)
     brass = {each.key: each for each in found.rough}['trochlea.material']
     assert brass.half_range == pytest.approx(0.05 * abs(TEN_K), rel=0.5)
+
+
+def test_a_lever_feels_heat_in_its_budget() -> None:
+    # without drag the lever of brass grows alike: half of twice the expansion, as for a wheel
+    thread = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3}
+    scene = brassy(
+        (10.0, 20.0),
+        1e-3,
+        **{
+            'trochlea.thread': thread,
+            'trochlea.power': {'kind': 'weight', 'mass': 0.05},
+            'trochlea.cam': {'kind': 'lever_corrected', 'period': 1.0},
+        },
+    )
+    found = account(scene, Crew(1))
+    assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=3e-3)
+    assert abs(found.interaction.rate_s_per_day) < 1e-3
+    worth = {each.what: each.rate_s_per_day for each in found.worth}
+    assert worth['1 K'] == pytest.approx(0.1 * TEN_K, rel=1e-3)
+
+
+def test_a_larger_cheek_of_a_lever_is_worth_what_a_larger_involute_is() -> None:
+    scene = tauto.load('clock_sully_lever')
+    machine, trochlea = compile_machine(scene), scene.trochlea
+    assert isinstance(machine, LeverMachine)
+    assert trochlea is not None
+
+    def of_radius(more_m: float) -> LeverMachine:
+        radius = trochlea.cam.base_radius + more_m
+        cam = trochlea.cam.model_copy(update={'base_radius': radius})
+        other = trochlea.model_copy(update={'cam': cam})
+        made = compile_machine(scene.model_copy(update={'trochlea': other}))
+        assert isinstance(made, LeverMachine)
+        return made
+
+    def arm_m(each: LeverMachine) -> float:
+        """Return t = r u at θ = 1, u = θ − δ with the lean δ of the free thread (G4)."""
+        tau = each.geometry.tau_of(np.ones(1))
+        return each.geometry.base_radius * (1.0 - float(each.geometry.pose(tau).delta[0]))
+
+    def period_s(each: AnyMachine) -> float:
+        found = steady_swing(each)
+        assert isinstance(found, SteadySwing)
+        return found.period
+
+    small, large = of_radius(-1e-5), of_radius(1e-5)
+    a_metre = (period_s(large) - period_s(small)) / (arm_m(large) - arm_m(small))
+    changed = [period_s(budget._larger_cheek(machine, more)) for more in (-1e-5, 1e-5)]
+    assert (changed[1] - changed[0]) / 2e-5 == pytest.approx(a_metre, rel=0.01)
 
 
 def test_the_oil_of_a_stretch_has_its_age() -> None:

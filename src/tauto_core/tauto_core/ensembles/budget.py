@@ -28,6 +28,7 @@ from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
     HangingMachine,
+    LeverMachine,
     Machine,
     NoSteadySwing,
     SteadySwing,
@@ -35,7 +36,7 @@ from tauto_core.machines import (
     rate_s_per_day,
     steady_swing,
 )
-from tauto_core.machines.heat import NO_HEAT, Heat
+from tauto_core.machines.heat import Heat
 from tauto_core.navigation import Route
 from tauto_core.navigation.longitude import ARCMIN_PER_S
 from tauto_core.samples import PHASE, SHIP_IMU, SHIP_TEMPERATURE, Batches, FloatArray, JointSamples
@@ -212,9 +213,7 @@ class Job:
     def machine(self) -> AnyMachine:
         """The machine of these stretches."""
         built = cast(AnyMachine, compile_machine(self.scene))
-        if self.heat is None or not isinstance(built, Machine):
-            return built
-        return replace(built, heat=self.heat)
+        return built if self.heat is None else replace(built, heat=self.heat)
 
 
 def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
@@ -258,7 +257,7 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
 
 def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
     """Return the machine with its oil older: the clock of a stretch counts from its beginning."""
-    if not (age_s and isinstance(machine, Machine) and machine.heat.thickening and machine.drag):
+    if not (age_s and machine.heat.thickening and machine.drag):
         return machine
     viscous = machine.drag.viscous * math.exp(machine.heat.thickening * age_s)
     return replace(machine, drag=machine.drag.model_copy(update={'viscous': viscous}))
@@ -296,7 +295,7 @@ def account(
             )
         swing = _steady(scene.name, machine)
     nominal_s = nominal_period_s(scene, built)
-    heat = built.heat if isinstance(built, Machine) else NO_HEAT
+    heat = cast(AnyMachine, built).heat
     plan = _plan(scene, machine, swing)
     jobs = {'': plan, **_causes(plan, machine, heat, motion.moves)}
     causes = list(jobs)[1:]
@@ -578,7 +577,7 @@ def _worth(
 
     amplitude = abs(machine.release_angle) if swing is None else swing.amplitude
     changes: dict[str, Callable[[float], float]] = {
-        '10 µm of cheek': lambda sign: rate(_larger_cheek(scene, machine, sign * CHEEK_M)),
+        '10 µm of cheek': lambda sign: rate(_larger_cheek(machine, sign * CHEEK_M)),
         f'0.1 g of {"weight" if machine.feels_gravity else "pull"}': lambda sign: rate(
             _heavier(machine, sign * WEIGHT_KG)
         ),
@@ -586,9 +585,10 @@ def _worth(
             machine.period(amplitude + 0.5 * sign * AMPLITUDE_RAD), nominal_s
         ),
     }
-    if isinstance(machine, Machine) and heat.feels_temperature:
-        # the numbers hold at heat.at_celsius; `machine` is the same at the departure's temperature
-        given, here = cast(Machine, compile_machine(scene)), machine.heat.at_celsius
+    if heat.feels_temperature and not isinstance(machine, HangingMachine):
+        # of a swinging thread no steady swing is known, by which oil acts; the numbers hold at
+        # heat.at_celsius, and `machine` is the same at the departure's temperature
+        given, here = cast(AnyMachine, compile_machine(scene)), machine.heat.at_celsius
         changes['1 K'] = lambda sign: rate(given.at_celsius(here + sign))
     for what, changed in changes.items():
         with suppress(TautoError):
@@ -596,16 +596,23 @@ def _worth(
             yield Worth(what, apart if 'amplitude' in what else 0.5 * apart)
 
 
-def _larger_cheek(scene: Scene, machine: AnyMachine, more_m: float) -> AnyMachine:
+def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
     """Return a machine whose cam is larger, the lever arm at 1 rad longer by so much."""
-    if not isinstance(machine, Machine):
-        assert scene.trochlea is not None
-        radius = getattr(scene.trochlea.cam, 'base_radius', None)
-        if radius is None:
-            raise UsageError('the cam has no base radius')
-        cam = scene.trochlea.cam.model_copy(update={'base_radius': radius + more_m})
-        trochlea = scene.trochlea.model_copy(update={'cam': cam})
-        return cast(AnyMachine, compile_machine(scene.model_copy(update={'trochlea': trochlea})))
+    if isinstance(machine, HangingMachine):
+        return replace(machine, base_radius=machine.base_radius + more_m)
+    if isinstance(machine, LeverMachine):
+        shape = machine.geometry
+        tau = shape.tau_of(np.array([min(1.0, 0.999 * machine.range_rad)]))
+        part = 1.0 + more_m / float((shape.base_radius * tau * shape.u_per_tau(tau))[0])
+        # β turns by so much more with the wheel; what its own size changes in the pull is less
+        # than a hundredth of that. J goes as the square, the moment of the weights as itself.
+        spared = (part**2 - part) * (machine.turned_inertia - machine.lever_inertia)
+        return replace(
+            machine,
+            mass=machine.mass * part,
+            lever_inertia=machine.lever_inertia * part**2 + spared,
+            tail=(machine.tail[0] * part, machine.tail[1]),
+        )
     # a pull on a larger lever arm is a larger pull, and what it carries moves more
     at = min(1.0, 0.999 * machine.range_rad)
     part = 1.0 + more_m * at / float(machine.cam.lever_arm(at))

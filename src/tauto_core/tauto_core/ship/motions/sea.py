@@ -641,8 +641,8 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
             along = alone.speed * math.cos(alone.heading)
             turns = 0.5 * scene.g / along if along > 0.0 else low
             band = np.array([low, high, min(max(turns, low), high)])
-            _check_rate(scene, here, band, f'{alone.key}.peak_period')
             _check_course(scene, here, alone)
+            _check_rate(scene, here, band, f'{alone.key}.peak_period')
             if ship.rao is not None:
                 outside = sea_motion(scene, here, number + place * SWELL_STREAMS).outside
                 above, below = max(above, outside[0]), max(below, outside[1])
