@@ -21,10 +21,11 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from tauto_core.bags import BagWriter, check_bag, encode, read_bag
+from tauto_core.clockwork import LiveTrochlea
 from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
-from tauto_core.ship.imu import MOUNT_FRAME
+from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import ShipSource, replay, sail
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.mounting import Mounting
@@ -85,6 +86,40 @@ def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Ben
     bench.until(lambda: turned.outputs[READING].sent)
     assert not turned.notices
     assert not turned.health()['gravity_refused']
+
+
+def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> None:
+    """200 Hz, noise, 1 % of the samples missing: the graph adds nothing and loses nothing."""
+    rng = np.random.default_rng(200)
+    t = np.arange(4_000) / 200.0
+    t = t[rng.random(len(t)) > 0.01]
+    n = len(t)
+    roll = 0.2 * np.sin(0.785 * t) + 3.5e-3 * rng.standard_normal(n)
+    rate = 0.157 * np.cos(0.785 * t) + 1e-3 * rng.standard_normal(n)
+    felt = 9.81 * np.array([np.sin(roll), np.cos(roll)]) + 0.05 * rng.standard_normal((2, n))
+    stamps = 1_700_000_000 * 10**9 + np.rint(t * 1e9).astype(np.int64)
+    motion = imu_from_roll(stamps, roll, rate, *felt)
+    alone = LiveTrochlea(load_scene('measured'))
+    expected = [alone.feed({SHIP_IMU: motion}).get(READING), alone.finish().get(READING)]
+    trochlea = TrochleaNode(**overrides(**FOREIGN, imu_reliability='best_effort'))
+    sensor = bench.add(Node('xsens'), trochlea)
+    said: list[bytes] = []
+    sensor.create_subscription(
+        TimeReference, READING, said.append, QoSProfile(depth=1000), raw=True
+    )
+    publisher = sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
+    bench.until(lambda: publisher.get_subscription_count() == 1)
+    bench.until(lambda: trochlea.outputs[READING].matched)
+    for number, payload in enumerate(encode(SHIP_IMU, motion)):
+        publisher.publish(payload)
+        if number % 4 == 3:  # best effort: no faster than it is taken
+            bench.until(lambda k=number: trochlea.inputs[SHIP_IMU].received > k)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == n)
+    trochlea.close()
+    wanted = [payload for one in expected if one is not None for payload in encode(READING, one)]
+    bench.until(lambda: len(said) >= len(wanted))
+    assert [bytes(payload) for payload in said] == wanted
+    assert trochlea.stage.health() == alone.health()
 
 
 def test_a_frame_of_which_nobody_says_how_it_is_mounted_is_refused_by_name(bench: Bench) -> None:

@@ -23,7 +23,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from typer.testing import CliRunner
 
-from tauto_core.bags import read_bag
+from tauto_core.bags import check_bag, read_bag
 from tauto_core.cli.app import app
 from tauto_nodes import graph
 from tauto_nodes.graph import Child
@@ -288,6 +288,36 @@ def test_nodes_that_are_frozen_for_longer_than_a_lease_lose_nothing(tmp_path: Pa
     topics = json.loads(said)['topics']
     assert sum(numbers['lost'] for numbers in topics.values()) == 0
     assert topics['ship/imu']['written'] == 12_005
+
+
+def test_a_subscriber_beside_the_graph_that_stands_still_holds_nobody_up(tmp_path: Path) -> None:
+    watch = (
+        'import rclpy, sys; from rclpy.node import Node; from sensor_msgs.msg import Imu; '
+        "rclpy.init(); node = Node('frozen'); came = []; "
+        "node.create_subscription(Imu, 'ship/imu', came.append, 10)\n"
+        'while not came: rclpy.spin_once(node)\n'
+        'print(len(came), flush=True); rclpy.spin(node)'
+    )
+    environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
+    frozen = subprocess.Popen(
+        [sys.executable, '-c', watch], stdout=subprocess.PIPE, text=True, env=environment
+    )
+    command = [
+        *(sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '60'),
+        *('--duration', '300', '--out', str(tmp_path / 'bag'), '--json'),
+    ]
+    try:
+        graph = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+        assert frozen.stdout is not None
+        assert frozen.stdout.readline() == '1\n'
+        frozen.send_signal(signal.SIGSTOP)
+        said, _ = graph.communicate(timeout=300)
+        assert graph.returncode == 0
+    finally:
+        frozen.kill()
+        frozen.communicate()
+    assert {topic['lost'] for topic in json.loads(said)['topics'].values()} == {0}
+    assert check_bag(tmp_path / 'bag').whole
 
 
 @pytest.mark.parametrize('compose', [(), ('--compose',)])

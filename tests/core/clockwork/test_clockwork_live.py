@@ -100,6 +100,48 @@ def test_one_wrong_stamp_changes_nothing(ahead_s: float):
     assert counts == {'stamps_ahead' if ahead_s > 0 else 'out_of_order': 1}
 
 
+def test_what_comes_twice_counts_once():
+    imu, stage = sensor(rate_hz=20.0), LiveTrochlea(SCENE)
+    twice = take(imu, np.sort(np.r_[0:600, 0:600:5]))
+    said, clean = said_of(stage, [twice]), said_of(LiveTrochlea(SCENE), [imu])
+    np.testing.assert_array_equal(said[READING].time_ref_ns, clean[READING].time_ref_ns)
+    assert {name: n for name, n in stage.health().items() if n} == {'duplicated': 120}
+
+
+def quiet(rate_hz: float, seconds: float = 120.0) -> ImuSamples:
+    """A ship that rolls 0.2 rad in 8 s, without noise."""
+    t = np.arange(round(seconds * rate_hz)) / rate_hz
+    roll, rate = 0.2 * np.sin(np.pi / 4 * t), 0.05 * np.pi * np.cos(np.pi / 4 * t)
+    stamps = START_NS + np.rint(t * 1e9).astype(np.int64)
+    return imu_from_roll(stamps, roll, rate, 9.81 * np.sin(roll), 9.81 * np.cos(roll))
+
+
+@pytest.mark.parametrize(('rate_hz', 'within_s'), [(20.0, 1e-6), (5.0, 3e-3), (1.0, 0.06)])
+def test_a_slow_sensor_moves_the_dial_by_little_and_is_told(rate_hz: float, within_s: float):
+    """Between samples the motion is interpolated; at 1 Hz a roll of 8 s has eight of them."""
+    stage = LiveTrochlea(SCENE)
+    slow = errors_s(said_of(stage, [quiet(rate_hz)])[READING])
+    fast = errors_s(said_of(LiveTrochlea(SCENE), [quiet(50.0)])[READING])
+    assert np.abs(slow - fast[: len(slow)]).max() < within_s
+    assert (stage.health()['bridged_gaps'] > 100) == (rate_hz < 20.0)
+
+
+@pytest.mark.parametrize('apart_s', [0.025, -0.5, 0.5, 3.0])
+def test_of_two_sensors_at_once_the_first_is_believed(apart_s: float):
+    """The second one's roll is 2 degrees off, and its clock is wrong."""
+    imu, stage = quiet(20.0), LiveTrochlea(SCENE)
+    off = mounted(imu, rotation(np.radians(2.0), 0.0, 0.0))
+    other = replace(off, stamp_ns=imu.stamp_ns + round(apart_s * 1e9))
+    each = [take(one, slice(k, k + 1)) for k in range(len(imu.stamp_ns)) for one in (imu, other)]
+    mixed = errors_s(said_of(stage, [join(each)])[READING])
+    alone = errors_s(said_of(LiveTrochlea(SCENE), [imu])[READING])
+    n = min(len(mixed), len(alone))
+    assert n > 115
+    assert np.abs(mixed[:n] - alone[:n]).max() < 1e-4
+    left_aside = stage.health()['out_of_order'] + stage.health()['stamps_ahead']
+    assert (left_aside > 2000) == (apart_s != 0.025)  # that one is thinned, as of a fast sensor
+
+
 def _spoilt(fault: str) -> ImuSamples:
     """Half a minute of which two seconds, from the tenth on, cannot be used."""
     imu, bad = sensor(), slice(500, 600)
