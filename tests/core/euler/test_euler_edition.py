@@ -6,6 +6,7 @@ import itertools
 import math
 import re
 import shlex
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -82,7 +83,7 @@ def test_the_commands_run(
         assert words[0] == 'tauto'
         if words[1] in ('sail', 'compare') or words[1:3] == ['scene', 'check']:
             named = words[3 if words[1] == 'scene' else 2 :]
-            scenes = [each for each in named if not each.startswith('--') and '=' not in each]
+            scenes = list(takewhile(lambda each: not each.startswith('--'), named))
             settings = [each for each in words[2:] if '=' in each]
             for scene in scenes:
                 load_scene(scene, **given_values(settings))

@@ -64,6 +64,7 @@ class Paragraph:
         argues: what it argues, in two plain sentences.
         runs: commands that compute or sail it.
         figures: names of the figures that are shown beside it.
+        found: what comes out where the paper leaves a question or gives a judgement.
         lacks: what no command can do, and why; empty where the commands do all of it.
     """
 
@@ -71,6 +72,7 @@ class Paragraph:
     argues: str
     runs: tuple[str, ...] = ()
     figures: tuple[str, ...] = ()
+    found: str = ''
     lacks: str = ''
 
 

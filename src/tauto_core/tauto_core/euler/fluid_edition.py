@@ -296,6 +296,8 @@ _PARAGRAPHS = (
             'tauto sail companion_in_oil',
             'tauto cam companion_in_oil --svg companion_in_oil.svg',
         ),
+        found='The question has an answer. Up to a height, a given branch for the descent has a '
+        'companion for the ascent that makes all half swings equal; both can be cut and sailed.',
     ),
     Paragraph(
         '8',

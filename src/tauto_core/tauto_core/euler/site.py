@@ -97,6 +97,7 @@ def _paragraph(
         f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
         f'<div><h2>§{paragraph.number}</h2><p>{escape(paragraph.argues)}</p>'
         f'{"".join(map(_claim, claims))}'
+        f'{f"<h3>What comes out</h3><p>{escape(paragraph.found)}</p>" if paragraph.found else ""}'
         f'{f"<h3>Run it</h3><ul class=runs>{runs}</ul>" if runs else ""}'
         f'{f"<p class=lacks>{escape(paragraph.lacks)}</p>" if paragraph.lacks else ""}</div>'
         f'{"".join(map(_figure, figures))}</section>'

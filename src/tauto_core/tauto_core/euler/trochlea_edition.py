@@ -811,7 +811,21 @@ _PARAGRAPHS = (
         'XXX',
         'A weight may serve here too, if it is small and the wheel is heavy. Euler would rather '
         'use the first cam, because the second is laborious to make and the first is easy.',
-        ('tauto compare clock_involute_weight clock_second_cam_force',),
+        (
+            'tauto compare clock_involute_weight clock_second_cam_force --duration 5443140',
+            'tauto sail clock_involute_weight --duration 5443140 --set suspension=null --set '
+            'trochlea.power.kind=force --set trochlea.power.mass=null --set '
+            'trochlea.power.force=3.158 --set trochlea.power.material=steel --set '
+            'clock.nominal_period=1.00004',
+            'tauto sail clock_second_cam_force --duration 5443140 --set suspension=null --set '
+            'trochlea.power.kind=weight --set trochlea.power.force=null --set '
+            'trochlea.power.material=null --set trochlea.power.mass=0.322 --set '
+            'clock.nominal_period=1.004716',
+        ),
+        found='At sea the power decides and the cam does not. On a passage to Jamaica with '
+        "gravity, heat and a winter's weather a weight goes wrong on either cam, and a spring "
+        'on both by the heat alone; a compensation mends it on both. So the easier cam is the '
+        'better choice, and the weight is not.',
     ),
 )
 EDITION = Edition(
