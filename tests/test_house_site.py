@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from browser import BROWSER, Browser
 
 import tauto_core as tauto
 from tauto_core.euler.page import EDITIONS, all_claims
@@ -44,7 +46,7 @@ class Page(HTMLParser):
 
 
 @pytest.fixture(scope='module')
-def site(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('site')
     shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers', 'demo.html'])
     write_site(folder / 'docs' / 'papers', all_claims())
@@ -55,7 +57,11 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Page]:
     run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'arning' not in run.stdout + run.stderr
-    built = folder / 'site'
+    return folder / 'site'
+
+
+@pytest.fixture(scope='module')
+def site(built: Path) -> dict[Path, Page]:
     return {
         file.relative_to(built): Page(file.read_text(encoding='utf-8'))
         for file in built.rglob('*.html')
@@ -116,6 +122,40 @@ def test_the_page_of_examples_shows_each_script(site: dict[Path, Page]) -> None:
 def test_the_reference_of_python_has_every_public_name(site: dict[Path, Page]) -> None:
     anchors = {each.rpartition('.')[2] for each in site[Path('api.html')].anchors}
     assert {name for name in tauto.__all__ if name != '__version__'} <= anchors
+
+
+def test_a_browser_typesets_every_equation_of_the_theory(
+    site: dict[Path, Page], built: Path, tmp_path: Path
+) -> None:
+    """Roots, dots and powers are those of the source, by what MathML holds."""
+    if BROWSER is None:
+        pytest.skip('no browser: sudo apt-get install chromium')
+    pages = [file for file in site if file.parts[0] == 'theory']
+    written = {
+        number
+        for page in (ROOT / 'docs' / 'theory').glob('*.md')
+        for number in re.findall(
+            r'^ {4}(\([A-Z]\d*\.\d+\)) ', page.read_text('utf-8'), re.MULTILINE
+        )
+    }
+    typeset: dict[str, str] = {}
+    left = 0
+    with Browser(tmp_path) as browser:
+        for file in pages:
+            browser.ask('Page.navigate', url=(built / file).as_uri())
+            while browser.run('document.readyState') != 'complete':
+                pass
+            typeset |= browser.run(
+                "Object.fromEntries([...document.querySelectorAll('.equation')].map((each) => "
+                "[each.querySelector('.number').textContent, each.innerHTML]))"
+            )
+            left += browser.run("document.querySelectorAll('.language-text pre > code').length")
+    assert left == 0
+    assert set(typeset) - {''} == written
+    period = typeset['(A.2)']
+    assert period.count('<mover') == 2
+    assert '<msup><mrow><mi>ϑ</mi></mrow><mrow><mn>2</mn></mrow></msup>' in period
+    assert typeset['(D.4)'].count('<msqrt>') == 2
 
 
 def _resolved(folder: Path, path: str) -> Path:

@@ -1,0 +1,118 @@
+/* Equations of the theory, written in plain text, as MathML: browsers typeset it by themselves.
+
+A block is one whose lines begin with a number such as (A.1). A slash stays a slash, since in plain
+text a quotient ends where the reader sees it. Words stay words. */
+'use strict';
+(() => {
+  const FUNCTIONS = new Set(['sin', 'cos', 'tan', 'sec', 'arctan', 'arcsin', 'exp', 'ln', 'sgn', 'cov', 'mod']);
+  const RAISED = '⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻', LOWERED = '₀₁₂₃₄₅₆₇₈₉₊₋', PLAIN = '0123456789+−';
+  const PARTS = {'½': [1, 2], '⅓': [1, 3], '¼': [1, 4]};
+  const ACCENTS = {'\u0307': '˙', '\u0308': '¨', '\u0304': '¯', '\u0302': '^'};
+  const escape = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
+  const row = (inner) => '<mrow>' + inner + '</mrow>';
+  const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet.indexOf(c)]).join('');
+  const isWords = (text) => !/[=√∫]/.test(text) &&
+    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word)) && !/[_^]/.test(text);
+
+  // the end of a bracket that opens at a place
+  const closing = (text, open) => {
+    let depth = 0;
+    for (let k = open; k < text.length; k++) {
+      if ('([{'.includes(text[k])) depth++;
+      if (')]}'.includes(text[k]) && --depth === 0) return k;
+    }
+    return -1;
+  };
+
+  const parse = (source) => {
+    const text = source.normalize('NFD');
+    let k = 0, made = '';
+    const take = (pattern) => {
+      const found = text.slice(k).match(pattern);
+      if (found) k += found[0].length;
+      return found && found[0];
+    };
+    // one letter, number, root or bracket, without what is raised or lowered beside it
+    const atom = () => {
+      const letter = /^[A-Za-z\u0370-\u03ff]/.test(text[k]);
+      if (letter) {
+        const word = take(/^(?:or|at|as|the|of|to|from|with|day|rad)(?![A-Za-z\u0300-\u036f(_^])/);
+        if (word) return '<mtext>' + word + '</mtext>';
+        const run = text.slice(k).match(/^[A-Za-z]+/)?.[0] ?? '';
+        const name = [...FUNCTIONS].find((each) => run === each);
+        if (name) { k += name.length; return '<mi>' + name + '</mi>'; }
+        if (run.length > 3) { k += run.length; return '<mtext>' + run + '</mtext>'; }
+        if (run === 'dln') { k += 3; return '<mi>d</mi><mspace width="0.1em"/><mi>ln</mi>'; }
+        const base = '<mi>' + text[k++] + '</mi>';
+        const over = ACCENTS[text[k]];
+        if (!over) return base;
+        k++;
+        return '<mover accent="true">' + base + '<mo>' + over + '</mo></mover>';
+      }
+      const number = take(/^\d+(?:\.\d+)?/);
+      if (number) return '<mn>' + number + '</mn>';
+      if (PARTS[text[k]]) {
+        const [over, under] = PARTS[text[k++]];
+        return '<mfrac><mn>' + over + '</mn><mn>' + under + '</mn></mfrac>';
+      }
+      if (text[k] === '√') {
+        k++;
+        if (text[k] !== '(') return '<msqrt>' + (k < text.length ? atom() : '') + '</msqrt>';
+        const end = closing(text, k), inner = text.slice(k + 1, end);
+        k = end + 1;
+        return '<msqrt>' + parse(inner) + '</msqrt>';
+      }
+      if ('([{'.includes(text[k])) {
+        const end = closing(text, k);
+        if (end > 0) {
+          const inner = text.slice(k + 1, end), [open, close] = [text[k], text[end]];
+          k = end + 1;
+          return isWords(inner) ? '<mtext>' + escape(open + inner + close) + '</mtext>' :
+            row('<mo stretchy="false">' + open + '</mo>' + parse(inner) + '<mo stretchy="false">' + close + '</mo>');
+        }
+      }
+      const close = text[k] === '/' ? ' lspace="0" rspace="0"' : '';
+      return '<mo stretchy="false"' + close + '>' + escape(text[k++]) + '</mo>';
+    };
+    while (k < text.length) {
+      if (take(/^\s+/)) { made += '<mspace width="0.2em"/>'; continue; }
+      const base = atom();
+      let low = '', high = '';
+      for (;;) {
+        const raised = take(new RegExp('^[' + RAISED + ']+')), lowered = take(new RegExp('^[' + LOWERED + ']+'));
+        const primes = take(/^[′″]+/), under = take(/^_[A-Za-z\u0370-\u03ff0-9_]+(?:\+1)?/);
+        if (raised) high += '<mn>' + plain(raised, RAISED) + '</mn>';
+        if (lowered) low += '<mn>' + plain(lowered, LOWERED) + '</mn>';
+        if (primes) high += '<mo>' + primes + '</mo>';
+        if (under) {
+          const name = under.slice(1).replace(/_/g, ' ');
+          low += name.length > 2 && !/\+1$/.test(name) ? '<mtext>' + name + '</mtext>' : parse(name);
+        }
+        if (text[k] === '^') {
+          k++;
+          const end = '({'.includes(text[k]) ? closing(text, k) : -1;
+          if (end > 0) { high += parse(text.slice(k + 1, end)); k = end + 1; }
+          else { const sign = take(/^−/); high += (sign ? '<mo>−</mo>' : '') + atom(); }
+        } else if (!(raised || lowered || primes || under)) break;
+      }
+      made += low && high ? '<msubsup>' + row(base) + row(low) + row(high) + '</msubsup>' :
+        low ? '<msub>' + row(base) + row(low) + '</msub>' : high ? '<msup>' + row(base) + row(high) + '</msup>' : base;
+    }
+    return made;
+  };
+
+  for (const code of document.querySelectorAll('.md-typeset .language-text pre > code')) {
+    const lines = code.textContent.trimEnd().split('\n');
+    if (!/^\([A-Z]\d*\.\d+\)/.test(lines[0])) continue;
+    const block = document.createElement('div');
+    block.className = 'equations';
+    for (const line of lines) {
+      const [, number, rest] = line.match(/^(\([A-Z]\d*\.\d+\))?\s*(.*)$/);
+      const pieces = rest.split(/\s{3,}/).map((piece) => isWords(piece) ? '<span>' + escape(piece) + '</span>' :
+        '<math display="inline" alttext="' + escape(piece).replace(/"/g, '&quot;') + '"><mstyle displaystyle="true">' + parse(piece) + '</mstyle></math>');
+      block.insertAdjacentHTML('beforeend', '<div class="equation"><span class="number">' + (number ?? '') + '</span>' +
+        '<span class="formula">' + pieces.join(' ') + '</span></div>');
+    }
+    code.closest('.language-text').replaceWith(block);
+  }
+})();
