@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -11,7 +12,14 @@ from scipy.integrate import solve_ivp
 from tauto_core.checks.facts import resonances
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing, make_collocation
-from tauto_core.samples import JOINT_STATES, Batches, JointSamples, join
+from tauto_core.samples import (
+    JOINT_STATES,
+    SHIP_TEMPERATURE,
+    Batches,
+    JointSamples,
+    TemperatureSamples,
+    join,
+)
 from tauto_core.scene import SceneError, load_scene
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.gravity import normal_gravity
@@ -109,6 +117,100 @@ def test_case_and_wheel_follow_dop853(hung, ship):
     theta = wanted.y[0] - wanted.y[1]
     # at sea the one-sided windows at the start err by 1e-11
     np.testing.assert_allclose(wheel.position[:, 0], theta, rtol=0, atol=2e-10)
+
+
+@pytest.mark.parametrize('hung', [GIMBALS | {'damping_ratio': 0.1}, AXLE], ids=['gimbals', 'axle'])
+def test_a_wheel_that_grows_in_its_case_follows_dop853(hung):
+    """A spring of steel, a wheel of brass and oil, in air that warms by 12 K in 20 s.
+
+    The reference takes the printed equations with continuously changing numbers: I = I₀(1 + αΔ)²
+    in d(Iψ̇)/dt, the pull (1 + βΔ) on an arm that is longer by 1 + αΔ, drag c₁ e^(−kΔ).
+    """
+    alpha, beta, thins, viscous = 18.9e-6, -2.4e-4 + 11.5e-6, 0.05, 2e-4
+    air = {
+        'kind': 'record',
+        'source': 'a test',
+        'time': [0.0, 25.0],
+        'celsius': [10.0, 30.0],
+        'longest_gap_hours': 1.0,
+        'box_hours': 1e-3,
+    }
+    scene = scene_of(
+        hung,
+        ROLLS,
+        {'kind': 'force', 'force': 2.0, 'material': 'steel'},
+        drag={'viscous': viscous, 'oil': {'thins_per_kelvin': thins}},
+        air=air,
+        **{'trochlea.material': 'brass', 'trochlea.at_celsius': 10.0},
+    )
+    batches: list[Batches] = []
+    sail(scene, watch=batches.append)
+    found = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
+    wheel = join([each for each in found if isinstance(each, JointSamples)])
+    felt = [each[SHIP_TEMPERATURE] for each in batches if SHIP_TEMPERATURE in each]
+    box = join([each for each in felt if isinstance(each, TemperatureSamples)])
+    box_s = (box.stamp_ns - scene.starts_at_ns) * 1e-9
+    assert np.ptp(box.temperature) > 13.0
+    square = K * K + L * L
+    damping = 0.2 * math.sqrt(G * L / square) if hung['kind'] == 'gimbals' else 0.0
+
+    def slopes(t, y):
+        psi, phi, theta, turning, phi1, theta1 = y  # turning is Iψ̇
+        sway, lift, rho1 = ship_at(t, ROLLS)
+        warmer = float(np.interp(t, box_s, box.temperature)) - 10.0
+        grown = 1.0 + alpha * warmer
+        psi1 = turning / (INERTIA * grown**2)
+        pull = INERTIA * OMEGA**2 * (1.0 + beta * warmer) * grown
+        on_case = pull * (psi - phi) + viscous * math.exp(-thins * warmer) * (psi1 - phi1)
+        torque = on_case / MASS
+        if hung['kind'] == 'gimbals':
+            turned = L * (lift * math.sin(phi) + sway * math.cos(phi))
+            phi2 = (torque - turned) / square - damping * (phi1 - rho1)
+            return psi1, phi1, 0.0, -on_case, phi2, 0.0
+        delta = phi - theta
+        pressed = lift * math.cos(theta) - sway * math.sin(theta)
+        pressed += 0.015 * theta1**2 + L * phi1**2 * math.cos(delta)
+        phi2 = (torque - pressed * L * math.sin(delta)) / (K * K + (L * math.sin(delta)) ** 2)
+        across = -lift * math.sin(theta) - sway * math.cos(theta)
+        across += L * phi1**2 * math.sin(delta) - L * phi2 * math.cos(delta)
+        return psi1, phi1, theta1, -on_case, phi2, across / 0.015
+
+    sway, lift, _ = ship_at(0.0, ROLLS)
+    tilt = math.atan2(-sway, lift)
+    state, found_theta = np.array([0.6 + tilt, tilt, tilt, 0.0, 0.0, 0.0]), [0.6]
+    for begin, end in itertools.pairwise(box_s):  # its slope changes at each instant
+        if begin >= 20.0:
+            break
+        step = solve_ivp(
+            slopes, (begin, end), state, 'DOP853', rtol=1e-12, atol=1e-14, max_step=0.02
+        )
+        state = step.y[:, -1]
+        found_theta.append(state[0] - state[1])
+    assert len(found_theta) == len(wheel.position)
+    np.testing.assert_allclose(wheel.position[:, 0], found_theta, rtol=0, atol=1e-9)
+
+
+def test_impulses_in_a_warm_case_are_those_of_a_machine_with_grown_parts():
+    warmer, alpha, beta = 20.0, 18.9e-6, -2.4e-4 + 11.5e-6
+    grown = 1.0 + alpha * warmer
+    kept = {
+        'drag': {'viscous': 2e-4},
+        'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
+    }
+    warm = {'kind': 'record', 'source': 'a test', 'time': [0.0, 25.0], 'celsius': [30.0, 30.0]}
+    steel = {'kind': 'force', 'force': 2.0, 'material': 'steel'}
+    by_hand = {
+        'trochlea.inertia': INERTIA * grown**2,
+        'trochlea.cam.lever_rate': INERTIA * OMEGA**2 / 2.0 * grown,
+        'trochlea.power.force': 2.0 * (1.0 + beta * warmer),
+    }
+    heated = {'trochlea.material': 'brass', 'trochlea.at_celsius': 10.0, 'air': warm}
+    light = GIMBALS | {'mass': 0.5}
+    found = wheel_of(scene_of(light, ROLLS, steel, **heated, **kept)).position[:, 0]
+    wanted = wheel_of(scene_of(light, ROLLS, **by_hand, **kept)).position[:, 0]
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-11)
+    cold = wheel_of(scene_of(light, ROLLS, **kept)).position[:, 0]
+    assert np.max(np.abs(found - cold)) > 1e-3
 
 
 @pytest.mark.parametrize(('depth', 'shift'), [(0.05, 376.0), (0.1, -1380.0)])

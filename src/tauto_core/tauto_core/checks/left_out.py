@@ -169,7 +169,6 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[LeftOut]
         here['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
     # the equations of levers, swinging threads and of a case of mass are without these
     beyond = [
-        *['heat', 'ageing of the oil'] * (scene.case_of_mass is not None),
         'balance of the wheel',
         *['fall of the drive'] * (not plain),
     ]

@@ -2,8 +2,9 @@
 
 The wheel's torque acts on the case the other way round (G5.4 in suspension.md): with a = −ψ̈ all
 that the thread, the drag and the resting teeth do to the wheel over I, the case of mass M feels
-I a. In the first plane X = ϑ = θ and ωY = ψ̇, as in `wheel`, with γ̇ = φ̇; the others are those of
-the case, of its tilt in gimbals and of its modes on an axle.
+I a. Where heat changes the wheel, a = −(Iψ̇)˙/I. In the first plane X = ϑ = θ and ωY = ψ̇, as in
+`wheel`, with γ̇ = φ̇; the others are those of the case, of its tilt in gimbals and of its modes on
+an axle.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from tauto_core.motion.system import (
     NOWHERE,
     TILT_RATE,
     Beyond,
+    HotNumbers,
     Mode,
     Outside,
     Plane,
@@ -36,13 +38,29 @@ from tauto_core.motion.system import (
     StepPlace,
     System,
     column_at,
+    fill_hot,
     first_below,
     mode_of,
     nodes_of,
     planes_of,
 )
-from tauto_core.motion.wells import Impulse, excess, kick, lever_arm, pull_of, resistance
-from tauto_core.motion.wheel import SURELY_WITHIN, Collocation, FeltChannels, Wheel
+from tauto_core.motion.wells import (
+    Impulse,
+    PerInertia,
+    excess,
+    kick,
+    lever_arm,
+    pull_of,
+    resistance,
+)
+from tauto_core.motion.wheel import (
+    SURELY_WITHIN,
+    Collocation,
+    FeltChannels,
+    Wheel,
+    wheel_at_nodes,
+    wheel_now,
+)
 from tauto_core.scene.errors import PropagationError
 
 LONGEST_PHASE_RAD = 3.0
@@ -147,27 +165,32 @@ class HungWheel(_HungNumbers, System):
         lift = column_at(APPARENT_GRAVITY, place.terms, x, work)
         store(nodes.lift, 0, 0.0 * x + self.gravity if self.moves is None else lift)
         store(nodes.roll_rate, 0, -column_at(TILT_RATE, place.terms, x, work))
+        if self.wheel.felt.heat is not None:
+            fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill what disturbs the planes."""
-        wheel, nodes = self.wheel, work.nodes
+        wheel, nodes = wheel_at_nodes(self.wheel, work), work.nodes
         x, w = load(work.x, 0), omega[0] * load(work.y, 0)
         case = case_at_nodes(self, omega, work)
         t, _, drawn = lever_arm(wheel.lever, mode.side, x)
         pull = pull_of(wheel.per_inertia, drawn, 0.0)
         against = resistance(wheel.per_inertia, w - case.phi_rate, mode)
         pushed = excess(wheel.lever, x, t, pull, omega[0] * omega[0]) - against
+        if wheel.per_inertia.growth is not None:
+            pushed = pushed - wheel.per_inertia.growth * w
         store(work.d1, 0, -case.phi_rate)
         store(work.d2, 0, pushed * (1.0 / omega[0]))
         sway, lift = load(nodes.sway), load(nodes.lift)
-        bends = case_bends(self, case, pull * t + against, sway, lift, load(nodes.roll_rate))
+        turning = on_case(wheel.per_inertia, pull * t + against)
+        bends = case_bends(self, case, turning, sway, lift, load(nodes.roll_rate))
         store(work.d2, 1, fma(bends.first, 1.0 / omega[1], omega[1] * load(work.x, 1)))
         if isinstance(self.case, AxleNumbers):
             store(work.d2, 2, fma(bends.second, 1.0 / omega[2], omega[2] * load(work.x, 2)))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the wheel leaves the cam, the case turns over, or its axle lifts off."""
-        wheel, nodes = self.wheel, work.nodes
+        wheel, nodes = wheel_at_nodes(self.wheel, work), work.nodes
         x = load(work.x, 0)
         reach, case = largest(x), case_at_nodes(self, omega, work)
         edge = first_below(wheel.range - larger(x, x), work) if reach > wheel.range else NOWHERE
@@ -177,7 +200,9 @@ class HungWheel(_HungNumbers, System):
             rate = omega[0] * load(work.y, 0) - case.phi_rate
             t, _, drawn = lever_arm(wheel.lever, mode.side, x)
             turning = pull_of(wheel.per_inertia, drawn, 0.0) * t
-            turning = turning + resistance(wheel.per_inertia, rate, mode)
+            turning = on_case(
+                wheel.per_inertia, turning + resistance(wheel.per_inertia, rate, mode)
+            )
             sway, lift = load(nodes.sway), load(nodes.lift)
             bends = case_bends(self, case, turning, sway, lift, 0.0 * x)
             slack = first_below(bends.contact, work)
@@ -200,17 +225,21 @@ class HungWheel(_HungNumbers, System):
         self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
     ) -> HungInstant:
         """Return wheel and case at an instant."""
-        wheel, angle = self.wheel, planes[0].x
+        wheel, angle, w = wheel_now(self.wheel, at), planes[0].x, omega[0] * planes[0].y
         case = case_of(self, omega, planes)
-        rate = omega[0] * planes[0].y - case.phi_rate
+        rate = w - case.phi_rate
         t, _, drawn = lever_arm(wheel.lever, mode.side, angle)
         pull = pull_of(wheel.per_inertia, drawn, 0.0)
         turning = pull * t + resistance(wheel.per_inertia, rate, mode)
         lift = self.gravity if self.moves is None else at.gravity
-        bends = case_bends(self, case, turning, at.drive.value, lift, -at.tilt.rate)
-        bend = -turning - bends.phi_bend
+        felt = on_case(wheel.per_inertia, turning)
+        bends = case_bends(self, case, felt, at.drive.value, lift, -at.tilt.rate)
+        slowed = -turning
+        if wheel.per_inertia.growth is not None:
+            slowed = slowed - wheel.per_inertia.growth * w
+        bend = slowed - bends.phi_bend
         drift: tuple[Plane, ...] = (
-            Plane(rate, -turning),
+            Plane(rate, slowed),
             Plane(omega[1] * planes[1].y, bends.first),
         )
         if isinstance(self.case, AxleNumbers):
@@ -257,11 +286,12 @@ class HungWheel(_HungNumbers, System):
         self, mode: Mode, omega: Omega, at: Outside, now: HungInstant, state: RunningState
     ) -> None:
         """Let an impulse part wheel and case: its energy is all that it adds to both."""
-        impulse, planes = self.wheel.per_inertia.impulse, state.planes
+        per_inertia, planes = wheel_now(self.wheel, at).per_inertia, state.planes
+        impulse = per_inertia.impulse
         if impulse is None:
             return
         case = case_of(self, omega, planes_of(omega, planes))
-        share = self.share / self.squared
+        share = on_case(per_inertia, self.share / self.squared)
         if isinstance(self.case, AxleNumbers):
             eccentric = self.case.c / self.case.k * math.sin(case.phi - case.theta)
             share = share / (1.0 + eccentric * eccentric)
@@ -299,6 +329,12 @@ class HungWheel(_HungNumbers, System):
         if self.kinked:
             ahead = min(ahead, phase_to(-float(state.side), q, y, 0.0))
         return (ahead + BEYOND) / omega[0]
+
+
+@inlined
+def on_case(per_inertia: PerInertia, turning: Numeric) -> Numeric:
+    """Return what acts on the wheel over I, over the I that it has without heat."""
+    return turning if per_inertia.share is None else turning / per_inertia.share
 
 
 @inlined
@@ -390,12 +426,15 @@ class HungCollocation(Collocation):
         self._share = machine.inertia / case.mass
         factor = 0.0 if machine.cam.joints.size else ERROR_OF_LAST_STRONG
         allowed = tolerance_of(tolerance, factor, 2.0 ** -(2 * SIZE + 1 if factor else 9))
-        Stepped.__init__(self, machine, len(self._omegas), GIMBALS_NODES, SIZE, allowed)
+        heated = HotNumbers._fields if self._hot else ()
+        nodes, columns = (*GIMBALS_NODES, *heated), 2 * SIZE if self._hot else SIZE
+        Stepped.__init__(self, machine, len(self._omegas), nodes, SIZE, allowed, columns)
         self.longest_step_s = min(self.longest_step_s, LONGEST_PHASE_RAD / max(self._omegas))
 
     def _moved(self, forcing: Forcing) -> Moved:
         """Return wheel and case."""
-        wheel = super()._moved(forcing).system._replace(felt=FeltChannels(None, None, None))
+        felt = FeltChannels(None, None, None, heat=self._hot or None)
+        wheel = super()._moved(forcing).system._replace(felt=felt)
         moves = None if forcing.gravity is None else True
         numbers = wheel, self._numbers, self._share, self._squared, moves, self._machine.gravity
         return Moved(HungWheel(*numbers), self._omegas)

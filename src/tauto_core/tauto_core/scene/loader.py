@@ -311,27 +311,11 @@ class Scene(Section):
                 'Leave it out, or make it shorter.',
             )
 
-    def _hot_case_problems(self, mass: float | None) -> Iterator[Problem]:
-        """Yield what is wrong with a wheel that turns its case and changes on the way."""
-        if mass is None or self.trochlea is None:
-            return
-        heat = self.trochlea.parts(self.g, self.drag, self.escapement).heat
-        if heat.thickening or (self.air is not None and heat.feels_temperature):
-            yield Problem(
-                'suspension.mass',
-                mass,
-                'does not go with heat or age that change the wheel: the equations of wheel and '
-                'case together know neither yet',
-                'Leave it out, and the case is taken as heavy; or leave out air and '
-                'drag.thickens_per_month.',
-            )
-
     def _suspension_problems(self) -> Iterator[Problem]:
         """Yield what is wrong with the suspension, or between it and the trochlea."""
         if self.suspension is None:
             return
         yield from self.suspension.problems(still=self.lies_still)
-        yield from self._hot_case_problems(self.suspension.mass)
         plane = None
         if self.trochlea is not None:
             plane, weight = self.trochlea.plane, self.trochlea.power.pull.pulling_mass
