@@ -32,6 +32,7 @@ def test_every_letter_of_every_formula_is_there_in_its_order() -> None:
         ('P.TM/CO', '<mfrac>P.TM|CO</mfrac>'),
         ('(f + h)/4', '<mfrac>f+h|4</mfrac>'),
         ('p = b√(aa − tt)/(b + √(aa − tt))', 'p=<mfrac>b√[aa−tt]|b+√[aa−tt]</mfrac>'),
+        ('(dy/y)√(2g/b)', '(dy/y)√[2g/b]'),
         ('2√½bf', '2√[<mfrac>1|2</mfrac>bf]'),
         ('c^{ns/ma}(b − t)', 'c^[ns/ma](b−t)'),
         ('(b − t)²', '(b−t)^[2]'),

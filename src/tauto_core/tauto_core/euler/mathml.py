@@ -2,7 +2,8 @@
 
 The claims keep each formula as a line of text, letter by letter. Adjacent letters and numbers are
 a product. A slash makes a fraction of the product before it and the product after it, a root
-without brackets covers the rest of its product, and braces enclose exponents.
+without brackets covers the rest of its product, and braces enclose exponents. Within brackets,
+roots and exponents a slash stays one: many a computer has no font whose brackets and roots grow.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def mathml(formula: str) -> str:
 def _row(tokens: list[tuple[str, str]], at: int, *, flat: bool = False) -> tuple[str, int]:
     """Return the markup up to the bracket that closes the row, and the place behind it.
 
-    A flat row keeps its slashes: a fraction would be too small to read in an exponent.
+    A flat row keeps its slashes.
     """
     items: list[_Item] = []
     while at < len(tokens):
@@ -67,7 +68,7 @@ def _row(tokens: list[tuple[str, str]], at: int, *, flat: bool = False) -> tuple
         if kind == 'close':
             break
         if kind == 'open':
-            inner, at = _row(tokens, at)
+            inner, at = _row(tokens, at, flat=True)
             shown = f'<mrow>{_sign("(")}{inner}{_sign(")")}</mrow>' if text == '(' else inner
             items.append(_Item('group', shown, inner))
         elif kind == 'power':

@@ -105,7 +105,7 @@ def _paragraph(
 
 
 def _claim(claim: Claim) -> str:
-    value = f' → {number(claim.value)}' if math.isfinite(claim.value) else ''
+    value = f' →\u00a0{_typeset(number(claim.value))}' if math.isfinite(claim.value) else ''
     rows = [
         ('as it stands', claim.stands, value),
         ('as it must be', claim.must, ''),
@@ -121,7 +121,7 @@ def _claim(claim: Claim) -> str:
     off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
     return (
         f'<div class="claim {claim.verdict}"><p>{escape(claim.claim)}</p>'
-        f'<dl class="formulas">{formulas}<dt>computed</dt><dd>{number(claim.computed)}{off}</dd>'
+        f'<dl class="formulas">{formulas}<dt>computed</dt><dd>{_typeset(number(claim.computed))}{off}</dd>'
         f'</dl><p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
     )
 
@@ -155,9 +155,9 @@ def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
     }
 
 
-def _typeset(says: str) -> str:
-    """Return what a figure says with the sign of a negative number as long as a plus."""
-    return re.sub(r'-(?=\d)', '−', says)
+def _typeset(text: str) -> str:
+    """Return text with the signs of negative numbers as long as a plus; not those of powers."""
+    return re.sub(r'(?<!e)-(?=\d)', '−', text)
 
 
 def _id(figure: EulerFigure) -> str:
