@@ -121,8 +121,9 @@ def _claim(claim: Claim) -> str:
     off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
     return (
         f'<div class="claim {claim.verdict}"><p>{escape(claim.claim)}</p>'
-        f'<dl class="formulas">{formulas}<dt>computed</dt><dd>{_typeset(number(claim.computed))}{off}</dd>'
-        f'</dl><p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
+        f'<dl class="formulas">{formulas}<dt>computed</dt>'
+        f'<dd>{_typeset(number(claim.computed))}{off}</dd></dl>'
+        f'<p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
     )
 
 
