@@ -101,7 +101,7 @@ def _extras(result: Mapping[str, Any]) -> str:
 
 def _times(number: float | None) -> str:
     if number is None:
-        return 'never so exact'
+        return 'not reached'
     return f'{number:.2g}×' if number < 100.0 else f'{float(f"{number:.2g}"):,.0f}×'
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import tauto_core as tauto
-from tauto_core.plots.contents import chart, map_samples, seaway, window
+from tauto_core.plots.contents import chart, seaway, window
 from tauto_core.plots.machine import draw_machine
 from tauto_core.plots.scenery import (
     SHIP_HEIGHT,
@@ -30,6 +30,7 @@ from tauto_core.plots.scenery import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.times import DAY_S
+from tauto_core.wording import counted
 
 LENGTH_S = 6.0
 HELD = 0.12
@@ -221,8 +222,7 @@ def at_map(voyage: tauto.Voyage) -> str:
             f'transform="translate({places[-1]})">'
             f'{animate("transform", places, kind="translate")}</circle>'
         )
-    time_s = voyage.time_s[map_samples(voyage)]
-    miles = voyage.raw_longitude_error_nmi[map_samples(voyage)]
+    time_s, miles = voyage.time_s, voyage.raw_longitude_error_nmi
     at = np.linspace(0.0, 1.0, COUNTED)
     words = ''
     for k, share in enumerate(at.tolist()):
@@ -235,7 +235,7 @@ def at_map(voyage: tauto.Voyage) -> str:
         shown = animate('opacity', seen, more='calcMode="discrete"')
         words += (
             f'<text class="miles" x="{WIDTH - SHIP_WIDTH - 12:g}" y="388" text-anchor="end" '
-            f'opacity="{base}">day {day:.0f}: {off:,.0f} miles off'
+            f'opacity="{base}">day {day:.0f}: {counted(round(off), "mile")} off'
             f'{shown}</text>'
         )
     box = f'x="{SHIP_WIDTH:g}" width="{view.width:g}" height="{view.height:g}"'

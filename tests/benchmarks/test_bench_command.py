@@ -91,7 +91,7 @@ def test_the_page_names_the_best_formulation_and_the_plain_one(tmp_path: Path) -
     assert text.endswith('after\n')
     # 81 days of a swing of 1.000084 s at 3 us take 21 s: 2,000 times 10 ms and a little
     assert '| 2,000× in 81 days with set-up, 30,000× without (1e-14) |' in text
-    assert '| 80,000× | – | never so exact | 4.2, – |' in text
+    assert '| 80,000× | – | not reached | 4.2, – |' in text
     assert 'old' not in text
 
 

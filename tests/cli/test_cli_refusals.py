@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 
-SCENE_LIST = 'there is no such file or shipped scene. '
+SCENE_LIST = 'there is no such file or built-in scene. '
 PICTURES = 'must end in .svg, .png or .pdf. '
 SIZES = 'must be > 0, from 1e-30 to 1e+30. '
 TWICE = 'say the same thing twice. '

@@ -98,7 +98,7 @@ def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path
     values = {'speed': 2.0, 'scne': 'ideal', 'stal_after': 1.0, 'scene': 'no_such_scene'}
     shared = {'ros__parameters': values}
     cases = {
-        'shared': ({'/**': shared}, 'there is no such file or shipped scene'),
+        'shared': ({'/**': shared}, 'there is no such file or built-in scene'),
         'own': (
             {'/**': shared, 'longitude': {'ros__parameters': {'scne': 'ideal'}}},
             'scne: no such parameter of longitude; the nearest is scene',

@@ -91,7 +91,7 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
         ('1785-08-03T13:00', 'noon', 'row 3 (line 4), utc', 'no date'),
         ('1785-08-05', '1785-08-15', 'row 4 (line 5), utc', 'longest_gap_days'),
         ('45.0,-11.0', '45.0,-19.0', 'row 3 (line 4), latitude', 'nautical miles'),
-        ('45.0,-11.0', 'x,-11.0', 'row 3 (line 4), latitude', 'no number'),
+        ('45.0,-11.0', 'x,-11.0', 'row 3 (line 4), latitude', 'not a number'),
         ('45.0,-11.0', '95.0,-11.0', 'row 3 (line 4), latitude', '90'),
         ('180,9.3', '180,61', 'row 3 (line 4), wind_mps', 'hurricane'),
         ('180,9.3', '410,9.3', 'row 3 (line 4), wind_from_deg', '360'),
@@ -119,8 +119,8 @@ def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):
     [
         (HEADER.replace('wind_mps', 'wind_knots') + ROWS, 'wind_mps'),
         (HEADER, 'no rows'),
-        ('a,b\n1,2\n', 'no log-book that is known'),
-        ('', 'no log-book that is known'),
+        ('a,b\n1,2\n', 'is not a known log-book'),
+        ('', 'is not a known log-book'),
     ],
 )
 def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, text, what):

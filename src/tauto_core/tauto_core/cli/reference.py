@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 _HEAD = """# The command line
 
-SCENE is a YAML file or the name of a shipped scene, BAG a rosbag2 folder or an `.mcap` file. Exit
+SCENE is a YAML file or the name of a built-in scene, BAG a rosbag2 folder or an `.mcap` file. Exit
 code 0: success; 2: a bad command line or scene, nothing was started; 1: it failed on the way; 130
 (Ctrl-C) or 143 (SIGTERM): the bag holds what was sailed until then.
 

@@ -1,4 +1,4 @@
-"""`tauto scenes`, `tauto scene …`: what ships, what one would run, one to start from."""
+"""`tauto scenes`, `tauto scene …`: those built in, what one would run, one to start from."""
 
 from __future__ import annotations
 

@@ -289,7 +289,9 @@ class _Cases(StrEnum):
 def compare(
     scenes: Annotated[
         list[str] | None,
-        typer.Argument(metavar='SCENE…', help='Files or shipped names; none: the shipped clocks.'),
+        typer.Argument(
+            metavar='SCENE…', help='Files or built-in names; none: the built-in clocks.'
+        ),
     ] = None,
     ship_of: Annotated[
         str | None,
@@ -318,7 +320,7 @@ def compare(
     """Sail several clocks through the same sea, side by side.
 
     Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
-    the shipped clocks have regulated on land. The column `rated` allows for the rate observed in
+    the built-in clocks have regulated on land. The column `rated` allows for the rate observed in
     port, where the ship lies in the same sea.
     """
     from tauto_core.ensembles import comparison
@@ -438,7 +440,7 @@ def fleet(
         typer.Option(
             metavar='A,B,…',
             help='With --logs: further clocks in the same sea, fixed to the ship; `clocks`: the '
-            'shipped ones.',
+            'built-in ones.',
         ),
     ] = None,
     days: Annotated[

@@ -64,7 +64,7 @@ def unknown_name(what: str, name: str, names: Iterable[str]) -> PydanticCustomEr
     """Return the error of a name that is in no table, with the nearest one."""
     known = list(names)
     near = difflib.get_close_matches(name, known, 1)
-    said = f'is not {what} that is known'
+    said = f'is an unknown {what}'
     said += f'; did you mean {near[0]}?' if near else ''
     return PydanticCustomError('unknown', '{said} (there are {known})', {
         'said': said, 'known': ', '.join(sorted(known))
@@ -75,7 +75,7 @@ def _named(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
     if not isinstance(value, str):
         return numbers(value)
     if value not in MATERIALS:
-        raise unknown_name('a material', value, MATERIALS)
+        raise unknown_name('material', value, MATERIALS)
     return value
 
 

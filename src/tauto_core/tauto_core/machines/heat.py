@@ -64,7 +64,7 @@ def _named(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
     if not isinstance(value, str):
         return numbers(value)
     if value not in OILS:
-        raise unknown_name('an oil', value, OILS)
+        raise unknown_name('oil', value, OILS)
     return value
 
 

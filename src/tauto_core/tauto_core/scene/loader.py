@@ -639,11 +639,11 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
         UsageError: neither a name nor a file.
     """
     if name_or_path == '':
-        raise UsageError('scene: is empty. Give a shipped name or a YAML file')
+        raise UsageError('scene: is empty. Give a built-in name or a YAML file')
     if not isinstance(name_or_path, str | Path):
         kind = type(name_or_path).__name__
         raise UsageError(
-            f'scene: must be a shipped name or a YAML file, and is of type {kind}. Name one'
+            f'scene: must be a built-in name or a YAML file, and is of type {kind}. Name one'
         )
     origin = str(name_or_path)
     shipped = origin in shipped_scenes()
@@ -806,7 +806,7 @@ def _read(file: Path, origin: str) -> str:
     except (FileNotFoundError, NotADirectoryError):
         near = difflib.get_close_matches(origin, shipped_scenes(), 1)
         guess = f'Did you mean {near[0]}? ' if near else ''
-        problem = 'there is no such file or shipped scene'
+        problem = 'there is no such file or built-in scene'
         remedy = f'{guess}Shipped scenes: {", ".join(shipped_scenes())}.'
     except IsADirectoryError:
         problem, remedy = 'is a folder', 'Name the YAML file in it.'

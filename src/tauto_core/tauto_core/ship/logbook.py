@@ -309,7 +309,7 @@ def read_passages(
                 yield from _ours(path, names, rows)
             else:
                 shown = ', '.join(names[:12])[:300] or 'nothing'
-                problem = f'is no log-book that is known; it begins with {shown}'
+                problem = f'is not a known log-book; it begins with {shown}'
                 raise SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
     except (OSError, EOFError, zlib.error) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
@@ -369,7 +369,7 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
                         said = f'must lie within {limit:g} degrees' if limit < 1e9 else ''
                         raise ValueError(said or 'is not a finite number')
                 except ValueError as error:
-                    said = str(error) if str(error)[:2] in ('is', 'mu') else 'is no number'
+                    said = str(error) if str(error)[:2] in ('is', 'mu') else 'is not a number'
                     wrong = wrong or EntryProblem(row, column, cell or ABSENT, said, 'Correct it.')
                     value = 0.0
                 entry.append(value)
