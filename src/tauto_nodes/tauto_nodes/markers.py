@@ -168,7 +168,7 @@ class MarkersNode(GraphNode):
         return found
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Keep the latest attitude and angle."""
+        """Keep the latest attitude and angle; draw when it is due."""
         for topic, messages in payloads.items():
             samples, _ = self.decoded(topic, messages[-1:])
             if isinstance(samples, ImuSamples):
@@ -177,9 +177,10 @@ class MarkersNode(GraphNode):
                 self._stamp_ns = int(samples.stamp_ns[-1])
             elif isinstance(samples, JointSamples):
                 self._angle_rad = float(samples.position[-1, 0])
+        self._draw()
 
     def tick(self) -> None:
-        """Listen while somebody subscribes; draw when it is due."""
+        """Give the fixed transforms once, and listen while somebody subscribes."""
         is_due = self._tree is not None and time.monotonic() - self._born_s > LISTEN_S
         if is_due and not (output := self.outputs[TF_STATIC]).sent:
             output.publisher.publish(self._tree(transforms=self.ours(fixed())))
@@ -201,6 +202,8 @@ class MarkersNode(GraphNode):
             self._listening = []
             self.inputs.clear()
             self._ship = None
+
+    def _draw(self) -> None:
         now_s = time.monotonic()
         if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings.number('rate'):
             return

@@ -55,10 +55,14 @@ from tauto_nodes.ports import (
 P = ParamSpec('P')
 
 TICK_S = 0.01
-"""Interval at which a node works and looks after its ports [s]."""
+"""Interval at which a node of a graph with flow control, or one that paces time, works [s]. Others
+work so long after a message has come, and if they are calm, at the next CALM_S."""
 
 CALM_S = 0.1
-"""The same for a node of readings, of which a second brings one, without flow control [s]."""
+"""Interval at which they look after what else is due [s]."""
+
+LOOK_S = 0.3
+"""Interval at which they look after their ports [s]."""
 
 HELLO_S = 0.05
 """Interval of the reports until all nodes of the graph are ready [s]."""
@@ -89,7 +93,10 @@ class GraphNode(Node):
     """Whether `times` has, in `take`, when each message was received and sent."""
 
     is_calm = False
-    """Whether a tenth of a second matters to nobody who hears the node; credits are in a hurry."""
+    """Whether a tenth of a second matters to nobody who hears the node."""
+
+    paces = False
+    """Whether the node sends by the wall clock."""
 
     def __init__(self, role: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
@@ -111,6 +118,8 @@ class GraphNode(Node):
         self.input_over = False
         self.waiting: list[str] = []
         """What the outputs wait for before anything may be sent."""
+        self._soon: Any = None
+        self._looked_s = 0.0
         self._ended = False
         self._totals_s: float | None = None
         self._reported_s = 0.0
@@ -253,8 +262,12 @@ class GraphNode(Node):
             hear_end = self.guard(lambda message: flow.hear_end(End.from_json(message.data)))
             self.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
             self.create_subscription(String, END_TOPIC, hear_end, END_QOS)
-        every_s = CALM_S if self.is_calm and self.flow is None else TICK_S
+        is_driven = self.flow is None and not self.paces
+        every_s = CALM_S if is_driven else TICK_S
         self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
+        if is_driven and not self.is_calm:
+            self._soon = self.create_timer(TICK_S, self.guard(self._hurry), clock=self.steady)
+            self._soon.cancel()
 
     def _publish_on(self, port: TopicPort) -> None:
         def offers_too_little(info: Any) -> None:
@@ -386,10 +399,16 @@ class GraphNode(Node):
             return
         source.received += len(payloads)
         source.pending += payloads
+        if self._soon is not None and self._soon.is_canceled():
+            self._soon.reset()
         if len(source.pending) >= self._batch and not self.backlogged:
             self._work()
             if self.flow is not None:
                 self._report()
+
+    def _hurry(self) -> None:
+        self._soon.cancel()
+        self._work()
 
     def _work(self) -> None:
         # While its own output waits, a node takes nothing: that is what holds its sources back.
@@ -542,7 +561,10 @@ class GraphNode(Node):
             self.at_end()
 
     def _tick(self) -> None:
-        self.look_at_links()
+        now_s = time.monotonic()
+        if self.flow is not None or self.paces or now_s >= self._looked_s + LOOK_S:
+            self._looked_s = now_s
+            self.look_at_links()
         self.tick()
         # What waits goes out before new work, which a node with a backlog does not take.
         for topic, output in self.outputs.items():

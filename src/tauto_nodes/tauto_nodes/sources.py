@@ -56,6 +56,8 @@ class SourceNode(GraphNode):
     per second; 0 is unpaced.
     """
 
+    paces = True
+
     def __init__(self, role: str, pace: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
         self._pace_name = pace
