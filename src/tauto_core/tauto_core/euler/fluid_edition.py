@@ -510,9 +510,9 @@ EDITION = Edition(
         ),
         (
             'Before it',
-            'Constructio linearum isochronarum in medio quocunque resistente, Acta Eruditorum, '
-            "August 1726, pages 361 to 363, to which §2 refers (Ian Bruce's translation names "
-            'the pages)',
+            'The construction of isochronous curves in media with different forms of resistance, '
+            'Acta Eruditorum, August 1726, pages 361 to 363, to which §2 refers (title and pages '
+            "in Ian Bruce's translation)",
         ),
         (
             'After it',

@@ -860,8 +860,9 @@ EDITION = Edition(
         (
             'Clocks that survive',
             "The Clockmakers' Museum No. 597, at the Science Museum, L2015-3478, dated 1724 "
-            'there; Royal Museums Greenwich ZBA2248, signed c. 1724, No. 8. The sale of the '
-            'latter in 1999 (Antiquorum, 23 October, lot 2) calls it one of only two known',
+            'there; Royal Museums Greenwich ZBA2248, c. 1724, an eight-day movement from '
+            'Versailles. A sale of 1999 (Antiquorum, Geneva, 23 October, lot 2) called its '
+            'clock, an eight-day one from Versailles, one of only two known',
         ),
     ),
     FIGURES,
