@@ -33,6 +33,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     'replay': ('replay', str(BAGS / 'cheek_1min')),
     'scenes': ('scenes',),
     'isochronism': ('isochronism', 'cheek_before_euler', '--amplitudes', '0.2,0.6,1'),
+    'axle': (
+        *('axle', '--depth', '0.3', '--gyration-radius', '0.15', '--push-spin', '0.1'),
+        *('--support', 'concave', '--support-radius', '0.12', '--duration', '0.2'),
+    ),
     'isochronism_fluid': ('isochronism', 'globe_in_oil', '--amplitudes', '0.1,0.2'),
     'design': ('design', '--period', '1', '--inertia', '4e-4', '--pull', '2.9'),
     'hull': ('hull', '--shape', 'deptford'),

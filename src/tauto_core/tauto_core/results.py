@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 from tauto_core.clockwork import SwingTally
-from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
@@ -50,7 +50,7 @@ from tauto_core.wording import figure, least, significant, span, to_sigma, with_
 class Summary:
     """Keeps the last sample of each topic, and the largest error where a figure needs it."""
 
-    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+    def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:
         self._scene, self._built = scene, machine
         self._last: dict[str, JointSamples] = {}
         self._first_reading: tuple[int, int] | None = None
@@ -155,7 +155,7 @@ class Summary:
         return self._error
 
     @cached_property
-    def _machine(self) -> AnyMachine | FluidPendulum:
+    def _machine(self) -> AnyMachine | InPlaceOfWheel:
         return self._built or compile_machine(self._scene)
 
     @property
@@ -172,7 +172,7 @@ class Summary:
         if wheel is None or phase is None:
             return {}
         machine = self._machine
-        in_fluid = isinstance(machine, FluidPendulum)
+        in_fluid = isinstance(machine, InPlaceOfWheel)
         place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
         return {
             'period_s': machine.small_period,

@@ -21,7 +21,7 @@ from tauto_core.checks.cost import accuracy_reached, missed_words
 from tauto_core.checks.readiness import check_known, check_scene, oddities
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
-from tauto_core.machines import AnyMachine, FluidPendulum
+from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
@@ -208,7 +208,7 @@ class Pipeline:
         return counters
 
 
-def pipeline(scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> Pipeline:
+def pipeline(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> Pipeline:
     """Return the stages of a scene: trochlea, drift, longitude; a built machine is used."""
     trochlea = TrochleaStage(scene, machine=machine)
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import cast
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tauto_core.curves import CircularArc, Hole, Involute
 from tauto_core.curves.drawing import cheeks_meet_rad
 from tauto_core.curves.fluid import coordinates
 from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.plots.machine import (
     BRASS_KG_M3,
     LEAD_KG_M3,
@@ -143,6 +145,28 @@ def test_a_body_in_a_fluid_is_drawn_on_its_curve(body: str) -> None:
     assert released.y[:-1].mean() == pytest.approx(up, rel=1e-9)
     # the drawn curve passes there, but for the chord of a hundredth of it
     assert float(np.interp(across, curve.x, curve.y)) == pytest.approx(up, abs=0.1)
+
+
+@pytest.mark.parametrize('support', ['concave', 'plane', 'convex', 'cradle'])
+def test_a_body_on_an_axle_touches_its_support(support: str) -> None:
+    """The support is an arc of its radius that touches the axle below its centre."""
+    flat = support in ('plane', 'cradle')
+    scene = tauto.load('axle_at_sea')
+    changed = {'support': support, **({'support_radius': None} if flat else {})}
+    regulator = cast(AxleRegulator, scene.regulator).model_copy(update=changed)
+    drawn = draw_machine(scene.model_copy(update={'regulator': regulator}))
+    under, body = part(drawn, 'support'), part(drawn, 'body at rest')
+    middle = len(under.x) // 2
+    assert (under.x[middle], under.y[middle]) == pytest.approx((0.0, -20.0), abs=1e-9)
+    if not flat:
+        centre = (0.0, -20.0 + (100.0 if support == 'concave' else -100.0))
+        np.testing.assert_allclose(radii(under, centre), 100.0, rtol=1e-9)
+    else:
+        np.testing.assert_allclose(under.y, -20.0)
+    np.testing.assert_allclose(radii(body, (0.0, -950.0)), 200.0, rtol=1e-9)
+    # rolled to the tilt of 0.1 rad, the axle's centre has gone 2 mm to the other side
+    start = part(drawn, 'at the start')
+    assert np.mean(start.x[:-1]) == pytest.approx(950.0 * math.sin(0.1) - 2.0, abs=0.05)
 
 
 @pytest.mark.parametrize('given', ['descent', 'ascent'])

@@ -30,6 +30,7 @@ REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
 
 def test_the_scenes_that_ship() -> None:
     assert shipped_scenes() == [
+        'axle_at_sea',
         'buoy_44004_supply',
         'cheek_before_euler',
         'clock_cheek_weight',

@@ -18,7 +18,9 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
+    AxleClock,
     FluidPendulum,
+    InPlaceOfWheel,
     Machine,
     SlackThreadError,
     compile_machine,
@@ -527,6 +529,7 @@ START_S = {
     'harmonic': 0.58,
     'action_angle': 0.58,
     'half_swings': 0.6,
+    'axle': 0.6,
     'forced_harmonic': 0.63,
     'collocation': 0.7,
 }
@@ -536,6 +539,10 @@ SUSPENDED_NS_A_SAMPLE, WIDE_NS_A_SAMPLE = 185.0, 525.0
 """For a case at small angles and at any, with the shorter steps of the wheel in it."""
 NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
 NS_A_NEWTON_STEP = 6900.0
+NS_A_STEP_OF_AXLE, AXLE_PHASE_A_STEP = 2e6, 1.0
+"""Of a body on an axle, whose steps are not compiled; and the phase of a step [rad]."""
+AXLE_ERROR = 1e-12
+"""Error of the phase of such steps, over the time."""
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
 NS_A_STEP_WITH_CASE = 1250.0
 HEAT_FACTOR = 1.4
@@ -619,7 +626,7 @@ class Forecast:
 
 def forecast(
     scene: Scene,
-    machine: AnyMachine | FluidPendulum,
+    machine: AnyMachine | InPlaceOfWheel,
     motion: ShipMotion,
     progress: Callable[[float], None] | None = None,
     trial_s: float = TRIAL_RUN_S,
@@ -629,8 +636,11 @@ def forecast(
     `progress` is called with the share done of the trials, from 0 to 1. These take about
     `trial_s` of processor time, and as much for growth [s].
     """
+    if isinstance(machine, AxleClock):
+        return _forecast_on_axle(scene, machine, motion)
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine, motion)
+    assert not isinstance(machine, InPlaceOfWheel)
     still, swing_s = scene.lies_still, _swing_s(machine)
     name, steps = _propagation(scene, machine, swing_s)
     nominal_s = nominal_period_s(scene, machine)
@@ -696,7 +706,7 @@ JUDGED_IN_S = 0.2
 
 
 def accuracy_reached(
-    scene: Scene, machine: AnyMachine | FluidPendulum, motion: ShipMotion
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel, motion: ShipMotion
 ) -> dict[str, Any]:
     """Return what a scene with `solver.accuracy` asks for, and what its run keeps [s/day].
 
@@ -759,6 +769,25 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
     )
 
 
+def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> Forecast:
+    """Return cost and error; at sea, or where the axle slips, no bound is known."""
+    step_s = AXLE_PHASE_A_STEP / machine.fastest
+    run_s = _run_s(scene, 'axle', motion, 0.0, None)
+    rounding = _rounding_s(scene.duration, step_s, machine.small_period)
+    lost = scene.duration * AXLE_ERROR
+    known = scene.lies_still and machine.contact != 'coulomb'
+    return Forecast(
+        run_s=run_s + scene.duration / step_s * NS_A_STEP_OF_AXLE / NS_PER_S,
+        steps_a_swing=None,
+        error_s=_stated(lost + rounding) if known else None,
+        sampling_error_s=None,
+        steps_error_s=lost if known else None,
+        rounding_error_s=rounding,
+        tried_s=None,
+        shortest_wave_s=None if scene.lies_still else _shortest_wave_s(scene),
+    )
+
+
 def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
     """Return half a unit of the fraction, and the sum of random rounding errors of each step."""
     walk = math.sqrt(duration_s / step_s) / math.tau
@@ -775,8 +804,8 @@ def _shortest_wave_s(scene: Scene) -> float | None:
 def work_s(scene: Scene) -> float:
     """Return the expected processor time of a voyage, less the start of its process [s]."""
     machine, motion = compile_machine(scene), ShipMotion(scene)
-    if isinstance(machine, FluidPendulum):
-        return _forecast_in_fluid(scene, machine, motion).run_s - START_S['half_swings']
+    if isinstance(machine, InPlaceOfWheel):
+        return forecast(scene, machine, motion).run_s - START_S[machine.propagator]
     swing_s = _swing_s(machine)
     name, steps = _propagation(scene, machine, swing_s)
     return _run_s(scene, name, motion, scene.duration / swing_s, steps) - START_S[name]
@@ -813,7 +842,7 @@ def _steps(
     return _Steps(swing_s / step_s, 2 * (int(kinked) + int(scene.escapement is not None)))
 
 
-def tolerance(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
+def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     stated = None if scene.solver is None else scene.solver.tolerance
     asked = asked_tolerance(machine, accuracy=scene.accuracy, tolerance=stated)

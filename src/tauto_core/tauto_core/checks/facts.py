@@ -23,8 +23,10 @@ from tauto_core.checks.readiness import check_scene, oddities
 from tauto_core.clockwork.dial import at_departure, nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
+    AxleClock,
     FluidPendulum,
     HangingMachine,
+    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
@@ -32,6 +34,8 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import answers
+from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.navigation.regressors import SHAKEN_BY
@@ -86,7 +90,7 @@ class Following:
 
 
 def lengths_between(
-    scene: Scene, machine: AnyMachine | FluidPendulum
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel
 ) -> tuple[float, float | None] | None:
     """Return g/ω² and g/Ω² [m], between which an ideal vertical thread is a fair model.
 
@@ -176,14 +180,10 @@ def _share(waves: Waves, value: FloatArray) -> float | None:
 # The choice of a scene's propagator, and the terms that it leaves out, in words.
 
 
-def reason(scene: Scene, machine: AnyMachine | FluidPendulum, propagator: str) -> str:
+def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) -> str:
     """Return why a propagator, given by its name, was chosen."""
-    if isinstance(machine, FluidPendulum):
-        how = 'in closed form' if machine.is_euler else 'by quadrature'
-        return (
-            'the fluid takes a known part of the arc from each half swing: one after the other, '
-            f'any instant in them {how}'
-        )
+    if isinstance(machine, InPlaceOfWheel):
+        return machine.why_so
     still = scene.lies_still
     if not isinstance(machine, Machine):
         return _of_real_thread(machine, propagator, still=still)
@@ -268,7 +268,7 @@ def _and(names: list[str]) -> str:
     return ' and '.join(names)
 
 
-def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
     """Return the suspension of the case and its modes, None if it is fixed to the ship.
 
     The kind, the lengths [m] of the simple pendulums that keep time with its modes (b and b′ of an
@@ -276,7 +276,7 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
     of the motion that the clock feels [s], and the departure from the apparent vertical, both in
     rad and over the tilt of the apparent vertical (`Following`).
     """
-    if scene.suspension is None or isinstance(machine, FluidPendulum):
+    if scene.suspension is None or isinstance(machine, InPlaceOfWheel):
         return None
     from tauto_core.ship.buffer import felt_step_ns
 
@@ -298,7 +298,7 @@ def hangs(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] |
     }
 
 
-def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
     """Return how good a model an ideal vertical thread is; None if no thread hangs freely.
 
     Length [m], own period [s] and departure from the apparent vertical of a thread that swings,
@@ -318,12 +318,12 @@ def thread(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] 
     }
 
 
-def resonances(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     """Return warnings about a thread or a case in resonance with the wheel or the waves.
 
     Also about a case whose pivots take the wheel's swing.
     """
-    if isinstance(machine, FluidPendulum):
+    if isinstance(machine, InPlaceOfWheel):
         return []
 
     found = {'suspension': case_following(scene, machine)}
@@ -448,15 +448,24 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     }
 
 
-def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any]:
+def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]:
     """Return curve, range and release of the regulator; a range is None if there is no limit."""
+    if isinstance(machine, AxleClock):
+        regulator = cast(AxleRegulator, scene.regulator)
+        return {
+            'support': regulator.support,
+            'contact': machine.contact,
+            'lengths_m': list(machine.lengths),
+            'release_tilt_rad': machine.tilt,
+        }
     if isinstance(machine, FluidPendulum):
         ends = machine.curve.ascent_cusp, machine.curve.descent_cusp
         return {
-            'curve': None if scene.regulator is None else scene.regulator.curve,
+            'curve': cast(FluidTautochroneRegulator, scene.regulator).curve,
             'curve_range_m': [None if math.isinf(end) else end for end in ends],
             'release_arc_m': machine.release_arc,
         }
+    assert not isinstance(machine, InPlaceOfWheel)
     edge = machine.range_rad
     return {
         'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
@@ -465,7 +474,7 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[
     }
 
 
-def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str, Any] | None:
+def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
     """Return the swing in which the clock settles on land; None if there is no such swing.
 
     Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day], time
@@ -488,13 +497,13 @@ def _steady_swing(scene: Scene, machine: AnyMachine | FluidPendulum) -> dict[str
     }
 
 
-def _wandering(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[str]:
+def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     """Return a warning where the sea makes the rate wander by more than the navigator expects.
 
     Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds. One
     of a hung case takes ten, so that its warning says no figure.
     """
-    if scene.lies_still or isinstance(machine, FluidPendulum):
+    if scene.lies_still or isinstance(machine, InPlaceOfWheel):
         return []
     if not isinstance(machine, HangingMachine):
         expects = scene.drift.white_fm or scene.drift.random_walk_fm

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine, LeverMachine, Machine
+from tauto_core.machines import AnyMachine, HangingMachine, InPlaceOfWheel, LeverMachine, Machine
+from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.machines.heat import NO_HEAT
+from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.gravity import normal_gravity
@@ -47,6 +49,8 @@ TABLE = tuple(
     for row in (
         ('added mass', 'The body moves no fluid along.', None, 'regulator.added_mass'),
         ('viscosity of the fluid', 'The fluid resists by the square of the speed alone.'),
+        ('friction of the support', 'The axle slides freely.', None, 'regulator.contact'),
+        ('resistance of the air', 'Nothing damps a body on its axle but its contact.'),
         ('drag', 'Nothing slows the wheel, neither oil nor air.', None, 'drag'),
         ('viscous drag', 'No oil slows the wheel.', None, 'drag.viscous'),
         ('quadratic drag', 'No air slows the wheel.', None, 'drag.quadratic'),
@@ -100,7 +104,7 @@ TABLE = tuple(
 """All that a scene may leave out, from the wheel outwards; `left_out` selects."""
 
 
-def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[LeftOut]:
+def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut]:
     """Return what a scene leaves out, in the order of `TABLE`: only what is true for it."""
     ship, hung, escapement, voyage = scene.ship, scene.suspension, scene.escapement, scene.voyage
     moves, feels, drag = not ship.lies_still, machine.feels_gravity, scene.drag or Drag()
@@ -109,15 +113,19 @@ def left_out(scene: Scene, machine: AnyMachine | FluidPendulum) -> list[LeftOut]
     cork = sea is not None and sea.heave and not hull and sea.rao is None
     known = (*ship.motions, *(('surge', 'sway') if cork else ()))
     missing = [each for each in MOTIONS if each not in known]
+    body = scene.regulator
+    in_fluid = body if isinstance(body, FluidTautochroneRegulator) else None
     wheel, plain = scene.trochlea is not None, isinstance(machine, Machine)
-    heat = NO_HEAT if isinstance(machine, FluidPendulum) else machine.heat
+    heat = NO_HEAT if isinstance(machine, InPlaceOfWheel) else machine.heat
     thread, pull = None, None
     if scene.trochlea is not None:
         thread, pull = scene.trochlea.thread, scene.trochlea.power.pull
     hot = scene.air is not None and heat.feels_temperature
     true = {
-        'added mass': scene.regulator is not None and not scene.regulator.added_mass,
-        'viscosity of the fluid': not wheel,
+        'added mass': in_fluid is not None and not in_fluid.added_mass,
+        'viscosity of the fluid': in_fluid is not None,
+        'friction of the support': isinstance(body, AxleRegulator) and body.contact == 'smooth',
+        'resistance of the air': isinstance(body, AxleRegulator),
         'drag': wheel and drag.is_zero,
         'viscous drag': not (drag.is_zero or drag.viscous),
         'quadratic drag': not (drag.is_zero or drag.quadratic),

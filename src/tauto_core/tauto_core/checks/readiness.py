@@ -16,6 +16,7 @@ from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
     HangingMachine,
+    InPlaceOfWheel,
     LeverMachine,
     Machine,
     QuadratureError,
@@ -98,6 +99,9 @@ _SIZES = {
         ('regulator.body_density', 100.0, 23_000.0, 'kg/m3', (('g/cm3', 1e3),)),
         ('regulator.fluid_density', 0.1, 14_000.0, 'kg/m3', (('g/cm3', 1e3),)),
         ('regulator.pendulum_length', 1e-3, 100.0, 'm', _LENGTH),
+        ('regulator.axle_radius', 1e-5, 5.0, 'm', _LENGTH),
+        ('regulator.depth', 1e-4, 100.0, 'm', _LENGTH),
+        ('regulator.gyration_radius', 1e-4, 50.0, 'm', _LENGTH),
         ('regulator.release_arc', 0.0, 100.0, 'm', _LENGTH),
         ('escapement.energy', 1e-11, 0.1, 'J', (('millijoules', 1e-3), ('microjoules', 1e-6))),
         ('escapement.angle', 0.0, math.pi, 'rad', _ANGLE),
@@ -223,7 +227,7 @@ STRONGEST_DRAG = 1e4
 class Built(NamedTuple):
     """Machine and ship's motion of a scene, built once for its checks and for its run."""
 
-    machine: AnyMachine | FluidPendulum
+    machine: AnyMachine | InPlaceOfWheel
     motion: ShipMotion
 
 
@@ -239,8 +243,9 @@ def check_scene(scene: Scene) -> Built:
         Passage(scene, scene.voyage)
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
-    if isinstance(machine, FluidPendulum):
-        _check_swing(scene, machine)
+    if isinstance(machine, InPlaceOfWheel):
+        if isinstance(machine, FluidPendulum):
+            _check_swing(scene, machine)
         return Built(machine, ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
     _check_drag(scene, machine)
@@ -273,7 +278,7 @@ def _overdamped(scene: Scene) -> list[Problem]:
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
-    if isinstance(machine, FluidPendulum):  # its fluid alone resists
+    if isinstance(machine, InPlaceOfWheel):  # its fluid alone resists
         return []
     critical = 2.0 * machine.inertia * machine.frequency
     if scene.drag.viscous <= critical:

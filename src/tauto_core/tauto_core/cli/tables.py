@@ -259,6 +259,24 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     return Group(table, weather_table(facts['weather'])) if 'weather' in facts else table
 
 
+def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the regulator: its curve, its support or its cam, and where it is released."""
+    if 'curve' in facts:
+        start, end = facts['curve_range_m']
+        begins = 'no end' if start is None else f'{printed(start, ".4g")} m'
+        yield 'curve', f'{facts["curve"]}, {begins} to {end:.4g} m of arc'
+        yield 'released at', f'{printed(facts["release_arc_m"], "g")} m of arc'
+    elif 'support' in facts:
+        lengths = ' and '.join(f'{length:.4g} m' for length in facts['lengths_m'])
+        yield 'support', f'{facts["support"]}, {facts["contact"]}; small swings as of {lengths}'
+        yield 'released at', f'{printed(facts["release_tilt_rad"], "g")} rad in the ship'
+    else:
+        edge = facts['cam_range_rad']
+        reach = 'at any angle' if edge is None else f'±{edge:.4g} rad'
+        yield 'cam', f'{facts["cam"]}, {reach}'
+        yield 'released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'
+
+
 def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what sails: the ship, her sea and her way, and the clock."""
     yield 'duration', span(facts['duration_s'])
@@ -306,16 +324,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield 'log', f'{logged:,} samples, one every {interval:g} s, {kept} the motion'
     yield 'period of small swings', f'{facts["small_period_s"]:.9f} s'
     yield 'nominal period', f'{facts["nominal_period_s"]:.9f} s'
-    if 'curve' in facts:
-        start, end = facts['curve_range_m']
-        begins = 'no end' if start is None else f'{printed(start, ".4g")} m'
-        yield 'curve', f'{facts["curve"]}, {begins} to {end:.4g} m of arc'
-        yield 'released at', f'{printed(facts["release_arc_m"], "g")} m of arc'
-    else:
-        edge = facts['cam_range_rad']
-        reach = 'at any angle' if edge is None else f'±{edge:.4g} rad'
-        yield 'cam', f'{facts["cam"]}, {reach}'
-        yield 'released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'
+    yield from _regulator_rows(facts)
     if swing := facts['steady_swing']:
         yield 'steady swing, on land', _swing_words(swing)
     for name, found in facts.get('covariates', {}).items():
@@ -382,6 +391,10 @@ def _departs(hung: dict[str, Any]) -> str:
     )
 
 
+_UNTRIED = {'axle': 'a body on an axle is not tried at finer steps of the ship'}
+"""Why the error of propagators is not known, where they are never tried."""
+
+
 def _error_lines(facts: dict[str, Any]) -> list[str]:
     """Return the bound of the simulation's error and its parts, one line each."""
     expected = facts['expected']
@@ -399,7 +412,8 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
     elif expected['was_cut']:
         lines = ['not known: the trial runs cost too much']
     else:
-        lines = ['not known: the step of ship.rate has no divisor to try a finer one']
+        finer = 'the step of ship.rate has no divisor to try a finer one'
+        lines = [f'not known: {_UNTRIED.get(facts["propagator"], finer)}']
     if expected['was_cut']:
         lines.append(
             f'trial runs were cut after {expected["longest_trial_s"]:g} s of processor time; '

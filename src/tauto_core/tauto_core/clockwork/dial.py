@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tauto_core.machines import AnyMachine, FluidPendulum
+from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S
@@ -37,14 +37,16 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
     )
 
 
-def at_departure(scene: Scene, machine: AnyMachine | FluidPendulum) -> AnyMachine | FluidPendulum:
+def at_departure(
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel
+) -> AnyMachine | InPlaceOfWheel:
     """Return the machine at the temperature of the clock at the start of the scene."""
-    if scene.air is None or isinstance(machine, FluidPendulum):
+    if scene.air is None or isinstance(machine, InPlaceOfWheel):
         return machine
     return machine.at_celsius(float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
 
 
-def nominal_period_s(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
+def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the time by which the dial advances in a full swing [s].
 
     Where the scene does not state it the dial is regulated for small swings of the machine in the

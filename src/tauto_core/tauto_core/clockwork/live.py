@@ -24,7 +24,7 @@ from tauto_core.clockwork.trochlea import (
     WHEEL_FRAME,
     TrochleaStage,
 )
-from tauto_core.machines import FluidPendulum, compile_machine
+from tauto_core.machines import InPlaceOfWheel, compile_machine
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
@@ -105,8 +105,8 @@ class Limits:
         machine = compile_machine(scene)
         self._frequency = math.tau / machine.small_period
         self._moves = not scene.lies_still
-        if isinstance(machine, FluidPendulum):
-            self._release, self._moves = abs(machine.release_arc), False
+        if isinstance(machine, InPlaceOfWheel):
+            self._release, self._moves = machine.largest_start, machine.follows_apparent_vertical
         else:
             self._release = max(1.0, abs(machine.release_angle))
         self.begin()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 
 from tauto_core.clockwork.dial import DIAL, DialNoise, dial_ns, nominal_period_s
-from tauto_core.machines import AnyMachine, FluidPendulum, compile_machine
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, compile_machine
 from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.machines.heat import Heat
 from tauto_core.motion import Forcing, Motion, asked_tolerance, make_propagator, steps_in
@@ -147,13 +147,13 @@ class TrochleaStage:
         self,
         scene: Scene,
         anchor: Literal['scene', 'first'] = 'scene',
-        machine: AnyMachine | FluidPendulum | None = None,
+        machine: AnyMachine | InPlaceOfWheel | None = None,
     ) -> None:
         self._scene = scene
         self._anchor = anchor
         self._still = scene.lies_still
         self._machine = compile_machine(scene) if machine is None else machine
-        heat = None if isinstance(self._machine, FluidPendulum) else self._machine.heat
+        heat = None if isinstance(self._machine, InPlaceOfWheel) else self._machine.heat
         self._warmth = Warmth(heat, scene.log_interval_ns) if heat and heat.acts else None
         tolerance = asked_tolerance(
             self._machine,
@@ -314,7 +314,7 @@ class TrochleaStage:
             JOINT_STATES: JointSamples(
                 stamps,
                 WHEEL_FRAME,
-                BODY_NAMES if isinstance(self._machine, FluidPendulum) else WHEEL_NAMES,
+                BODY_NAMES if isinstance(self._machine, InPlaceOfWheel) else WHEEL_NAMES,
                 column('angle')[:, None],
                 column('rate')[:, None],
                 column('torque')[:, None],
@@ -395,7 +395,7 @@ class SwingTally:
         machine: the regulator of the scene, if it has been built already.
     """
 
-    def __init__(self, scene: Scene, machine: AnyMachine | FluidPendulum | None = None) -> None:
+    def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:
         self._scene, self._built = scene, machine
         self._angle, self._rate = np.empty(0), np.empty(0)
         self._first_ns: int | None = None
@@ -451,7 +451,7 @@ class SwingTally:
     @cached_property
     def _machine(self) -> AnyMachine | None:
         machine = self._built or compile_machine(self._scene)
-        return None if isinstance(machine, FluidPendulum) else machine
+        return None if isinstance(machine, InPlaceOfWheel) else machine
 
     @cached_property
     def _needed(self) -> float:

@@ -26,8 +26,8 @@ from tauto_core.ensembles.workers import Crew, run_each
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
     AnyMachine,
-    FluidPendulum,
     HangingMachine,
+    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
@@ -288,10 +288,10 @@ def account(
             check_known(scene)
         built, motion = check_scene(scene)
         machine = at_departure(scene, built)
-        if isinstance(machine, FluidPendulum):
+        if isinstance(machine, InPlaceOfWheel):
             raise UsageError(
-                f'{scene.name}: a body in a fluid does not go to sea, and its rate has no causes '
-                'to be told apart. Use a scene with a trochlea'
+                f'{scene.name}: a body in a fluid or on an axle has no drag, escapement or heat '
+                'whose shares could be told apart. Use a scene with a trochlea'
             )
         swing = _steady(scene.name, machine)
     nominal_s = nominal_period_s(scene, built)

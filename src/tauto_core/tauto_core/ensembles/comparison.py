@@ -440,7 +440,7 @@ def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
         release = scene.trochlea.release_angle
     else:
         assert scene.regulator is not None
-        release = scene.regulator.release_arc
+        release = scene.regulator.released_at
     return Row(
         clock=scene.name,
         scene=entry.origin,

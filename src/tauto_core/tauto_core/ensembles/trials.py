@@ -26,7 +26,7 @@ from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.comparison import CLOCKS, on_passage_of
 from tauto_core.ensembles.fleets import FIGURES, Store, gathered
 from tauto_core.ensembles.workers import Crew, versions
-from tauto_core.machines import AnyMachine, FluidPendulum, LeverMachine, Machine
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
@@ -534,13 +534,13 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
 
 
-def regulated_s(scene: Scene, machine: AnyMachine | FluidPendulum) -> float:
+def regulated_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the `clock.nominal_period` of a dial that is right at the start [s].
 
     It is regulated at the steady swing, where there is one, in the gravity of the start and at the
     mean temperature of the first day.
     """
-    if scene.air is not None and not isinstance(machine, FluidPendulum):
+    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
         first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
         machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
     if isinstance(machine, Machine | LeverMachine):

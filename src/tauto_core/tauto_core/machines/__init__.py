@@ -17,19 +17,22 @@ from tauto_core.machines.compiling import (
     isochronism,
     rate_s_per_day,
 )
-from tauto_core.machines.parts import Regulator
+from tauto_core.machines.parts import InPlaceOfWheel, Regulator
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 if TYPE_CHECKING:
+    from tauto_core.machines.axle_clock import AxleClock
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 
 __all__ = [
     'AnyMachine',
+    'AxleClock',
     'FluidPendulum',
     'HangingMachine',
+    'InPlaceOfWheel',
     'Isochronism',
     'LeverMachine',
     'Machine',
@@ -51,6 +54,7 @@ __all__ = [
 __getattr__ = loaded_from(
     __name__,
     {
+        'AxleClock': 'axle_clock',
         'FluidPendulum': 'fluid_pendulum',
         'descent_isochronism': 'fluid_pendulum',
     },

@@ -350,6 +350,26 @@ STILL = SupportMotion()
 
 
 @dataclass(frozen=True)
+class AxleContact:
+    """How the axle touches its support.
+
+    Attributes:
+        radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0; without friction it only
+            matters through the curvature of the path.
+        rolls: whether the axle rolls without slipping; friction is then what that takes.
+        friction: force along the support over the contact force, signed, where it slides: it
+            pushes the body towards +s where it is positive.
+    """
+
+    radius: float = 0.0
+    rolls: bool = False
+    friction: float = 0.0
+
+
+SMOOTH = AxleContact()
+
+
+@dataclass(frozen=True)
 class AxleForces:
     """Contact force and accelerations of the body at an instant, arrays.
 
@@ -357,21 +377,32 @@ class AxleForces:
         contact: N/M, contact force over mass [m/s2]; where it is 0 or negative the axle lifts off.
         arc_acceleration: d²s/dt² in the support's frame [m/s2].
         tilt_acceleration: d²φ/dt² [rad/s2].
+        along: F/M, force along the support on the body, over the mass [m/s2]; 0 without friction.
     """
 
     contact: FloatArray
     arc_acceleration: FloatArray
     tilt_acceleration: FloatArray
+    along: FloatArray
 
 
-def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL) -> AxleForces:
+def forces(
+    body: AxlePendulum,
+    state: AxleState,
+    support: SupportMotion = STILL,
+    touch: AxleContact = SMOOTH,
+) -> AxleForces:
     """Return contact force and accelerations at any angles (§8–10; theory C, moving support).
 
-    With δ = φ − θ, and A, A⊥ the components along the normal and across it of the acceleration of
-    that point of the support's frame where C is,
+    With δ = φ − θ, D = b₀ − c cos δ, and A, A⊥ the components along the normal and across it of
+    the acceleration of that point of the support's frame where C is,
 
-        N/M = (g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
-        φ̈ = −(N/M) c sin δ/k²,    s̈ = −g sin θ − A⊥ − c φ̈ cos δ + c φ̇² sin δ.
+        N/M = P + c φ̈ sin δ,   P = g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ,
+        k² φ̈ = −(N/M) c sin δ + (F/M) D,
+        s̈ = −g sin θ − A⊥ + F/M − c φ̈ cos δ + c φ̇² sin δ.
+
+    F = 0 without friction, F = fN where the axle slides, and where it rolls F follows from
+    s̈ = −b₀(φ̈ − ρ̈).
     """
     s, phi, s1, phi1 = (
         np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
@@ -392,10 +423,25 @@ def forces(body: AxlePendulum, state: AxleState, support: SupportMotion = STILL)
     sine, cosine = np.sin(phi - theta), np.cos(phi - theta)
     pressed = g * np.cos(theta) - along + 2.0 * turning * s1 + body.curvature * s1 * s1
     across = per_k * sine
-    contact = (pressed + c * cosine * phi1 * phi1) / (1.0 + across * across)
-    bend = -contact * sine * per_k / body.gyration_radius
-    pull = g * np.sin(theta) + aside
-    return AxleForces(contact, c * (sine * phi1 * phi1 - cosine * bend) - pull, bend)
+    pressing, pull = pressed + c * cosine * phi1 * phi1, g * np.sin(theta) + aside
+    if touch.rolls:
+        lever = touch.radius - c * cosine
+        spun = c * sine * phi1 * phi1 - pull
+        inertia = body.gyration_radius**2 + (c * sine) ** 2 + lever * lever
+        bend = (lever * (touch.radius * faster - spun) - c * sine * pressing) / inertia
+        slip = -touch.radius * (bend - faster)
+        return AxleForces(pressing + c * sine * bend, slip, bend, slip - spun + c * cosine * bend)
+    if touch.friction == 0.0:
+        contact = pressing / (1.0 + across * across)
+        bend = -contact * sine * per_k / body.gyration_radius
+        rubbed = np.zeros_like(contact)
+    else:
+        lever = touch.friction * (touch.radius - c * cosine) / body.gyration_radius
+        contact = pressing / (1.0 + across * (across - lever))
+        bend = contact * (lever - across) / body.gyration_radius
+        rubbed = touch.friction * contact
+    slides = c * (sine * phi1 * phi1 - cosine * bend) - pull + rubbed
+    return AxleForces(contact, slides, bend, rubbed)
 
 
 def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
@@ -432,3 +478,45 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
 
     whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
     return 4.0 * float(whole[0]) / math.sqrt(body.gravity * c)
+
+
+def rolling_length(body: AxlePendulum, radius: float) -> float:
+    """Return the length of the simple pendulum of small swings of an axle that rolls [m].
+
+    (k² + (c − b₀)²)/(c + b₀²/e): with b₀ = 0 that of the same body on a knife-edge. Negative
+    where it falls; infinite where it rests at any tilt.
+    """
+    inertia = body.gyration_radius**2 + (body.depth - radius) ** 2
+    return _over(inertia, body.depth + body.curvature * radius * radius)
+
+
+def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float:
+    """Return the period of swings of any size of an axle that rolls, T = 4 ∫ dφ/φ̇ [s].
+
+    It turns about its contact: (k² + b₀² + c² − 2b₀c cos δ) φ̇² = 2(V(A) − V(φ)), δ = φ(1 + b₀/e),
+    V = ge(1 − cos(b₀φ/e)) + gc(1 − cos φ). With φ = A sin u the integrand is smooth.
+    UnsteadyAxleError: an amplitude that is not within 0 < A < π, or from which it does not swing.
+    """
+    b, c, k, bent = radius, body.depth, body.gyration_radius, body.curvature * radius
+
+    def fallen(u: FloatArray) -> FloatArray:
+        """Return (V(A) − V(φ))/(g (A − φ))."""
+        middle, half = 0.5 * amplitude * (1.0 + np.sin(u)), 0.5 * amplitude * (1.0 - np.sin(u))
+        hung = c * np.sin(middle) * np.sinc(half / np.pi)
+        return hung + b * np.sin(bent * middle) * np.sinc(bent * half / np.pi)
+
+    places = np.linspace(0.0, 0.5 * math.pi, 200)
+    if not (0.0 < amplitude < math.pi and np.all(fallen(places) > 0.0)):
+        raise UnsteadyAxleError(
+            f'amplitude = {amplitude!r} rad: must be above 0 and less than π, and the body must '
+            'swing back from there; give a smaller one, or hang the centre of gravity deeper'
+        )
+
+    def integrand(u: FloatArray) -> FloatArray:
+        cosine = np.cos((1.0 + bent) * amplitude * np.sin(u))
+        mass = k * k + b * b + c * c - 2.0 * b * c * cosine
+        # A cos u over the root of A − φ = A cos²u/(1 + sin u)
+        return np.sqrt(0.5 * mass * amplitude * (1.0 + np.sin(u)) / fallen(u))
+
+    whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
+    return 4.0 * float(whole[0]) / math.sqrt(body.gravity)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError
-from tauto_core.machines.parts import DragKind, EscapementKind, Regulator
+from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.parts import DragKind, EscapementKind, InPlaceOfWheel, Regulator
 from tauto_core.machines.sections import (
     FluidTautochroneRegulator,
     Trochlea,
-    compile_fluid_pendulum,
 )
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
@@ -25,7 +25,7 @@ from tauto_core.scene.times import DAY_S
 from tauto_core.wording import printed
 
 if TYPE_CHECKING:
-    from tauto_core.machines.fluid_pendulum import DescentIsochronism, FluidPendulum
+    from tauto_core.machines.fluid_pendulum import DescentIsochronism
 
 
 # -----------------------------------------------------------------------------
@@ -146,7 +146,7 @@ class SceneParts(Protocol):
         """The wheel with its cam, thread and power."""
 
     @property
-    def regulator(self) -> FluidTautochroneRegulator | None:
+    def regulator(self) -> AxleRegulator | FluidTautochroneRegulator | None:
         """The oscillator in place of a trochlea."""
 
     @property
@@ -170,13 +170,13 @@ class SceneParts(Protocol):
         """Whether the ship does not move."""
 
 
-def compile_machine(scene: SceneParts) -> AnyMachine | FluidPendulum:
-    """Return the regulator of a scene as numbers: its trochlea, or the body in its fluid.
+def compile_machine(scene: SceneParts) -> AnyMachine | InPlaceOfWheel:
+    """Return the regulator of a scene as numbers: its trochlea, or what stands in its place.
 
     SceneError: a machine that cannot be built, or a release beyond its range.
     """
     if scene.regulator is not None:
-        return compile_fluid_pendulum(scene.name, scene.g, scene.regulator)
+        return scene.regulator.machine(scene.name, scene.g)
     return compile_trochlea(scene)
 
 
@@ -220,9 +220,12 @@ def free_swings(
     """
     if scene.regulator is None:
         return isochronism(compile_trochlea(scene), amplitudes, nominal_period_s)
+    if isinstance(scene.regulator, AxleRegulator):
+        clock = scene.regulator.machine(scene.name, scene.g)
+        return clock.isochronism(list(amplitudes), nominal_period_s)
     from tauto_core.machines.fluid_pendulum import descent_isochronism
 
-    pendulum = compile_fluid_pendulum(scene.name, scene.g, scene.regulator)
+    pendulum = scene.regulator.machine(scene.name, scene.g)
     return descent_isochronism(pendulum, amplitudes, nominal_period_s)
 
 

@@ -37,6 +37,7 @@ from tauto_core.curves.numerics import (
 )
 from tauto_core.machines.compiling import AmplitudeTable, checked_amplitudes, rate_s_per_day
 from tauto_core.machines.half_swings import BothWays
+from tauto_core.machines.parts import InPlaceOfWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
@@ -542,7 +543,7 @@ class DescentIsochronism(AmplitudeTable):
 
 
 @dataclass(frozen=True)
-class FluidPendulum:
+class FluidPendulum(InPlaceOfWheel):
     """A body on a curve in a fluid, as numbers.
 
     Attributes:
@@ -559,11 +560,7 @@ class FluidPendulum:
     release_arc: float
     friction: float = 0.0
 
-    # attributes that the clockwork asks of every machine; the fluid does not move
-    follows_apparent_vertical = False
-    feels_gravity = False
-    drag = None
-    escapement = None
+    propagator = 'half_swings'
 
     @property
     def frequency(self) -> float:
@@ -571,9 +568,18 @@ class FluidPendulum:
         return math.sqrt(self.gravity / self.curve.pendulum_length)
 
     @property
-    def small_period(self) -> float:
-        """Period of small swings, 2π/ω [s]."""
-        return math.tau / self.frequency
+    def why_so(self) -> str:
+        """Why it is moved half swing by half swing."""
+        how = 'in closed form' if self.is_euler else 'by quadrature'
+        return (
+            'the fluid takes a known part of the arc from each half swing: one after the other, '
+            f'any instant in them {how}'
+        )
+
+    @property
+    def largest_start(self) -> float:
+        """Arc of the release from A [m]."""
+        return abs(self.release_arc)
 
     @property
     def is_euler(self) -> bool:

@@ -17,6 +17,41 @@ from tauto_core.scene.errors import Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
 
 # -----------------------------------------------------------------------------
+# What regulators that stand in place of a wheel share.
+
+
+class InPlaceOfWheel:
+    """A regulator without a trochlea: nothing drives it, and heat does not change it."""
+
+    drag: ClassVar[None] = None
+    escapement: ClassVar[None] = None
+    propagator: ClassVar[str]
+    """Name of what moves it."""
+    follows_apparent_vertical: ClassVar[bool] = False
+    feels_gravity: ClassVar[bool] = False
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency of small swings [rad/s]."""
+        raise NotImplementedError
+
+    @property
+    def why_so(self) -> str:
+        """Why it is moved so, as a clause."""
+        raise NotImplementedError
+
+    @property
+    def largest_start(self) -> float:
+        """Amplitude with which it starts, in the unit of its place."""
+        raise NotImplementedError
+
+    @property
+    def small_period(self) -> float:
+        """Period of small swings [s]."""
+        return math.tau / self.frequency
+
+
+# -----------------------------------------------------------------------------
 # What all kinds of drag share: torques on the wheel against its motion in the case.
 
 DRAGS = 'tauto_core.machines.drags'

@@ -529,6 +529,15 @@ class FluidTautochroneRegulator(Section):
             self.body, self.diameter, self.body_density, self.fluid_density, self.added_mass
         )
 
+    @property
+    def released_at(self) -> float:
+        """Arc of the release [m]."""
+        return self.release_arc
+
+    def machine(self, name: str, gravity: float) -> FluidPendulum:
+        """Return the regulator of a named scene as numbers, as `compile_fluid_pendulum` does."""
+        return compile_fluid_pendulum(name, gravity, self)
+
 
 def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
     """Return the curve of a regulator for its body and fluid.

@@ -7,11 +7,13 @@ machine and from whether the platform lies still.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, cast
 
 from tauto_core.machines import (
     AnyMachine,
+    AxleClock,
     FluidPendulum,
+    InPlaceOfWheel,
     LeverMachine,
     Machine,
     SlackThreadError,
@@ -61,10 +63,10 @@ class Propagator(Protocol):
         ...
 
 
-def propagator_name(machine: AnyMachine | FluidPendulum, *, still: bool) -> str:
+def propagator_name(machine: AnyMachine | InPlaceOfWheel, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
-    if isinstance(machine, FluidPendulum):
-        return 'half_swings'
+    if isinstance(machine, InPlaceOfWheel):
+        return machine.propagator
     undriven = machine.drag is None and machine.escapement is None
     if not isinstance(machine, Machine):
         well = isinstance(machine, LeverMachine) and _swings_freely(machine)
@@ -110,13 +112,13 @@ SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3
 
 
 def asked_tolerance(
-    machine: AnyMachine | FluidPendulum, *, accuracy: float | None, tolerance: float | None
+    machine: AnyMachine | InPlaceOfWheel, *, accuracy: float | None, tolerance: float | None
 ) -> float | None:
     """Return the tolerance of a scene that states one, or an accuracy [s/day], or neither."""
     if accuracy is None:
         return tolerance
     smooth = isinstance(machine, Machine) and not (machine.cam.joints.size or machine.cam.kinked)
-    if smooth or isinstance(machine, FluidPendulum):
+    if smooth or isinstance(machine, InPlaceOfWheel):
         return smooth_tolerance(accuracy)
     return min(max(ROUGH_SHARE * accuracy, LEAST_ROUGH), LARGEST_ASKED)
 
@@ -127,7 +129,7 @@ def smooth_tolerance(accuracy: float) -> float:
 
 
 def make_propagator(
-    machine: AnyMachine | FluidPendulum,
+    machine: AnyMachine | InPlaceOfWheel,
     *,
     still: bool,
     tolerance: float | None = None,
@@ -139,10 +141,8 @@ def make_propagator(
     machine can step from impulse to impulse (`free_end`), `sweeps` is how often the stages of such
     a step are swept: 0 for no such steps, None for what the tolerance asks for (`sweeps_for`).
     """
-    if isinstance(machine, FluidPendulum):
-        from tauto_core.motion.fluid import HalfSwings
-
-        return HalfSwings(machine)
+    if isinstance(machine, InPlaceOfWheel):
+        return _in_place_of_wheel(machine)
     match propagator_name(machine, still=still), machine:
         case 'harmonic', Machine():
             from tauto_core.motion.closed_forms import Harmonic
@@ -162,6 +162,17 @@ def make_propagator(
             return UnevenWell(machine)
         case _:
             return make_collocation(machine, tolerance, sweeps)
+
+
+def _in_place_of_wheel(machine: InPlaceOfWheel) -> Propagator:
+    """Return the propagator for a regulator without a wheel."""
+    if isinstance(machine, AxleClock):
+        from tauto_core.motion.axle import AxleSwings
+
+        return AxleSwings(machine)
+    from tauto_core.motion.fluid import HalfSwings
+
+    return HalfSwings(cast(FluidPendulum, machine))
 
 
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:

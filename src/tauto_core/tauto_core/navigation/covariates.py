@@ -18,7 +18,7 @@ from tauto_core.clockwork.dial import nominal_period_s
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines import (
     AnyMachine,
-    FluidPendulum,
+    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
@@ -471,7 +471,7 @@ def _by_heat(
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
     groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
     found = np.zeros((len(groups), len(powers)))
-    if not isinstance(machine, FluidPendulum) and machine.heat.feels_temperature:
+    if not isinstance(machine, InPlaceOfWheel) and machine.heat.feels_temperature:
         first = machine.at_celsius(begins)
         nominal_s = nominal_period_s(tried.scene, first)
         calm = _warm_rate(tried.scene, first, first, nominal_s)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine
+from tauto_core.machines import AnyMachine, HangingMachine, InPlaceOfWheel
 from tauto_core.navigation.drift import mean_rate
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.longitude import (
@@ -252,7 +252,7 @@ _WANDERS = 'so it keeps what the waves give it, and wanders for ever'
 
 
 def forgets_its_start(
-    scene: Scene, machine: AnyMachine | FluidPendulum, found: RateError
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel, found: RateError
 ) -> RateError:
     """Return how well the mean rate is known, if the swing has forgotten how it began.
 
@@ -261,7 +261,7 @@ def forgets_its_start(
     That matters where the rate depends on the amplitude by more than its standard error, as
     `found` from the run itself.
     """
-    if isinstance(machine, FluidPendulum):
+    if isinstance(machine, InPlaceOfWheel):
         return found
 
     why, still = '', scene.lies_still

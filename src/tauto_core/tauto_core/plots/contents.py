@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tauto_core.files import check_plot, write_figure
-from tauto_core.machines import FluidPendulum, HangingMachine, compile_machine
+from tauto_core.machines import FluidPendulum, HangingMachine, InPlaceOfWheel, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
 from tauto_core.plots.coast import place_name
@@ -484,7 +484,7 @@ def _amplitude(voyage: Voyage) -> Chart:
         each[::every] for each in (voyage.time_s, voyage.angle_rad, voyage.angular_velocity_rad_s)
     )
     machine = compile_machine(voyage.scene)
-    if isinstance(machine, FluidPendulum | HangingMachine):
+    if isinstance(machine, InPlaceOfWheel | HangingMachine):
         size, name = np.hypot(angle, rate / machine.frequency), 'amplitude of a small swing'
     else:
         energy = swing_energy(machine, angle, rate) + recoil_energy(machine, angle, rate)

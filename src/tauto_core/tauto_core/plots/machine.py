@@ -15,14 +15,17 @@ from tauto_core.curves.drawing import cheeks_meet_rad, lever_cheek
 from tauto_core.curves.fluid import coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import MirroredLever
 from tauto_core.machines import (
+    AxleClock,
     FluidPendulum,
     HangingMachine,
+    InPlaceOfWheel,
     LeverMachine,
     NoSteadySwing,
     compile_machine,
     compile_trochlea,
     steady_swing,
 )
+from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (
@@ -148,13 +151,12 @@ def cam_lines(scene: Scene) -> list[Part]:
 def draw_machine(scene: Scene) -> Drawing:
     """Return the machine of a scene: wheel, cheeks, thread, power, case and its suspension.
 
-    Of a regulator in a fluid it is the curve with its body. One that cannot be built is a
-    SceneError.
+    Of a regulator in a fluid it is the curve with its body, of one on an axle the support and the
+    body. One that cannot be built is a SceneError.
     """
     machine = compile_machine(scene)
-    if isinstance(machine, FluidPendulum):
-        assert scene.regulator is not None
-        return _in_fluid(scene.regulator, machine.curve)
+    if isinstance(machine, InPlaceOfWheel):
+        return _in_place_of_wheel(scene, machine)
     assert scene.trochlea is not None
     thread, pull = scene.trochlea.thread, scene.trochlea.power.pull
     left, right, tip = _cheeks(scene)
@@ -275,6 +277,14 @@ def _power(pull: Pull, end: float, outer: float) -> list[Part]:
     return parts
 
 
+def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> Drawing:
+    """Return the drawing of a regulator without a wheel."""
+    if isinstance(machine, AxleClock):
+        return _on_axle(machine, cast(AxleRegulator, scene.regulator).support)
+    regulator = cast(FluidTautochroneRegulator, scene.regulator)
+    return _in_fluid(regulator, cast(FluidPendulum, machine).curve)
+
+
 def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Drawing:
     """Return the curve, the body at its lowest point, and where it is released."""
     level, height = (MM * each for each in fluid_outline(curve))
@@ -310,6 +320,47 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Draw
             _area(f'{regulator.body} at rest', body, 'orange', 'body'),
         ],
         f'To scale. The centre of the {regulator.body} moves on the curve.{assumed}',
+    )
+
+
+def _on_axle(machine: AxleClock, support: str) -> Drawing:
+    """Return the support, the axle or rockers on it, and the body at rest and at the start."""
+    depth, bent, k = machine.body.depth, machine.body.curvature, machine.body.gyration_radius
+    axle = machine.radius or 0.04 * (depth + k)
+    half = 1.3 * (k + axle)
+    if bent == 0.0:
+        across = np.linspace(-half, half, 121)
+        level = np.full_like(across, -axle)
+    else:
+        # an arc about O, whose radius is 1/bent more by that of the axle
+        radius = 1.0 / bent + axle
+        across = np.linspace(-1.0, 1.0, 121) * min(half, 0.95 * abs(radius))
+        root = math.copysign(1.0, radius) * np.sqrt(radius * radius - across**2)
+        level = -axle + across**2 / (radius + root)
+    turned = bent * machine.arc
+    chord = machine.arc * float(np.sinc(0.5 * turned / np.pi))
+    place = chord * math.cos(0.5 * turned), chord * math.sin(0.5 * turned)
+
+    def body(x: float, y: float, tilt: float) -> tuple[FloatArray, FloatArray]:
+        """Return the ring about the centre of gravity, and the line to it."""
+        centre = x + depth * math.sin(tilt), y - depth * math.cos(tilt)
+        stem = np.array([[x, centre[0]], [y, centre[1]]])
+        return MM * _circle(centre[0], centre[1], k), MM * stem
+
+    (rest, stem), (start, leant) = body(0.0, 0.0, 0.0), body(*place, machine.tilt)
+    return Drawing(
+        [
+            Part('support', MM * across, MM * level, 'green', moves_with='ship'),
+            Part('at the start', start[0], start[1], 'grey', moves_with='ship'),
+            Part('', leant[0], leant[1], 'grey', moves_with='ship'),
+            _area(
+                'rockers' if support == 'cradle' else 'axle', MM * _circle(0.0, 0.0, axle), 'blue'
+            ),
+            _path('', stem.T.tolist(), 'orange', 'wheel'),
+            Part('body at rest', rest[0], rest[1], 'orange', moves_with='wheel'),
+        ],
+        'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
+        'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
     )
 
 

@@ -212,7 +212,7 @@ class PropagationError(TautoError):
     """
 
     def __init__(self, what: str, time_s: float) -> None:
-        self.time_s = time_s
+        self.time_s, self.what = time_s, what
         super().__init__(f'at t = {time_s:.3f} s: {what}')
 
 

@@ -22,6 +22,7 @@ import yaml
 from pydantic import Field, Strict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.machines.trochlea import CaseOfMass
@@ -80,7 +81,9 @@ class Scene(Section):
         default=None,
         description='mapping: inertia, cam, thread, power, release_angle of the regulator',
     )
-    regulator: FluidTautochroneRegulator | None = Field(
+    regulator: Annotated[
+        AxleRegulator | FluidTautochroneRegulator | None, Field(discriminator='kind')
+    ] = Field(
         default=None, description='mapping with `kind`: an oscillator in place of a trochlea'
     )
     drag: Annotated[DragKind, KindIn(DRAGS, default='polynomial')] | None = Field(
@@ -351,7 +354,7 @@ class Scene(Section):
                 yield Problem(
                     'drift.covariates',
                     list(self.drift.covariates),
-                    'does not go with regulator: a body in a fluid does not go to sea',
+                    'does not go with regulator: the rate of no wheel depends on them',
                     'Leave it out.',
                 )
         if self.trochlea is not None:

@@ -1,0 +1,517 @@
+"""A body on an axle, by Gauss–Legendre collocation; the axle may slide, roll, or both in turn.
+
+The state is s, φ, ṡ and φ̇ of `axle_pendulum`. A step of 16 stages is iterated to rounding with
+the law of `axle_pendulum.forces`; it is at most a radian of the fast mode, and halved where the
+iteration does not settle. In a step the accelerations are a polynomial, so that places and rates
+are known at any instant of it. Steps end where a span does, so the result does not depend on how
+spans are divided into calls. Where friction is limited, a step ends where the axle begins or
+ceases to slip.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from tauto_core.machines.axle_clock import AxleClock
+from tauto_core.machines.axle_pendulum import (
+    STILL,
+    AxleContact,
+    AxleForces,
+    AxleState,
+    SupportMotion,
+    forces,
+    small_motion,
+)
+from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.gauss_step import gauss_constants
+from tauto_core.motion.phase import polar, polar_rate, since_start
+from tauto_core.samples import FloatArray, State
+from tauto_core.scene.errors import PropagationError
+
+STAGES = 16
+LONGEST = 1.0
+"""Longest step, as a phase of the fast mode [rad]."""
+MOST_SWEEPS, SETTLED = 60, 2e-16
+MOST_HALVINGS = 24
+OVER = 3.0
+"""|φ − θ| or |θ − ρ| at which the body counts as turned over [rad]."""
+MOST_EVENTS = 1000
+"""Changes between rolling and sliding in a step of the span, at most."""
+
+_GAUSS = gauss_constants(STAGES)
+_INNER = _GAUSS.columns.T
+"""a_ij: values at the nodes to integrals up to them."""
+_POWERS = _GAUSS.integral
+
+
+@dataclass
+class _Now:
+    """The state of the body."""
+
+    arc: float
+    tilt: float
+    arc_rate: float
+    tilt_rate: float
+    slips: int = 0
+    """Sign of the slip of an axle that slides; 0 where it rolls, or without friction."""
+    turns: int = 0
+    beats: int = 0
+    is_up: bool = True
+    """Whether φ ≥ 0."""
+    is_right: bool = True
+    """Whether φ ≥ ρ."""
+
+    @property
+    def numbers(self) -> FloatArray:
+        return np.array([self.arc, self.tilt, self.arc_rate, self.tilt_rate])
+
+
+class Step(NamedTuple):
+    """A step as computed.
+
+    Attributes:
+        bends: s̈ and φ̈ at the nodes, (2, stages).
+        states: s, φ, ṡ, φ̇ at the nodes, (4, stages).
+        found: the forces at the nodes.
+    """
+
+    bends: FloatArray
+    states: FloatArray
+    found: AxleForces
+
+
+Visit: TypeAlias = Callable[[FloatArray, FloatArray, SupportMotion], None]
+
+
+class AxleMotion:
+    """A body on an axle whose support may move; `advance` takes lengths of time, no forcing.
+
+    Args:
+        clock: the machine.
+        now: its state, which moves.
+    """
+
+    def __init__(self, clock: AxleClock, now: _Now) -> None:
+        self.clock, self.now = clock, now
+
+    def advance(
+        self,
+        length_s: float,
+        support: Callable[[FloatArray], SupportMotion],
+        begin_s: float,
+        visit: Visit | None = None,
+    ) -> None:
+        """Move over a length of time; `support` gives its motion at times from `begin_s` on [s].
+
+        `visit` is told the times of the nodes and the end of each step [s], the states there,
+        (4, n), and the support's motion. PropagationError: the axle lifts off, the body turns
+        over, or the steps become too short.
+        """
+        at, left, events = begin_s, length_s, 0
+        longest = LONGEST / self.clock.fastest
+        while left > 0.0:
+            size = left / max(1, math.ceil(left / longest - 1e-9))
+            took = self._step(at, size, support, visit)
+            events += took < size
+            if events > MOST_EVENTS:
+                raise PropagationError(
+                    'the axle changes between rolling and sliding without end. Use another '
+                    'friction, or contact rolling',
+                    at,
+                )
+            at += took
+            left = 0.0 if took == left else left - took
+
+    def touch(self) -> AxleContact:
+        """Return how the axle touches its support now."""
+        clock = self.clock
+        if clock.contact == 'coulomb' and self.now.slips:
+            return AxleContact(clock.radius, friction=-self.now.slips * clock.friction)
+        return clock.touch
+
+    def _step(
+        self,
+        at: float,
+        size: float,
+        support: Callable[[FloatArray], SupportMotion],
+        visit: Visit | None,
+    ) -> float:
+        """Take a step of at most a size [s]; return how long it was."""
+        for _ in range(MOST_HALVINGS):
+            step = self._collocate(at, size, support)
+            if step is not None:
+                break
+            size *= 0.5
+        else:
+            raise PropagationError(
+                f'no step of the body on its axle settles ({size:.3g} s). Release it nearer to '
+                'rest',
+                at,
+            )
+        shorter = self._event(at, size, step, support)
+        if shorter is not None:
+            # the step again, up to the event
+            size = shorter
+            again = self._collocate(at, size, support)
+            step = step if again is None else again
+        self._check(at, size, step, support)
+        end = self._at_end(size, step)
+        if visit is not None:
+            times = at + size * np.append(_GAUSS.nodes, 1.0)
+            visit(times, np.column_stack([step.states, end]), support(times))
+        now = self.now
+        now.arc, now.tilt, now.arc_rate, now.tilt_rate = end.tolist()
+        if shorter is not None:
+            self._change(support(np.array([at + size])))
+        return size
+
+    def _collocate(
+        self, at: float, size: float, support: Callable[[FloatArray], SupportMotion]
+    ) -> Step | None:
+        """Return the step; None where its iteration does not settle."""
+        now, touch = self.now, self.touch()
+        times = size * _GAUSS.nodes
+        there = support(at + times)
+        begin = now.numbers
+        first = forces(self.clock.body, AxleState(*begin[:, None]), support(np.array([at])), touch)
+        guess = np.stack([np.ravel(first.arc_acceleration), np.ravel(first.tilt_acceleration)])
+        bends = np.repeat(guess, STAGES, axis=1)
+        moved = np.inf
+        for _ in range(MOST_SWEEPS):
+            rates = begin[2:, None] + size * (bends @ _INNER.T)
+            places = begin[:2, None] + size * (rates @ _INNER.T)
+            found = forces(
+                self.clock.body, AxleState(places[0], places[1], rates[0], rates[1]), there, touch
+            )
+            before, last = bends, moved
+            bends = np.stack(np.broadcast_arrays(found.arc_acceleration, found.tilt_acceleration))
+            scale = np.maximum(np.max(np.abs(bends), axis=1), 1e-300)
+            moved = float(np.max(np.max(np.abs(bends - before), axis=1) / scale))
+            if not math.isfinite(moved):
+                return None
+            if moved <= SETTLED or (moved < 1e-13 and moved >= last):
+                states = np.concatenate([places, rates])
+                return self._resolved(Step(bends, states, found))
+        return None
+
+    def _resolved(self, step: Step) -> Step | None:
+        """Return a step whose last Legendre coefficients are rounding, or None."""
+        terms = np.abs(step.bends @ _GAUSS.projection.T)
+        scale = np.maximum(np.max(terms, axis=1), 1e-300)
+        return step if np.all(terms[:, -2:] <= 1e-10 * scale[:, None]) else None
+
+    def _at_end(self, size: float, step: Step) -> FloatArray:
+        """Return the state at the end of a step."""
+        begin = self.now.numbers
+        rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
+        places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
+        return np.concatenate([places, rates])
+
+    def _check(
+        self, at: float, size: float, step: Step, support: Callable[[FloatArray], SupportMotion]
+    ) -> None:
+        """Raise a PropagationError where the axle lifts off, or the body turns over."""
+        lifts = np.flatnonzero(~(step.found.contact > 0.0))
+        if len(lifts):
+            first = at + size * float(_GAUSS.nodes[lifts[0]])
+            raise PropagationError(
+                'the axle lifted off its support (the contact force fell to 0 N). Release the '
+                'body nearer to rest, push it less, or choose a calmer sea',
+                first,
+            )
+        sigma = self.clock.body.curvature * step.states[0]
+        turn = np.broadcast_to(support(at + size * _GAUSS.nodes).turn, sigma.shape)
+        apart = np.maximum(np.abs(step.states[1] - turn - sigma), np.abs(sigma))
+        over = np.flatnonzero(apart > OVER)
+        if len(over):
+            raise PropagationError(
+                f'the body turned over (more than {OVER:g} rad from its support). Release it '
+                'nearer to rest, or push it less',
+                at + size * float(_GAUSS.nodes[over[0]]),
+            )
+
+    def _slip(self, state: FloatArray, support: SupportMotion) -> FloatArray:
+        """Return ṡ + b₀(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
+        turning = np.asarray(support.turn_rate)
+        return np.asarray(state[2] + self.clock.radius * (state[3] - turning))
+
+    def _event(
+        self, at: float, size: float, step: Step, support: Callable[[FloatArray], SupportMotion]
+    ) -> float | None:
+        """Return the length after which the axle begins or ceases to slip; None: not in it."""
+        if self.clock.contact != 'coulomb':
+            return None
+        slips, mu = self.now.slips, self.clock.friction
+
+        def margin(share: float) -> float:
+            """Return what is positive while the contact stays as it is."""
+            state = self._within(size, step, share)
+            there = support(np.array([at + size * share]))
+            if slips:
+                return slips * float(self._slip(state, there)[0])
+            found = forces(self.clock.body, AxleState(*state), there, self.touch())
+            return float(np.min(mu * found.contact - np.abs(found.along)))
+
+        places = [*_GAUSS.nodes.tolist(), 1.0]
+        before = 0.0
+        for share in places:
+            if margin(share) < 0.0:
+                from scipy.optimize import brentq  # slow to import
+
+                low = before if before > 0.0 else 1e-9
+                if margin(low) <= 0.0:
+                    return size * low
+                return size * float(brentq(margin, low, share, xtol=1e-15, rtol=1e-15))
+            before = share
+        return None
+
+    def _within(self, size: float, step: Step, share: float) -> FloatArray:
+        """Return the state within a step, (4, 1)."""
+        powers = (2.0 * share - 1.0) ** np.arange(STAGES)
+        gained = share * size * ((step.bends @ _POWERS.T) @ powers)
+        moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
+        return (self.now.numbers + np.concatenate([moved, gained]))[:, None]
+
+    def _change(self, there: SupportMotion) -> None:
+        """Let an axle that slid roll, or one that rolled slide, or slide the other way."""
+        now, clock = self.now, self.clock
+        state = AxleState(*(np.array([each]) for each in now.numbers))
+        rolling = forces(clock.body, state, there, AxleContact(clock.radius, rolls=True))
+        needed, allowed = float(rolling.along[0]), clock.friction * float(rolling.contact[0])
+        slid = now.slips != 0
+        if slid:
+            # no slip at all, so that rounding starts none
+            now.arc_rate -= float(self._slip(now.numbers[:, None], there)[0])
+        if slid and abs(needed) <= allowed:
+            now.slips = 0
+        else:
+            # friction pushes towards what rolling would need, and the axle slides against it
+            now.slips = -1 if needed > 0.0 else 1
+
+    def settle(self, there: SupportMotion) -> None:
+        """Choose at the start whether the axle rolls or slides, by its slip and its friction."""
+        if self.clock.contact != 'coulomb':
+            return
+        slip = float(np.ravel(self._slip(self.now.numbers[:, None], there))[0])
+        if abs(slip) > 1e-12:
+            self.now.slips = 1 if slip > 0.0 else -1
+            return
+        self.now.slips = 0
+        state = AxleState(*(np.array([each]) for each in self.now.numbers))
+        rolling = forces(self.clock.body, state, there, self.clock.touch)
+        if abs(float(rolling.along[0])) > self.clock.friction * float(rolling.contact[0]):
+            self._change(there)
+
+
+# -----------------------------------------------------------------------------
+# The motion on a support at rest, at instants that are asked for.
+
+
+@dataclass(frozen=True, eq=False)
+class AxleTable:
+    """The motion of a body on an axle at n instants, on a support at rest, all (n,).
+
+    Attributes:
+        time_s: time since the start [s].
+        theta_rad: θ, tilt of the normal at the contact, s/e [rad]; 0 on a plane.
+        phi_rad: φ, tilt of the body [rad].
+        arc_m: s of the axle's centre [m].
+        contact: contact force over the weight, N/Mg.
+        slip_m_s: speed at which the axle slides over its support [m/s].
+        small_phi_rad: φ by the equations of small angles (§29), smooth or rolling [rad].
+        ends_s: instant at which the axle lifts off or the body turns over [s]; None: it does not.
+        ends_why: why, as a sentence; empty if it does not.
+    """
+
+    time_s: FloatArray
+    theta_rad: FloatArray
+    phi_rad: FloatArray
+    arc_m: FloatArray
+    contact: FloatArray
+    slip_m_s: FloatArray
+    small_phi_rad: FloatArray
+    ends_s: float | None
+    ends_why: str
+
+
+def axle_table(clock: AxleClock, duration_s: float, every_s: float) -> AxleTable:
+    """Return the motion at every interval of a duration, as far as it goes."""
+    now = _Now(clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate)
+    motion = AxleMotion(clock, now)
+    motion.settle(STILL)
+    rows: list[tuple[float, ...]] = []
+    ends_s, why = None, ''
+    count = math.floor(duration_s / every_s * (1.0 + 1e-12))
+    for k in range(count + 1):
+        state = AxleState(*now.numbers)
+        found = forces(clock.body, state, STILL, motion.touch())
+        slip = now.arc_rate + clock.radius * now.tilt_rate
+        pressed = float(found.contact) / clock.body.gravity
+        rows.append((k * every_s, now.tilt, now.arc, pressed, slip))
+        if k == count:
+            break
+        try:
+            motion.advance(every_s, lambda _: STILL, k * every_s)
+        except PropagationError as error:
+            ends_s, why = error.time_s, error.what
+            break
+    time, tilt, arc, contact, slips = np.array(rows).T
+    return AxleTable(
+        time,
+        clock.body.curvature * arc,
+        tilt,
+        arc,
+        contact,
+        slips,
+        _small_tilt(clock, time),
+        ends_s,
+        why,
+    )
+
+
+def _small_tilt(clock: AxleClock, time: FloatArray) -> FloatArray:
+    """Return φ by the equations of small angles."""
+    if clock.contact == 'smooth':
+        start = AxleState(clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate)
+        return np.asarray(small_motion(clock.body, start, time).tilt)
+    length = clock.lengths[0]
+    omega = math.sqrt(abs(clock.body.gravity / length))
+    if length > 0.0:
+        return clock.tilt * np.cos(omega * time) + clock.tilt_rate / omega * np.sin(omega * time)
+    return clock.tilt * np.cosh(omega * time) + clock.tilt_rate / omega * np.sinh(omega * time)
+
+
+# -----------------------------------------------------------------------------
+# The propagator, on land and at sea. The support goes with the ship, and the clock's place is that
+# of the axle's centre at rest. β and g_eff of the forcing are the apparent gravity there, and its
+# tilt τ gives the roll, ρ = β − τ.
+
+
+class AxleSwings:
+    """Propagator of a body on an axle."""
+
+    name = 'axle'
+
+    def __init__(self, clock: AxleClock) -> None:
+        self._clock = clock
+        self._now: _Now | None = None
+        self._start = 0.0
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the body where the first span begins; return that instant."""
+        clock, support = self._clock, _support(forcing, 0, self._clock.body.gravity)
+        there = support(np.array([float(forcing.begin[0] * forcing.length_s[0])]))
+        rho, turning = (float(np.ravel(each)[0]) for each in (there.turn, there.turn_rate))
+        tilt, rate = rho + clock.tilt, turning + clock.tilt_rate
+        self._now = _Now(clock.arc, tilt, clock.arc_rate, rate)
+        # a start at 0 is on the side from which it comes, so that it counts as no passage
+        self._now.is_up = tilt > 0.0 or (tilt == 0.0 and rate >= 0.0)
+        self._now.is_right = clock.tilt > 0.0 or (clock.tilt == 0.0 and clock.tilt_rate >= 0.0)
+        AxleMotion(clock, self._now).settle(there)
+        row = self._logged(there)
+        angle, speed, bend = np.array(row[:3])[:, None]
+        self._start = float(polar(angle, speed, bend, clock.frequency)[0])
+        return self._motion([row])
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at the logged ends."""
+        assert self._now is not None
+        body, rows = AxleMotion(self._clock, self._now), []
+        for k in range(len(forcing.length_s)):
+            support = _support(forcing, k, self._clock.body.gravity)
+            whole = float(forcing.length_s[k])
+            begin, end = (whole * float(each[k]) for each in (forcing.begin, forcing.end))
+
+            try:
+                body.advance(end - begin, support, begin, self._count)
+            except PropagationError as error:
+                late = float(forcing.end_ns[k]) * 1e-9 - end
+                raise PropagationError(error.what, late + error.time_s) from None
+            if forcing.logged[k]:
+                rows.append(self._logged(support(np.array([end]))))
+        return self._motion(rows) if rows else no_motion()
+
+    def _count(self, times: FloatArray, states: FloatArray, there: SupportMotion) -> None:
+        """Count turns, upward passages of φ = 0, and beats, passages of φ = ρ."""
+        del times
+        now = self._now
+        assert now is not None
+        up = np.concatenate([[now.is_up], states[1] >= 0.0])
+        right = np.concatenate([[now.is_right], states[1] >= there.turn])
+        now.turns += int(np.count_nonzero(up[1:] & ~up[:-1]))
+        now.beats += int(np.count_nonzero(right[1:] != right[:-1]))
+        now.is_up, now.is_right = bool(up[-1]), bool(right[-1])
+
+    def state(self) -> State:
+        """Return all that the motion from here on depends on."""
+        return {'start': self._start, 'now': None if self._now is None else asdict(self._now)}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._start = state['start']
+        self._now = None if state['now'] is None else _Now(**state['now'])
+
+    def _logged(self, there: SupportMotion) -> tuple[float, ...]:
+        """Return the row of an instant."""
+        now, motion = self._now, AxleMotion(self._clock, self._now or _Now(0.0, 0.0, 0.0, 0.0))
+        assert now is not None
+        state = AxleState(*(np.array([each]) for each in now.numbers))
+        found = forces(self._clock.body, state, there, motion.touch())
+        rho, turning = (float(np.ravel(each)[0]) for each in (there.turn, there.turn_rate))
+        bend = float(np.ravel(found.tilt_acceleration)[0])
+        return (now.tilt, now.tilt_rate, bend, rho, turning, float(now.turns), float(now.beats))
+
+    def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
+        tilt, rate, bend, rho, turning, turns, beats = np.array(rows).T
+        clock, omega = self._clock, self._clock.frequency
+        angle = polar(tilt, rate, bend, omega)
+        half, fraction = since_start(turns.astype(np.int64), angle, self._start)
+        return Motion(
+            angle=tilt - rho,
+            rate=rate - turning,
+            torque=clock.mass * clock.body.gyration_radius**2 * bend,
+            half_turns=half,
+            fraction=fraction,
+            phase_rate=polar_rate(tilt, rate, bend, omega),
+            beats=beats.astype(np.int64),
+        )
+
+
+def _support(forcing: Forcing, k: int, gravity: float) -> Callable[[FloatArray], SupportMotion]:
+    """Return the motion of the support over the piece of a span, by times from its beginning."""
+    neutral, felt, tilt = forcing.neutral, forcing.gravity, forcing.tilt
+    if neutral is None or felt is None:
+        return lambda _: STILL
+    whole = float(forcing.length_s[k])
+    size = max(neutral.shape[1], 0 if tilt is None else tilt.shape[1])
+    roll = np.zeros(size)
+    roll[: neutral.shape[1]] = neutral[k]
+    if tilt is not None:
+        roll[: tilt.shape[1]] -= tilt[k]
+    powers = np.arange(size)
+    rate = (roll * powers)[1:] / whole
+    bend = (rate * powers[: size - 1])[1:] / whole
+
+    def value(terms: FloatArray, x: FloatArray) -> FloatArray:
+        total = np.zeros_like(x)
+        for term in terms[::-1]:
+            total = total * x + term
+        return total
+
+    def support(times: FloatArray) -> SupportMotion:
+        x = times / whole
+        beta, pull = value(neutral[k], x), value(felt[k], x)
+        return SupportMotion(
+            turn=value(roll, x),
+            turn_rate=value(rate, x),
+            turn_acceleration=value(bend, x),
+            down=gravity - pull * np.cos(beta),
+            lateral=-pull * np.sin(beta),
+        )
+
+    return support
