@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint coverage docs wheels bench stress soak fuzz clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint coverage docs wheels bench trial stress soak fuzz clean setup setup-dev environment FORCE
 
 SCENE ?= measured
 PASSAGE ?= portsmouth_jamaica
@@ -12,6 +12,8 @@ SPEED ?= 60
 JOBS ?= 2
 MINUTES ?= 60
 COUNT ?= 1000000
+LOGS ?= ../shared/data/logbooks/logbooks.csv.gz
+TRIAL ?=
 BENCH ?= --budget 1.2
 
 TAUTO := .venv/bin/tauto
@@ -39,7 +41,7 @@ endif
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
-	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" MINUTES=$(MINUTES) COUNT=$(COUNT) PYTHON=...'
+	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) PYTHON=...'
 
 sail: graph  ## ten minutes at sea as a ROS 2 graph, then the passage to Jamaica offline
 	$(TAUTO) sail $(PASSAGE) $(COARSER)
@@ -79,6 +81,17 @@ bench: setup  ## the eight clocks of the comparison, messages per second, run ti
 	  --plot docs/img/work_precision.svg --plot docs/img/work_precision.png --json \
 	  > benchmarks/work_precision.json.new
 	mv benchmarks/work_precision.json.new benchmarks/work_precision.json
+
+# Euler's involute with a weight, and four other clocks, in one sea each. TRIAL="--sample 12" sails fewer.
+trial: $(LOGS) setup-dev  ## five clocks on the passages of a log-book, LOGS=file; it goes on where it was
+	mkdir -p bags/out
+	$(TAUTO) fleet esperance_to_the_cape --logs '$(LOGS)' --accuracy 1e-3 --jobs $(JOBS) \
+	  --compare clock_cheek_weight,clock_own_cam_weight,clock_second_cam_force,clock_own_cam_spring \
+	  --out bags/out/trial --plot bags/out/trial.svg $(TRIAL)
+
+$(LOGS):
+	@echo 'make trial: there is no log-book $@. Name one with LOGS=…; docs/theory/logbooks.md says where' \
+	  'they are had' >&2; exit 2
 
 stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
 	.venv/bin/python -m pip install --quiet -e 'src/tauto_core[hull]'

@@ -31,6 +31,7 @@ REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
 def test_the_scenes_that_ship() -> None:
     assert shipped_scenes() == [
         'axle_at_sea',
+        'boussole_pacific',
         'buoy_44004_supply',
         'cheek_before_euler',
         'clock_cheek_weight',
@@ -43,6 +44,8 @@ def test_the_scenes_that_ship() -> None:
         'clock_sully_lever',
         'coach_1724',
         'companion_in_oil',
+        'convoy_1779_consort',
+        'convoy_1779_el_fenix',
         'esperance_to_the_cape',
         'globe_in_oil',
         'hanging_thread_at_sea',
