@@ -447,6 +447,17 @@ def test_a_recorder_started_again_writes_beside_the_bag(ros: Any, tmp_path: Path
         recorder.close()
 
 
+def test_an_rclpy_without_events_is_told_before_a_bag_is_there(
+    ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ros(())
+    monkeypatch.setattr('tauto_nodes.parameters.find_spec', lambda _: None)
+    with pytest.raises(ParameterError, match='it came with 7'):
+        RecorderNode(**overrides(output=str(tmp_path / 'bag')))
+    assert not (tmp_path / 'bag').exists()
+    RecorderNode(**overrides(output=str(tmp_path / 'bag'), executor='single')).close()
+
+
 def test_a_graph_records_its_own_topics_only(ros: Any, tmp_path: Path) -> None:
     ros(())
     flow = {'flow_control': 'credits', 'graph': ('recorder',), 'topics': ('all', '/depth')}

@@ -23,7 +23,12 @@ from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import ParameterError, as_parameter
 from tauto_nodes.flow import RUN
-from tauto_nodes.parameters import FOLDER_VARIABLE, PARAMETERS, write_parameters
+from tauto_nodes.parameters import (
+    FOLDER_VARIABLE,
+    PARAMETERS,
+    check_executor,
+    write_parameters,
+)
 from tauto_nodes.running import (
     SUPERVISOR,
     check_discovery,
@@ -174,6 +179,7 @@ def launch_plan() -> None:
     try:
         if problems := [*strangers_of(asked['typed'], given), *problems_of(given)]:
             raise ParameterError('; '.join(problems))
+        check_executor(given['executor'])
         check_discovery()
         environment = local_discovery() if live else graph_middleware()
         nodes = live_nodes(given) if live else voyage_nodes(given)

@@ -703,6 +703,7 @@ class Diagnostics:
         status = DiagnosticStatus(
             level=level,
             name=node.get_fully_qualified_name().lstrip('/'),
+            hardware_id=str(node.settings.values.get('scene', '')),
             message=message,
             values=[KeyValue(key=k, value=str(n)) for k, n in {**counts, **health}.items()],
         )

@@ -9,6 +9,7 @@ import re
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
@@ -33,6 +34,15 @@ RCLError = rclpy_implementation.RCLError
 """What rcl refuses: `rclpy.exceptions` does not export it."""
 
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
+
+
+def check_executor(name: str) -> None:
+    """Raise ParameterError if this rclpy lacks the executor `events`."""
+    if name == 'events' and find_spec('rclpy.experimental.events_executor') is None:
+        raise ParameterError(
+            'executor = events: this rclpy has none; it came with 7.1.4. Update ROS, or set '
+            'executor:=single'
+        )
 
 
 def overrides_of(node: Node) -> Mapping[str, RosParameter]:
@@ -517,6 +527,7 @@ def declare(node: Node, role: str) -> NodeSettings:
     node.add_on_set_parameters_callback(check)
     held = {name: node.get_parameter(name).value for name in table}
     values = {k: v if isinstance(v, bool | float | str) else tuple(v) for k, v in held.items()}
+    check_executor(str(values['executor']))
     return NodeSettings(MappingProxyType(values))
 
 

@@ -31,7 +31,7 @@ from tauto_core.files import one_writer
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import GraphError, NodesError, ParameterError, as_parameter
 from tauto_nodes.node import GraphNode
-from tauto_nodes.parameters import RCLError, UnknownROSArgsError
+from tauto_nodes.parameters import RCLError, UnknownROSArgsError, check_executor
 
 # -----------------------------------------------------------------------------
 # Where a graph lives: its ROS domain, how far it is discovered, the enclaves of its nodes.
@@ -270,16 +270,12 @@ def die_with_supervisor() -> None:
 
 
 def executor_named(name: str) -> Any:
-    """Return the executor `events` or `single`; NodesError if this rclpy has none for events."""
+    """Return the executor `events` or `single`; ParameterError if this rclpy lacks it."""
     if name == 'single':
         return SingleThreadedExecutor()
-    try:
-        from rclpy.experimental.events_executor import EventsExecutor
-    except ImportError as error:
-        raise NodesError(
-            'executor = events: this rclpy has none; it came with 7.1.4. '
-            'Update ROS, or set executor:=single'
-        ) from error
+    check_executor(name)
+    from rclpy.experimental.events_executor import EventsExecutor
+
     return EventsExecutor()
 
 
