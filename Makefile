@@ -17,7 +17,7 @@ TRIAL ?=
 BENCH ?= --budget 1.2
 
 TAUTO := .venv/bin/tauto
-# The passage with a fifth of the samples takes a third of the time, and ends within a mile.
+# The passage with a quarter of the samples takes less time, and ends within a mile.
 COARSER := --set ship.rate=2 --set solver.tolerance=1e-6
 NAME := $(notdir $(basename $(SCENE)))
 OUT := bags/out/$(NAME)

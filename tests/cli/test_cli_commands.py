@@ -220,6 +220,7 @@ def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
         'voyage.Pipeline.feed = once\n'
         'voyage.CHUNK = 200\n'
         f'sys.argv = ["tauto", *{MINUTE!r}, "--out", {str(bag)!r}, *{options}]\n'
+        'sys.argv += ["--set", "ship.rate=20.0"]\n'
         'main()\n'
     )
     run = subprocess.run(

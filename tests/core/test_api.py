@@ -38,7 +38,7 @@ ARRAYS = [
 
 @pytest.fixture(scope='module')
 def sailed() -> tauto.Voyage:
-    return tauto.sail('second_cam_at_sea', duration=120.0)
+    return tauto.sail('second_cam_at_sea', duration=120.0, **{'ship.rate': 20.0})
 
 
 def test_importing_it_imports_nothing_else() -> None:
@@ -77,7 +77,7 @@ def test_a_fleet_is_that_of_the_command(tmp_path: Path) -> None:
 
 
 def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Voyage) -> None:
-    words = ['sail', 'second_cam_at_sea', '--duration', '120', '--json']
+    words = ['sail', 'second_cam_at_sea', '--duration', '120', '--set', 'ship.rate=20.0', '--json']
     printed = json.loads(CliRunner().invoke(app, words).stdout)
     assert {**printed, 'wall_s': 0.0} == {**sailed.result, 'wall_s': 0.0}
     assert sailed.answer in repr(sailed)

@@ -481,7 +481,7 @@ def sail(
         progress: called with the fraction done, from 0 to 1.
         watch: called with all samples on any topic, batch after batch.
         judge: say in `accuracy` of the result what was asked for and what is reached, by trials
-            of the beginning, where the scene has `solver.accuracy`.
+            of the beginning, where the scene states `solver.accuracy`.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -527,7 +527,8 @@ def sail(
             if progress is not None:
                 progress(source.produced / source.total)
     warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
-    asked = accuracy_reached(scene, machine, motion) if judge and scene.accuracy else None
+    judged = judge and scene.states_accuracy
+    asked = accuracy_reached(scene, machine, motion) if judged else None
     if asked is not None and not asked['holds']:
         warnings.append(missed_words(asked))
     result = {

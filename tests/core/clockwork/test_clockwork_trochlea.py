@@ -152,7 +152,7 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
     Jitter of ±5 ms widens a window of four samples by a fifth at the most, and the remainder of
     order 8 with it by a factor of five: still below 1e-13 rad, and 1e-9 s is wide.
     """
-    scene = load_scene('second_cam_at_sea', duration=60.0)
+    scene = load_scene('second_cam_at_sea', duration=60.0, **{'ship.rate': 20.0})
     imu = imu_of(scene)
     shift = 12_345_678_901
     regular = TrochleaStage(scene, anchor='first')

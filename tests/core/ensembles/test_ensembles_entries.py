@@ -54,7 +54,15 @@ def test_the_shipped_clocks_differ_in_nothing_but_the_clock():
         assert clock.trochlea.inertia == 4e-4
         assert clock.trochlea.release_angle == 1.0
         # how finely it is reckoned is no part of the clock
-        assert clock.solver.tolerance <= 1e-6
+        assert clock.accuracy <= 1e-3
+
+
+def test_clocks_that_need_different_rates_of_samples_have_the_higher():
+    names = ('hanging_thread_at_sea', 'suspended_weight_at_sea')
+    needed = [load_scene(name, duration=60.0).ship.rate for name in names]
+    assert needed[0] < needed[1]
+    entries = make_entries(names, ship_of=names[0], duration=60.0)
+    assert {entry.scene.ship.rate for entry in entries} == {needed[1]}
 
 
 def test_every_shipped_clock_is_compared_fixed_and_hung():

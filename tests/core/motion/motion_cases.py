@@ -53,6 +53,7 @@ def scene_of(**sections: Any) -> Scene:
         },
         'ship': {'kind': 'still'},
         'log': {'interval': 0.05},
+        'solver': {'tolerance': 2e-12},
     }
     trochlea = {**base['trochlea'], **sections.pop('trochlea', {})}
     return parse_scene(yaml.safe_dump({**base, **sections, 'trochlea': trochlea}), 'test')

@@ -42,7 +42,7 @@ time_utc,significant_wave_height_m,peak_period_s,waves_from_deg
 
 
 def scene_of(weather: dict[str, Any], duration: float = 3600.0, **keys: Any) -> Scene:
-    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True}
+    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True, 'rate': 20.0}
     return load_scene('ideal', ship=ship, duration=duration, **keys)
 
 

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 
 from tauto_core import sail
+from tauto_core.checks.cost import tolerance
 from tauto_core.clockwork import TrochleaStage
+from tauto_core.machines import compile_machine
 from tauto_core.samples import PHASE
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import ABSENT
+from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.buffer import SamplePieces, polynomials
 from tauto_core.ship.sampling import MAX_STRIDE, RATES_HZ, ROUNDING, _remainder
@@ -56,9 +59,20 @@ def test_an_accuracy_given_replaces_tolerance_and_rate_of_the_scene():
     assert kept.ship.rate == 20.0
 
 
-def test_scenes_that_ask_for_no_accuracy_have_the_rate_they_state():
-    assert load_scene('involute_weight_at_sea').ship.rate == 20.0
-    assert load_scene('involute_weight_at_sea', **{'ship.rate': ABSENT}).ship.rate == 20.0
+def test_a_scene_that_states_neither_is_sailed_to_a_millionth_of_a_second_a_day():
+    name = 'involute_weight_at_sea'
+    scene = load_scene(name)
+    assert (scene.solver, scene.accuracy, scene.states_accuracy) == (None, ACCURACY, False)
+    assert scene.ship.rate == load_scene(name, **{'solver.accuracy': ACCURACY}).ship.rate < 20.0
+    assert tolerance(scene, compile_machine(scene)) == pytest.approx(1e-3 * ACCURACY)
+
+
+def test_rate_and_tolerance_that_a_scene_states_stay():
+    name = 'involute_weight_at_sea'
+    assert load_scene(name, **{'ship.rate': 20.0}).ship.rate == 20.0
+    stated = load_scene(name, **{'solver.tolerance': 1e-11})
+    assert (stated.accuracy, stated.ship.rate) == (None, 20.0)
+    assert tolerance(stated, compile_machine(stated)) == 1e-11
 
 
 def test_samples_cannot_be_better_than_rounding():

@@ -129,7 +129,8 @@ def test_roll_at_start_is_that_of_the_first_sample(kind):
 
 
 def test_heave_alone_leaves_the_roll_at_zero():
-    ship = {'kind': 'components', 'heave': [{'amplitude': 1.0, 'period': 10.0}]}
+    heave = [{'amplitude': 1.0, 'period': 10.0}]
+    ship = {'kind': 'components', 'heave': heave, 'rate': 20.0}
     felt = attitude(ShipMotion(load_scene('ideal', ship=ship, duration=60.0)).produce(201))
     assert (felt.roll == 0.0).all()
     assert (felt.force_y == 0.0).all()

@@ -41,7 +41,8 @@ from tauto_core.ship.suspension import Suspension
 from tauto_core.voyage import sail
 
 NAME = 'suspended_weight_at_sea'
-CONTENT = yaml.safe_load(scene_yaml(load_scene(NAME)))
+RATE = {'ship.rate': 20.0}
+CONTENT = yaml.safe_load(scene_yaml(load_scene(NAME, **RATE)))
 HUNG = CONTENT['suspension']
 E = HUNG['support_radius'] - HUNG['axle_radius']
 C, K, G = HUNG['depth'], HUNG['gyration_radius'], CONTENT['gravity']
@@ -326,7 +327,7 @@ def test_jitter_and_lost_samples_hardly_matter():
 
 
 def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
-    scene = load_scene(NAME)
+    scene = load_scene(NAME, **RATE)
     assert (felt_parts(scene), felt_step_ns(scene)) == (8, 6_250_000)
     assert FAST * felt_step_ns(scene) * 1e-9 < 0.4
     assert felt_parts(load_scene('involute_weight_at_sea')) == 1

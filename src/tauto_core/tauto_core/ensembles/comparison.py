@@ -183,15 +183,16 @@ def _scenes(
         taken = {key: getattr(passage, key) for key in SHARED}
     if duration is not None:
         taken['duration'] = duration
-    if accuracy is not None:
-        # one motion for all, sampled as the most demanding of them needs
-        passages = [taken['ship']] if taken else []
-        ships = [*passages, *(scene.ship for _, scene in scenes)]
-        rate = max(ship.rate for ship in ships)
-        taken['ship'] = ships[0].model_copy(update={'rate': rate})
-    if not taken:
+    # one motion for all, sampled as the most demanding of them needs
+    passages = [] if ship_of is None else [taken['ship']]
+    rates = {ship.rate for ship in (*passages, *(scene.ship for _, scene in scenes))}
+    if not taken and len(rates) == 1:
         return scenes
-    return [(name, _taking(name, scene, taken, ship_of)) for name, scene in scenes]
+    found = []
+    for name, scene in scenes:
+        ship = taken.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
+        found.append((name, _taking(name, scene, {**taken, 'ship': ship}, ship_of)))
+    return found
 
 
 def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scene:

@@ -195,6 +195,9 @@ SEA_TOLERANCE = 1e-6
 s/day.
 """
 
+RESPONSE_TOLERANCE = 2e-12
+"""Relative error of a step where the machine's response to single waves is found."""
+
 FITS = 2.0
 """Largest departure from the equation, in the sigmas of its priors, at which it fits. All runs
 share the coefficients, so an honest prior exceeds it for one machine in 22. Of the shipped
@@ -385,12 +388,12 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
 def _alone(scene: Scene) -> Scene:
     """Return the scene's machine on a ship that only the trial waves move."""
     # what the machine itself answers does not depend on the accuracy asked of a voyage
-    asked = scene.accuracy is not None
     ship = ComponentsShip(height=scene.ship.height)
-    if not asked:
+    if not scene.states_accuracy:
         ship = ship.model_copy(update={'rate': scene.ship.rate})
     step_ns = step_of_rate(ship.rate)
     interval_s = max(NS_PER_S // step_ns, 1) * step_ns / NS_PER_S
+    exact = Solver(tolerance=RESPONSE_TOLERANCE)
     return scene.model_copy(
         update={
             'name': '',
@@ -402,7 +405,7 @@ def _alone(scene: Scene) -> Scene:
             'air': None,
             'drift': DriftSettings(covariates=('heave',)),
             'gravity': scene.g,
-            'solver': None if asked else scene.solver,
+            'solver': scene.solver if scene.accuracy is None else exact,
             'log': Log(interval=interval_s),
         }
     )

@@ -29,6 +29,7 @@ from tauto_core.machines.trochlea import CaseOfMass
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 from tauto_core.scene.refuse import NO_KEY, SECTIONS, Times, explain, out_of_proportion
 from tauto_core.scene.sections import (
+    ACCURACY,
     Clock,
     DriftSettings,
     Gravity,
@@ -162,8 +163,15 @@ class Scene(Section):
 
     @property
     def accuracy(self) -> float | None:
-        """Error of the reading that may be made in a day [s]; None where none is asked for."""
-        return None if self.solver is None else self.solver.accuracy
+        """Error of the reading that may be made in a day [s]; None where a tolerance decides."""
+        if self.solver is None or (self.solver.accuracy is None and self.solver.tolerance is None):
+            return ACCURACY
+        return self.solver.accuracy
+
+    @property
+    def states_accuracy(self) -> bool:
+        """Whether the scene states its accuracy."""
+        return self.solver is not None and self.solver.accuracy is not None
 
     @property
     def g(self) -> float:

@@ -175,6 +175,11 @@ Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 LEAST_ACCURACY, LARGEST_ACCURACY = 1e-9, 1.0
 
+ACCURACY = 1e-6
+"""Error of the reading that may be made in a day where a scene states neither accuracy nor
+tolerance [s/day]: a thousandth of what a navigator could notice after a passage.
+"""
+
 
 def white_s(white_fm: float) -> float:
     """Return q1, the variance of the reading after a second [s²/s].
@@ -374,12 +379,12 @@ class Solver(Section):
     accuracy: Number | None = Field(
         default=None,
         description='error of the reading that may be made in a day of the run [s/day], 1e-9 to '
-        '1; the tolerance follows from it, and the rate of the ship where none is given',
+        f'1, {ACCURACY:g} when left out without a tolerance; the tolerance follows from it, and '
+        'the rate of the ship where none is given',
     )
     tolerance: Number | None = Field(
         default=None,
-        description="relative error allowed in one step, 1e-15 to 1e-3; the propagator's default "
-        'when left out',
+        description='relative error allowed in one step, 1e-15 to 1e-3, in place of an accuracy',
     )
 
     def problems(self) -> Iterator[Problem]:
