@@ -323,14 +323,18 @@ FIGURES = (
 # -----------------------------------------------------------------------------
 # The paragraphs.
 
-_CASE = 'tauto scene check suspended_weight_at_sea'
-_OWN = f'{_CASE} --set suspension.depth=0.3 --set suspension.gyration_radius=0.15'
-_SAIL = 'tauto sail suspended_weight_at_sea'
+_BODY = '--depth 0.3 --gyration-radius 0.15 --axle-radius 0.05'
+_HOLLOW = f'tauto axle --support concave --support-radius 0.15 {_BODY}'
+_OWN = f'{_HOLLOW} --release-tilt 0.1'
+_PUSHED = f'{_HOLLOW} --push-speed 0.01 --push-spin 0.02 --duration 0.5'
+_LARGE = f'{_HOLLOW} --release-tilt 0.4 --release-arc 0.05'
+_PLANE = f'tauto axle {_BODY} --release-tilt 0.3'
 _CONVEX = (
-    'From a convex support the body falls, so no scene rests on one. The figure has its lengths.'
+    f'tauto axle --support convex --support-radius 0.15 {_BODY} --push-speed 0.01 --duration 0.3'
 )
-_CRADLE = 'No command takes a cradle. The figure has its lengths.'
-_LARGE = f'{_SAIL} --set suspension.large_angles=true'
+_ROCKERS = '--axle-radius 0.5 --depth 0.2 --gyration-radius 0.3 --release-tilt 0.1'
+_CRADLE = f'tauto axle --support cradle --support-radius 1.2 {_ROCKERS}'
+_SAIL = 'tauto sail axle_at_sea'
 _PARAGRAPHS = (
     Paragraph(
         '1',
@@ -345,7 +349,7 @@ _PARAGRAPHS = (
         'Both ends of the axle lie on equal supports, so that it stays level and presses on both '
         'alike. Only very small swings are to be found, for larger ones need too much '
         'calculation.',
-        (_CASE, _LARGE),
+        (_OWN, _LARGE),
     ),
     Paragraph(
         '3',
@@ -358,7 +362,7 @@ _PARAGRAPHS = (
         '4',
         'A push gives the centre of gravity a small velocity n and the body a small angular '
         'velocity ν. The motion that follows is sought.',
-        (_CASE,),
+        (_PUSHED,),
     ),
     Paragraph(
         '5',
@@ -372,13 +376,13 @@ _PARAGRAPHS = (
         '6',
         'Gravity acts at the centre of gravity, downwards. The support presses on the axle along '
         'the line from a through c to O, because there is no friction.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '7',
         'That pressure, carried over to the centre of gravity, has a vertical and a horizontal '
         'part. What is left is a torque that turns the body.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '8',
@@ -408,25 +412,25 @@ _PARAGRAPHS = (
         '12',
         'For small angles x is constant and the pressure is the weight. Two linear equations for '
         'θ and Φ are left.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '13',
         'Each of the two equations contains both angles. They must be combined so that one '
         'unknown remains.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '14',
         'The first equation times A and the second times B are added. A and B are chosen so that '
         'both sides contain the same combination z of the angles.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '15',
         'Comparing the two expressions of θ gives a quadratic equation for A to B. Its two roots '
         'are equally good.',
-        (_CASE,),
+        (_OWN,),
     ),
     Paragraph(
         '16',
@@ -511,19 +515,19 @@ _PARAGRAPHS = (
     Paragraph(
         '30',
         'The body starts in equilibrium, where both angles vanish. So both phases are zero.',
-        (_CASE,),
+        (_PUSHED,),
     ),
     Paragraph(
         '31',
         'The velocity n of the centre of gravity gives one equation between the amplitudes. It '
         'becomes short, because e and B add up to b.',
-        (_CASE,),
+        (_PUSHED,),
     ),
     Paragraph(
         '32',
         'The angular velocity ν gives another. Both amplitudes follow, and with them the whole '
         'motion.',
-        (_CASE,),
+        (_PUSHED,),
     ),
     Paragraph(
         '33',
@@ -547,19 +551,24 @@ _PARAGRAPHS = (
         '36',
         'Without extent and on a knife-edge the body is the simple pendulum. A mass without '
         'extent on a real axle swings as if it hung from O.',
-        (f'{_CASE} --set suspension.gyration_radius=0.001',),
+        (
+            'tauto axle --support concave --support-radius 0.01 --depth 0.3 --gyration-radius '
+            '0.02 --release-tilt 0.1',
+            'tauto axle --support concave --support-radius 0.15 --axle-radius 0.05 --depth 0.3 '
+            '--gyration-radius 0.001 --release-tilt 0.1',
+        ),
     ),
     Paragraph(
         '37',
         'The shape of the support matters much. On a level plane e is infinite and so is b: the '
         'body can be moved aside and does not come back.',
-        (f'{_CASE} --set suspension.support_radius=1000',),
+        (f'tauto axle {_BODY} --push-speed 0.2',),
     ),
     Paragraph(
         '38',
         'The other root still gives a swing on the plane, with the length kk/c. In it the centre '
         'of gravity keeps to its vertical, and the axle goes to and fro.',
-        (f'{_CASE} --set suspension.support_radius=1000',),
+        (_PLANE,),
         ('Tab. IV, 6',),
     ),
     Paragraph(
@@ -573,13 +582,16 @@ _PARAGRAPHS = (
         'On a plane experience shows something else: the body swings about an axle at rest. That '
         'is due to friction, which is left out here, so that nothing pushes the centre of gravity '
         'sideways.',
-        (f'{_CASE} --set suspension.support_radius=1000',),
+        (f'{_PLANE} --contact rolling', f'{_PLANE} --contact coulomb --friction 0.1'),
+        found='With friction an axle that rolls has one way to swing, and a thin axle then '
+        'stays nearly at rest, as experience has it. This paper leaves friction out; '
+        'its title promises another.',
     ),
     Paragraph(
         '41',
         'Where both amplitudes are there the motion is very irregular. It is composed of two '
         'swings of the lengths b and b′, in endless variety.',
-        (_SAIL,),
+        (_LARGE, _SAIL),
     ),
     Paragraph(
         '42',
@@ -590,68 +602,70 @@ _PARAGRAPHS = (
         '43',
         'Since B is b − e, both angles follow from the two lengths. With their velocities the '
         'motion is determined completely.',
-        (_SAIL,),
+        (_PUSHED, 'tauto sail suspended_weight_at_sea'),
     ),
     Paragraph(
         '44',
         'For a distant O, or one below the axle, the arc s of the axle is better than θ. All '
         'formulas are written with s.',
-        (_SAIL,),
+        (_PUSHED,),
     ),
     Paragraph(
         '45',
         'On a convex support O lies below the axle, at the distance i. The formulas hold with −i '
         'for e.',
-        figures=('Tab. V, 1',),
-        lacks=_CONVEX,
+        (_CONVEX,),
+        ('Tab. V, 1',),
     ),
     Paragraph(
         '46',
         'The motions on such a support are written out. They have the same form.',
-        lacks=_CONVEX,
+        (_CONVEX,),
     ),
     Paragraph(
         '47',
         'The formulas hold only where b and b′ are positive. Where one is not, the body cannot '
         'swing and slides off the support, which is to be feared for b′ here.',
-        lacks=_CONVEX,
+        (_CONVEX,),
+        found='It is certain. One of the two lengths is negative for every body on a convex '
+        'support, so that without friction it always falls.',
     ),
     Paragraph(
         '48',
         'An appendix is on the rocking of cradles, on which Euler had written before for a level '
         'floor. It is the same problem with the body above the support.',
-        lacks=_CRADLE,
+        (f'tauto axle --support cradle {_ROCKERS}',),
     ),
     Paragraph(
         '49',
         'The axle becomes the body of the cradle, and C is the centre of its rockers. Its centre '
         'of gravity must be below C, or it would not rock.',
-        figures=('Tab. V, 2',),
-        lacks=_CRADLE,
+        (_CRADLE,),
+        ('Tab. V, 2',),
     ),
     Paragraph(
         '50',
         'The displaced cradle touches the floor on the line from O through c. Only the base need '
         'be round, for the swings are small.',
-        lacks=_CRADLE,
+        (_CRADLE,),
     ),
     Paragraph(
         '51',
         'A cradle has infinitely more motions than the regular ones found before. And the floor '
         'may be curved.',
-        lacks=_CRADLE,
+        (_CRADLE,),
     ),
     Paragraph(
         '52',
         'Three numbers describe a cradle. They are the distance e of both centres, the depth c of '
         'the centre of gravity, and the square of k.',
-        lacks=_CRADLE,
+        (_CRADLE,),
     ),
     Paragraph(
         '53',
         'From them both lengths follow, and the path and tilt at any time. On a convex floor −i '
         'replaces e, as before.',
-        lacks=_CRADLE,
+        (_CRADLE, _CONVEX),
     ),
 )
 EDITION = Edition(
