@@ -17,6 +17,7 @@ from typer.testing import CliRunner
 import tauto_core as tauto
 from tauto_core.cli.app import app
 from tauto_core.ensembles.comparison import CLOCKS
+from tauto_core.results import groups
 from tauto_core.scene import shipped_scenes
 from tauto_core.wording import figure, with_sigma
 
@@ -174,9 +175,20 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
     assert rows[0][2] == rows[0][4] == '–'
 
 
-def test_the_glossary_explains_the_words_of_a_result() -> None:
-    words = set(re.findall(r'^\| (\w+) \|', GLANCE, re.MULTILINE))
+def test_the_glossary_explains_each_row_of_a_result() -> None:
+    """Each row has a word of the glossary; the numbers of messages are named by their topics."""
+    glossary = GLANCE.partition('## Words')[2]
+    words = set(re.findall(r'^\| ([\w ]+?)(?:, [^|]*)? \|', glossary, re.MULTILINE))
     assert {'trochlea', 'cheek', 'cam', 'involute', 'rate', 'rated', 'drift', 'landfall'} <= words
+    for scene, given in (
+        ('measured', {}),
+        ('sully_lever_at_sea', {'duration': 60.0}),
+        ('portsmouth_jamaica', {'duration': 3600.0}),
+    ):
+        for name, rows in groups(tauto.sail(scene, **given).result):
+            for label, value, _ in rows:
+                known = any(re.search(rf'\b{word}s?\b', f'{name}, {label}') for word in words)
+                assert known or name == 'messages' or not value, (name, label)
 
 
 def test_the_readme_is_short() -> None:

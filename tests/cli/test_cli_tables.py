@@ -9,6 +9,7 @@ import pytest
 from rich.console import Console
 
 from tauto_core.cli.tables import voyage_table
+from tauto_core.navigation import how_good
 from tauto_core.results import answer
 
 RESULT: dict[str, Any] = {
@@ -61,7 +62,8 @@ def rows(result: dict[str, Any]) -> dict[tuple[str, str], list[str]]:
 def test_the_sentence_comes_first_and_names_the_sides() -> None:
     assert answer(RESULT) == (
         'After 81 days unchecked the dial puts the ship 1.21 nmi east of where she is; '
-        'rated and corrected, 0.024 ± 0.095 nmi west.'
+        'rated and corrected, 0.024 ± 0.095 nmi west. That is within 30 nmi, worth £20,000 by the '
+        'Act of 1714.'
     )
     title, first, *_ = said(RESULT, width=200).splitlines()
     assert title == 'h4: 81 days'
@@ -70,10 +72,26 @@ def test_the_sentence_comes_first_and_names_the_sides() -> None:
 
 def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
     same = {**RESULT['longitude'], 'error_nmi': 1234.0, 'sigma_nmi': 97.0}
-    assert answer({'longitude': same}).endswith('rated and corrected, 1,234 ± 97 nmi.')
+    said = answer({'longitude': same})
+    assert 'rated and corrected, 1,234 ± 97 nmi. That is beyond 60 nmi, worth nothing by' in said
     none = {**RESULT['longitude'], 'raw_error_nmi': -0.0, 'error_nmi': 1e-9}
     assert 'puts the ship within 0.01 nmi of where she is' in answer({'longitude': none})
-    assert answer({'longitude': none}).endswith('rated and corrected, 0.000 ± 0.095 nmi.')
+    assert 'rated and corrected, 0.000 ± 0.095 nmi. That' in answer({'longitude': none})
+    untried = {**RESULT['longitude'], 'prize_pounds': None}
+    assert answer({'longitude': untried}).endswith('0.024 ± 0.095 nmi west.')
+
+
+@pytest.mark.parametrize(
+    ('miles', 'words'),
+    [
+        (30.0, 'within 30 nmi, worth £20,000'),
+        (30.1, 'within 40 nmi, worth £15,000'),
+        (60.0, 'within 60 nmi, worth £10,000'),
+        (60.1, 'beyond 60 nmi, worth nothing'),
+    ],
+)
+def test_one_scale_of_words_says_how_good(miles: float, words: str) -> None:
+    assert how_good(miles).startswith(words)
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from tauto_core.navigation import (
     RateError,
     RateScatter,
     forgets_its_start,
+    how_good,
     projection,
 )
 from tauto_core.navigation.covariates import dial_model, expected_walk_per_s
@@ -323,8 +324,12 @@ def _answer(result: Mapping[str, Any]) -> str:
     nowhere = not float(corrected.split(maxsplit=1)[0].replace(',', ''))
     if not (nowhere or (shown and east_nmi * raw_nmi > 0.0)):
         corrected = f'{corrected} {_side(east_nmi)}'
+    # a voyage that is too short for the Act has no prize, not even none
+    judged = longitude.get('prize_pounds') is not None
+    verdict = f' That is {how_good(abs(east_nmi))}.' if judged else ''
     return (
-        f'{when} the dial puts the ship {place} of where she is; rated and corrected, {corrected}.'
+        f'{when} the dial puts the ship {place} of where she is; rated and corrected, '
+        f'{corrected}.{verdict}'
     )
 
 

@@ -22,6 +22,7 @@ from tauto_core.navigation.longitude import (
     LEAST_UNCHECKED_DAYS,
     LongitudeStage,
     Route,
+    how_good,
     prize_pounds,
     required_rate_s_per_day,
 )
@@ -54,6 +55,7 @@ __all__ = [
     'estimate_names',
     'filter_phases',
     'forgets_its_start',
+    'how_good',
     'predict',
     'prior',
     'prize_pounds',

@@ -431,6 +431,15 @@ def prize_pounds(distance_nmi: float) -> int:
     return next((pounds for limit, pounds in AWARDS if distance_nmi <= limit), 0)
 
 
+def how_good(distance_nmi: float) -> str:
+    """Return how good a longitude is, by the limits of the Act: the one scale of words for it."""
+    for limit_nmi, pounds in AWARDS:
+        if distance_nmi <= limit_nmi:
+            return f'within {limit_nmi:g} nmi, worth £{pounds:,} by the Act of 1714'
+    widest, best = AWARDS[-1][0], AWARDS[0][0]
+    return f'beyond {widest:g} nmi, worth nothing by the Act of 1714; {best:g} are worth most'
+
+
 def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
     """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
 
