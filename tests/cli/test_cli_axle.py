@@ -94,3 +94,13 @@ def test_a_scene_in_which_the_body_falls_is_refused() -> None:
     said = refused('scene', 'check', 'axle_at_sea', *falls)
     assert 'regulator.support' in said
     assert 'falls from its support' in said
+
+
+def test_a_cradle_with_its_centre_of_gravity_above_that_of_the_rockers_tips() -> None:
+    """On a plane it falls like φ cosh t√(g c/k²) (§38, 49), at first."""
+    body = '--support cradle --depth -0.1 --gyration-radius 0.3 --axle-radius 0.5'
+    start = '--release-tilt 1e-4 --duration 0.5'
+    told = json.loads(run(*f'axle {body} {start} --json'.split()))
+    growth = math.sqrt(9.80665 * 0.1) / 0.3
+    for row in told['rows']:
+        assert row['phi_rad'] == pytest.approx(1e-4 * math.cosh(growth * row['time_s']), rel=1e-5)

@@ -172,8 +172,9 @@ class AxleRegulator(Section):
         tilt, spin = self.release_tilt, self.push_spin
         arc, sliding = -self.axle_radius * tilt, -self.axle_radius * spin
         if self.contact == 'smooth':
-            slow, fast = body.modes.tilt_per_arc
-            regular = tilt / (fast if curvature == 0.0 else slow)
+            # on a plane the centre of gravity keeps to its vertical, also above the axle (§38)
+            on_plane = curvature == 0.0
+            regular = -self.depth * tilt if on_plane else tilt / body.modes.tilt_per_arc[0]
             arc = regular if self.release_arc is None else self.release_arc
             sliding = 0.0
         if self.push_speed is not None:
