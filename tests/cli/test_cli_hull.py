@@ -4,10 +4,13 @@ import json
 import math
 import sys
 
+import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
+from tauto_core.plots import chart
 from tauto_core.ship.hull import ClockPlace, Hull, load_hull, named_hull, rate_by_place
 from tauto_core.ship.sea import bretschneider
 
@@ -43,6 +46,38 @@ def test_the_table_of_a_shipped_shape_is_that_of_the_library():
     printed = invoke('--shape', 'deptford', '--roll-period', 11).stdout
     assert f'−{-row["heave"]:.1f}' in printed
     assert 'capytaine 3.0.0, 1056 panels' in printed
+
+
+def test_her_operators_are_drawn(tmp_path, monkeypatch):
+    drawn = []
+
+    def draw(of, name):
+        drawn.append((of, name))
+        return Figure()
+
+    monkeypatch.setattr(chart, 'draw', draw)
+    picture = tmp_path / 'operators.svg'
+    result = invoke('--shape', 'deptford', '--speed', 2.0, '--plot', picture)
+    assert result.exit_code == 0, result.stderr
+    assert picture.is_file()
+    [(top, name)] = drawn
+    assert name == 'deptford, 44 m at 2 m/s'
+    labels = [panel.y_label for panel in top.panels]
+    assert labels == [
+        'surge, m/m',
+        'sway, m/m',
+        'heave, m/m',
+        'roll, °/m',
+        'pitch, °/m',
+        'yaw, °/m',
+    ]
+    roll, beam = top.panels[3], Hull(named_hull('deptford'), 3.1 * math.sqrt(12.6), 0.08)
+    line = roll.lines[2]
+    wanted = beam.response(math.tau / line.x, 0.5 * math.pi, 2.0).motions[:, 3]
+    np.testing.assert_allclose(line.y, np.degrees(np.abs(wanted)), rtol=1e-9)
+    refused = invoke('--shape', 'deptford', '--plot', tmp_path / 'operators.gif')
+    assert refused.exit_code == 2
+    assert 'must end in .svg' in refused.output
 
 
 def test_a_shape_is_scaled_by_its_length_and_kept_in_a_file(tmp_path):

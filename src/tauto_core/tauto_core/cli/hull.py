@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, print_rich, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, print_rich, progress_bar, say
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import RenderableType
 
     from tauto_core.ship.hull import Hull, HullCoefficients, PlaceRate
@@ -54,21 +55,24 @@ def hull(
         Path | None,
         typer.Option(metavar='FILE', help='Write the coefficients (.npz); replaces the file.'),
     ] = None,
+    plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
     """Find how a hull moves in waves, and its cost to a clock.
 
     The cost is given by heading and place. Boundary elements solve for the water about her
     (capytaine, the extra `hull`); a shape that comes with Tauto needs none. --length beside
-    --shape scales it.
+    --shape scales it. --plot draws her operators: all six motions by the period of the waves.
     """
-    from tauto_core.files import check_place
+    from tauto_core.files import check_place, check_plot
     from tauto_core.ship import hull as hulls
 
     if out is not None:
         if out.suffix != '.npz':
             raise UsageError(f'--out {out}: must end in .npz. Name another file')
         check_place(out, 'out')
+    for path in plot or ():
+        check_plot(path)
     sizes = {'length': length, 'beam': beam, 'draught': draught, 'block': block}
     # refusals that need no coefficients come first: those take a minute
     if not (math.isfinite(roll_damping) and 0.0 <= roll_damping < 1.0):
@@ -86,12 +90,16 @@ def hull(
     if out is not None:
         found.save(out)
         facts['path'] = str(out)
+    for path in plot or ():
+        from tauto_core.files import write_figure
+
+        write_figure(lambda: _drawn(ship, speed), path)
     if as_json:
         typer.echo(json.dumps(facts, allow_nan=False))
         return
     print_rich(_page(facts, rates))
-    if out is not None:
-        say(f'wrote {out}')
+    for path in (*((out,) if out is not None else ()), *(plot or ())):
+        say(f'wrote {path}')
 
 
 def _coefficients(
@@ -220,6 +228,49 @@ def _facts(ship: Hull, speed: float) -> tuple[dict[str, Any], list[PlaceRate]]:
             for each in rates
         ],
     }, rates
+
+
+def _drawn(ship: Hull, speed: float) -> Figure:
+    """Draw the sizes of the six motions per metre of wave, by period and heading."""
+    import numpy as np
+
+    from tauto_core.plots.chart import Chart, Colour, Line, draw
+
+    unit = math.sqrt(ship.coefficients.length / ship.gravity)
+    period = unit * np.linspace(1.5, 12.0, 400)
+    headings: tuple[tuple[float, str, Colour], ...] = (
+        (180.0, 'head', 'blue'),
+        (135.0, 'bow', 'orange'),
+        (90.0, 'beam', 'green'),
+        (0.0, 'following', 'grey'),
+    )
+    found = [
+        (
+            f'{name}, {degrees:g}°',
+            colour,
+            np.abs(ship.response(math.tau / period, math.radians(degrees), speed).motions),
+        )
+        for degrees, name, colour in headings
+    ]
+    panels: Chart | None = None
+    for column, motion in reversed(
+        list(enumerate(('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')))
+    ):
+        size = 1.0 if column < 3 else math.degrees(1.0)
+        panels = Chart(
+            title='motions per metre of wave',
+            x_label='period of the waves, s',
+            y_label=f'{motion}, {"m" if column < 3 else "°"}/m',
+            lines=[
+                Line(name if column == 0 else '', period, size * each[:, column], colour)
+                for name, colour, each in found
+            ],
+            below=panels,
+        )
+    assert panels is not None
+    under_way = f' at {speed:g} m/s' if speed else ''
+    hull = ship.coefficients
+    return draw(panels, f'{hull.name}, {hull.length:.3g} m{under_way}')
 
 
 def _page(facts: dict[str, Any], rates: list[PlaceRate]) -> RenderableType:
