@@ -225,30 +225,28 @@ do not reach; a row is due on the way.
 
 
 class Rates(NamedTuple):
-    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent."""
+    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent.
+
+    They have as many powers as the channels, which all have the same number.
+    """
 
     line: FloatArray | None
     tilt: FloatArray | None
 
 
 @inlined
-def _value(channel: FloatArray | None, k: int, x: Any, zero: Any) -> Any:
-    """Return a polynomial at x of piece k, a float or lanes; zero where it is absent."""
-    value = zero
-    if channel is not None:
-        for j in range(channel.shape[1] - 1, -1, -1):
-            value = fma(value, x, channel[k, j])
-    return value
-
-
-@inlined
-def _slopes(channel: FloatArray | None, k: int, x: float, per_s: float) -> tuple[float, float]:
-    """Return a polynomial and its time derivative at x of piece k; zeros where it is absent."""
-    value, slope = 0.0, 0.0
-    if channel is not None:
-        for j in range(channel.shape[1] - 1, -1, -1):
-            slope, value = fma(slope, x, value), fma(value, x, channel[k, j])
-    return value, slope * per_s
+def _fill_rates(
+    channel: FloatArray | None, pieces: ForcingPieces, rates: FloatArray | None
+) -> None:
+    """Fill the coefficients of the time derivative of a channel."""
+    if channel is None or rates is None:
+        return
+    powers = channel.shape[1]
+    for i in range(channel.shape[0]):
+        per_s = 1.0 / pieces.length_s[i]
+        for j in range(1, powers):
+            rates[i, j - 1] = channel[i, j] * (j * per_s)
+        rates[i, powers - 1] = 0.0
 
 
 class HalfSwing(NamedTuple):
@@ -261,6 +259,7 @@ class HalfSwing(NamedTuple):
         known_s: time from the beginning to the end of that [s].
         square: x² + y² above which the swing is clear of tilt and impulse.
         bend: bound of |γ̈| [rad/s2].
+        powers: number of powers of every channel.
         spans, pieces, rates: all of them.
     """
 
@@ -271,6 +270,7 @@ class HalfSwing(NamedTuple):
     known_s: float
     square: float
     bend: float
+    powers: int
     spans: Spans
     pieces: ForcingPieces
     rates: Rates
@@ -290,7 +290,19 @@ def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
     """Return what the ship does at x of piece k, but for γ, and the machine's numbers there."""
     pieces, rates = half.pieces, half.rates
     per_s = 1.0 / pieces.length_s[k]
-    line, tilt = _slopes(rates.line, k, x, per_s), _slopes(rates.tilt, k, x, per_s)
+    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = 0.0
+    # one loop for all channels: they are short, and what ends a loop is guessed wrong at times
+    for j in range(half.powers - 1, -1, -1):
+        if rates.line is not None:
+            line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
+        if pieces.tilt is not None and rates.tilt is not None:
+            tilt = fma(tilt, x, pieces.tilt[k, j])
+            tilt_slope = fma(tilt_slope, x, tilt_rate)
+            tilt_rate = fma(tilt_rate, x, rates.tilt[k, j])
+        if pieces.gravity is not None:
+            gravity = fma(gravity, x, pieces.gravity[k, j])
+        if pieces.lean is not None:
+            lean = fma(lean, x, pieces.lean[k, j])
     hot = None
     if pieces.hot is not None:
         terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
@@ -307,10 +319,10 @@ def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
             lane(all_, 6),
         )
     return Outside(
-        ChannelAt(0.0, line[0], line[1]),
-        ChannelAt(_value(pieces.tilt, k, x, 0.0), tilt[0], tilt[1]),
-        _value(pieces.gravity, k, x, 0.0),
-        _value(pieces.lean, k, x, 0.0),
+        ChannelAt(0.0, line, line_slope * per_s),
+        ChannelAt(tilt, tilt_rate, tilt_slope * per_s),
+        gravity,
+        lean,
         hot,
     )
 
@@ -350,14 +362,24 @@ def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
         length = pieces.length_s[k]
         per_s, first, later = 1.0 / length, k == half.k, seconds - since
         at = fma(later, per_s, x)
+        line = tilt = gravity = lean = none
+        for j in range(half.powers - 1, -1, -1):
+            if rates.line is not None:
+                line = fma(line, at, rates.line[k, j])
+            if rates.tilt is not None and wheel.feels_drag:
+                tilt = fma(tilt, at, rates.tilt[k, j])
+            if pieces.gravity is not None:
+                gravity = fma(gravity, at, pieces.gravity[k, j])
+            if pieces.lean is not None:
+                lean = fma(lean, at, pieces.lean[k, j])
         if felt.line is not None:
-            _keep(nodes.line_rate, later, first, _value(rates.line, k, at, none))
+            _keep(nodes.line_rate, later, first, line)
         if felt.tilt is not None and wheel.feels_drag:
-            _keep(nodes.tilt_rate, later, first, _value(rates.tilt, k, at, none))
+            _keep(nodes.tilt_rate, later, first, tilt)
         if felt.gravity is not None:
-            _keep(nodes.gravity, later, first, _value(pieces.gravity, k, at, none))
+            _keep(nodes.gravity, later, first, gravity)
         if felt.lean is not None:
-            _keep(nodes.lean, later, first, _value(pieces.lean, k, at, none))
+            _keep(nodes.lean, later, first, lean)
         if pieces.hot is not None and pieces.hot.interval[k] != interval:
             # one cubic goes on over all pieces of a log interval
             hot, interval = pieces.hot, pieces.hot.interval[k]
@@ -656,7 +678,17 @@ def _ahead(
         last += 1
         x = spans.begin[last]
     known = HalfSwing(
-        start.wheel, k, start.x, last, known_s, square, bend, spans, start.pieces, start.rates
+        start.wheel,
+        k,
+        start.x,
+        last,
+        known_s,
+        square,
+        bend,
+        start.powers,
+        spans,
+        start.pieces,
+        start.rates,
     )
     return code, known
 
@@ -673,10 +705,11 @@ def advance_freely(
     work: Work,
     rows: NDArray[np.void],
     rates: Rates,
+    powers: int,
     free: FreeState,
     free_end: FreeEnd,
 ) -> tuple[int, int, float]:
-    """Advance the state over all spans, as `stepping.advance` does.
+    """Advance the state over all spans, as `stepping.advance` does; the rates are filled first.
 
     Returns a code, and the span and the x in its piece where the run ended: with OK, the span from
     which on they are needed again.
@@ -684,13 +717,15 @@ def advance_freely(
     run = SteppedRun(system, omega, tolerance, state, work)
     reach_s, written, count = LONGEST * free_end.usual_s, 0, len(spans.begin)
     squares, bends = np.empty(count), np.empty(count)
+    _fill_rates(pieces.drive, pieces, rates.line)
+    _fill_rates(pieces.tilt, pieces, rates.tilt)
     for i in range(count):
         _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
         squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
     k, shown = 0, free.shown
     while k < count:
         x = free.x if free.free else spans.begin[k]
-        start = HalfSwing(system, k, x, k, 0.0, 0.0, 0.0, spans, pieces, rates)
+        start = HalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates)
         if free.free and free.waits == 0:
             time = 0.0
             code, half = _ahead(start, shown, reach_s, squares, bends)
@@ -752,7 +787,7 @@ def _joined(first: Forcing | None, second: Forcing) -> Forcing:
         one, two = getattr(first, name), getattr(second, name)
         if one is None:
             return None
-        if one.ndim == 2:
+        if one.ndim == 2 and one.shape[1] != two.shape[1]:
             powers = max(one.shape[1], two.shape[1])
             one, two = (np.pad(each, ((0, 0), (0, powers - each.shape[1]))) for each in (one, two))
         return np.concatenate([one, two])
@@ -779,12 +814,16 @@ def _part(forcing: Forcing, first: int) -> Forcing:
     return replace(forcing, **parts, temperatures=felt)
 
 
-def _rates(channel: FloatArray | None, forcing: Forcing) -> FloatArray | None:
-    """Return the coefficients of the time derivative of a channel."""
-    if channel is None:
-        return None
-    per_s = np.arange(1.0, channel.shape[1]) / forcing.length_s[:, None]
-    return np.ascontiguousarray(channel[:, 1:] * per_s)
+def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
+    """Return the pieces with as many powers in each channel, and how many; none without any."""
+    channels = {name: getattr(pieces, name) for name in ('drive', 'tilt', 'gravity', 'lean')}
+    powers = max((row.shape[1] for row in channels.values() if row is not None), default=0)
+    padded: dict[str, Any] = {
+        name: np.pad(row, ((0, 0), (0, powers - row.shape[1])))
+        for name, row in channels.items()
+        if row is not None and row.shape[1] < powers
+    }
+    return pieces._replace(**padded), powers
 
 
 _SPANNED = (
@@ -860,16 +899,21 @@ class FreeEndCollocation(Collocation):
         self, forcing: Forcing, moved: Moved, tolerance: Tolerance, longest_s: float
     ) -> tuple[NDArray[np.void], int, int, float]:
         rows = np.empty(self._logged, ROW)
+        pieces, powers = _evened(self._outside(forcing))
+        rates = (
+            None if row is None else np.empty_like(row) for row in (pieces.drive, pieces.tilt)
+        )
         code, k, x = advance_freely(
             *moved,
             tolerance,
             longest_s,
-            self._outside(forcing),
+            pieces,
             Spans(forcing.begin, forcing.end, forcing.logged),
             self._state,
             self._work,
             rows,
-            Rates(_rates(forcing.neutral, forcing), _rates(forcing.tilt, forcing)),
+            Rates(*rates),
+            powers,
             self._free,
             self._free_end,
         )
