@@ -75,3 +75,21 @@ def test_a_file_that_is_not_there_is_refused():
     result = CliRunner().invoke(app, ['logbook', 'nowhere.csv'])
     assert result.exit_code == 2
     assert 'no such file' in result.stderr
+
+
+def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
+    file, chart = tmp_path / 'log.csv', tmp_path / 'map.svg'
+    file.write_text(
+        'passage,utc,latitude,longitude,wind_from_deg,wind_mps\n'
+        'A-1,1785-08-01T12:00,43.6,-8.5,,\n'
+        'A-1,1785-08-03T12:00,40.42,-3.7,,\n'
+    )
+    found = CliRunner().invoke(app, ['logbook', str(file), '--plot', str(chart), '--json'])
+    assert found.exit_code == 0, found.stderr
+    [passage] = json.loads(found.stdout)['passages']
+    assert 'more than 30 km inland: row 2' in passage['notes']
+    assert chart.read_text().startswith('<?xml')
+    asked = ['logbook', str(file), '--plot', str(chart), '--passage', 'A-1']
+    refused = CliRunner().invoke(app, asked)
+    assert refused.exit_code == 2
+    assert 'draws all passages' in refused.stderr

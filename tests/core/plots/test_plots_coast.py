@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.plots.coast import Frame, frame, land, place_name
+from tauto_core.plots.coast import Frame, frame, inland_km, land, place_name
 from tauto_core.samples import FloatArray
 
 
@@ -96,3 +96,22 @@ def test_ports_have_names_and_the_open_sea_has_none() -> None:
     assert place_name(17.93, -76.84) == 'Jamaica'
     assert place_name(-20.2, 57.5 - 360.0) == 'Mauritius'
     assert place_name(40.0, -40.0) == ''
+
+
+@pytest.mark.parametrize(
+    ('place', 'least', 'most'),
+    [
+        ((48.86, 2.35), 140.0, 185.0),  # Paris: Dieppe lies 145 km away, Le Havre 175
+        ((43.60, 1.44), 135.0, 155.0),  # Toulouse: Narbonne's coast
+        ((51.51, -0.13), 20.0, 60.0),  # London: the estuary of the Thames
+        ((40.42, -3.70), math.inf, math.inf),  # Madrid, 300 km from Valencia
+        ((66.5, 185.0), 1.0, 60.0),  # Chukotka, beyond the dateline
+        ((66.5, -175.0), 1.0, 60.0),
+        ((0.0, -25.0), 0.0, 0.0),
+        ((42.0, 50.5), 0.0, 0.0),  # the Caspian Sea, an outline within an outline
+    ],
+)
+def test_places_on_land_are_as_far_from_the_sea_as_towns_are_known_to_be(
+    place: tuple[float, float], least: float, most: float
+) -> None:
+    assert least <= inland_km(*place) <= most

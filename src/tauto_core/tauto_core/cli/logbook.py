@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, progress_bar, say
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 HARBOUR_DAYS = 14.0
 """Days of rating before the first entry, if no others are asked for."""
+
+
+INLAND_KM = 30.0
+"""Distance from the coast from which a place on land is told: maps err by less [km]."""
 
 
 def logbook(
@@ -44,25 +48,39 @@ def logbook(
         str | None,
         typer.Option('--out', '-o', metavar='FILE', help='File of the scene; else printed.'),
     ] = None,
+    plot: Plots = None,
     as_json: AsJson = False,
 ) -> None:
     """List the passages of a log-book, or write a scene of one.
 
-    It says what is doubtful. A passage that cannot be sailed is told by row, with the reason.
+    It says what is doubtful, and --plot draws the tracks on a map. A passage that cannot be sailed
+    is told by row, with the reason.
     """
+    from tauto_core.files import check_plot
     from tauto_core.scene.tables import missing_file
     from tauto_core.ship.logbook import read_passages
 
     for name in filter(None, (file, winds)):
         for found in missing_file('FILE', name, folders=True):
             raise UsageError(f'{name}: {found.problem}. {found.remedy}')
+    for path in plot or ():
+        check_plot(path)
+        if passage is not None:
+            raise UsageError(f'--plot {path}: draws all passages. Leave out --passage, or this')
     if passage is not None:
         _write(file, passage, scene, harbour_days, winds, out)
         return
     if out is not None:
         raise UsageError(f'--out {out}: is the file of a scene. Name a passage with --passage')
     with progress_bar(file) as progress:
-        rows = [_facts(each) for each in read_passages(file, winds=winds, progress=progress)]
+        passages = list(read_passages(file, winds=winds, progress=progress))
+        rows = [_facts(each) for each in passages]
+    if plot and passages:
+        from tauto_core.plots.tracks import draw_passages
+
+        for path in plot:
+            draw_passages(passages, path)
+            say(f'wrote {path}')
     if as_json:
         typer.echo(json.dumps({'passages': rows}, allow_nan=False))
         return
@@ -99,8 +117,20 @@ def _facts(passage: LoggedPassage) -> dict[str, Any]:
         'wind_share': passage.share(4),
         'air_share': passage.share(5),
         'problems': problems,
-        'notes': passage.notes() if sound else [],
+        'notes': [*passage.notes(), *_ashore(passage)] if sound else [],
     }
+
+
+def _ashore(passage: LoggedPassage) -> list[str]:
+    """Return a note on entries that lie on land."""
+    from tauto_core.plots.coast import inland_km
+
+    far = [inland_km(*entry[1:3]) for entry in passage.entries]
+    rows = [index for index, km in enumerate(far) if km > INLAND_KM]
+    if not rows:
+        return []
+    where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
+    return [f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}']
 
 
 def _write(

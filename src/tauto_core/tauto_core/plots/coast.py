@@ -193,3 +193,50 @@ def place_name(latitude: float, longitude: float) -> str:
 
     nearest = min(PLACES, key=away_nmi)
     return nearest if away_nmi(nearest) <= NAMED_NMI else ''
+
+
+# -----------------------------------------------------------------------------
+# Places that lie on land.
+
+_KM_PER_DEG = 60.0 * 1.852
+_REACH = 2
+"""Bands of a degree on either side in which the nearest coast is sought: 220 km."""
+
+
+@cache
+def _sides() -> tuple[FloatArray, ...]:
+    """Return the sides of all outlines by bands of a degree of latitude from the south, each
+    (4, n): longitude and latitude of both ends [°].
+    """
+    sides = np.concatenate(
+        [np.concatenate((each[:, :-1], each[:, 1:])) for each in _outlines()], axis=1
+    )
+    low, high = np.minimum(sides[1], sides[3]), np.maximum(sides[1], sides[3])
+    bands = range(-90, 91)
+    return tuple(sides[:, (low < band + 1) & (high >= band)] for band in bands)
+
+
+def inland_km(latitude: float, longitude: float) -> float:
+    """Return how far inland a place lies, as the bird flies to the nearest coast [km].
+
+    It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
+    to a few kilometres; islands that they lack are sea.
+    """
+    bands, band = _sides(), math.floor(latitude) + 90
+    x, y, to_x, to_y = bands[band]
+    crossed = (y <= latitude) != (to_y <= latitude)
+    where = x[crossed] + (latitude - y[crossed]) * (to_x - x)[crossed] / (to_y - y)[crossed]
+    middle = math.remainder(longitude, 360.0)
+    # some outlines run beyond ±180°
+    turns = (middle, middle - 360.0, middle + 360.0)
+    east = next((each for each in turns if np.count_nonzero(where > each) % 2), None)
+    if east is None:
+        return 0.0
+    near = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
+    scale = np.array([[math.cos(math.radians(latitude))], [1.0]]) * _KM_PER_DEG
+    begin = (near[:2] - np.array([[east], [latitude]])) * scale
+    way = (near[2:] - near[:2]) * scale
+    square = np.maximum(np.sum(way * way, axis=0), 1e-12)
+    share = np.clip(-np.sum(begin * way, axis=0) / square, 0.0, 1.0)
+    nearest = float(np.min(np.hypot(*(begin + share * way))))
+    return nearest if nearest < 200.0 else math.inf

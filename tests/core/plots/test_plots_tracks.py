@@ -1,0 +1,58 @@
+"""Tracks on a map, coloured by the error: what is drawn against the rows and the log."""
+
+import numpy as np
+from matplotlib.collections import LineCollection
+
+from tauto_core.ensembles.trial_answers import answers_of
+from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
+from tauto_core.plots.tracks import trial_figure
+from tauto_core.ship.logbook import LoggedPassage
+
+
+def passage(name, longitudes):
+    entries = tuple(
+        (f'1770-01-{day:02}T12:00', 10.0, longitude, 90.0, 5.0, None)
+        for day, longitude in enumerate(longitudes, 1)
+    )
+    return LoggedPassage(name, 'log.csv', entries=entries)
+
+
+def row(name, errors, failure=None):
+    end = None if failure else errors[-1]
+    return {
+        'clock': 'made',
+        'passage': name,
+        'drawn': 'log',
+        'draw': 0,
+        'raw_error_nmi': end,
+        'error_nmi': end,
+        'sensed_error_nmi': end,
+        'noon_error_nmi': errors,
+        'noon_raw_error_nmi': errors,
+        'stopped_s': None,
+        'failure': failure,
+    }
+
+
+def test_each_leg_has_the_colour_of_the_error_at_its_end():
+    """Across the dateline a track does not jump; a clock that fails has no track from there on."""
+    passages = (
+        passage('17700101-1', [170.0, 175.0, -180.0, -175.0]),
+        passage('17700101-2', [-30.0, -31.0, -32.0]),
+    )
+    rows = [
+        row('17700101-1', [0.0, 2.0, -20.0, 5000.0]),
+        row('17700101-2', [0.0, 40.0], 'it failed'),
+    ]
+    rules = Rules((TriedClock('made.yaml', 'made', {'ship': {}}),), 0, 14.0)
+    sailed = Sailed(Trial('log.csv', rules, passages), rows)
+    chart, errors, *_ = trial_figure(sailed, answers_of(sailed)).axes
+    [tracks] = [each for each in chart.collections if isinstance(each, LineCollection)]
+    legs = np.array(tracks.get_segments())
+    assert len(legs) == 4
+    assert np.allclose(np.abs(np.diff(legs[:, :, 0], axis=1)).ravel(), [5.0, 5.0, 5.0, 1.0])
+    assert np.allclose(tracks.get_array(), [2.0, 20.0, 300.0, 40.0])
+    # of two passages one has arrived, and none is within 60 nmi of where she is
+    for line in errors.get_lines()[:2]:
+        assert np.asarray(line.get_ydata())[-1] == 100.0
+        assert np.count_nonzero(np.asarray(line.get_xdata()) <= 60.0) == 1
