@@ -334,6 +334,10 @@ _CONVEX = (
 )
 _ROCKERS = '--axle-radius 0.5 --depth 0.2 --gyration-radius 0.3 --release-tilt 0.1'
 _CRADLE = f'tauto axle --support cradle --support-radius 1.2 {_ROCKERS}'
+_TIPS = (
+    'tauto axle --support cradle --axle-radius 0.5 --depth -0.1 --gyration-radius 0.3 '
+    '--release-tilt 0.01'
+)
 _SAIL = 'tauto sail axle_at_sea'
 _PARAGRAPHS = (
     Paragraph(
@@ -640,7 +644,7 @@ _PARAGRAPHS = (
         '49',
         'The axle becomes the body of the cradle, and C is the centre of its rockers. Its centre '
         'of gravity must be below C, or it would not rock.',
-        (_CRADLE,),
+        (_CRADLE, _TIPS),
         ('Tab. V, 2',),
     ),
     Paragraph(

@@ -92,7 +92,11 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
 def _paragraph(
     paragraph: Paragraph, figures: Sequence[EulerFigure], claims: Sequence[Claim]
 ) -> str:
-    runs = ''.join(f'<li><code>{escape(each)}</code></li>' for each in paragraph.runs)
+    # a line ends between words, not within an option
+    runs = ''
+    for each in paragraph.runs:
+        words = ' '.join(f'<span>{escape(word)}</span>' for word in each.split())
+        runs += f'<li><code>{words}</code></li>'
     return (
         f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
         f'<div><h2>§{paragraph.number}</h2><p>{escape(paragraph.argues)}</p>'
@@ -128,6 +132,7 @@ def _claim(claim: Claim) -> str:
 
 
 def _figure(figure: EulerFigure) -> str:
+    called = figure.name if figure.name.startswith('Tab.') else f'Fig. {figure.name}'
     shown = figure.draw(*(each.values[each.begin] for each in figure.controls))
     name = _id(figure)
     controls = ''.join(
@@ -138,9 +143,9 @@ def _figure(figure: EulerFigure) -> str:
         for k, each in enumerate(figure.controls)
     )
     return (
-        f'<figure id="{name}">{svg(shown.drawing, f"Figure {figure.name}: {figure.caption}")}'
+        f'<figure id="{name}">{svg(shown.drawing, f"{called}: {figure.caption}")}'
         f'{controls}<p class="says" aria-live="polite">{escape(_typeset(shown.says))}</p>'
-        f'<figcaption>Fig. {figure.name}, constructed from the text. {escape(figure.caption)}'
+        f'<figcaption>{called}, constructed from the text. {escape(figure.caption)}'
         f'</figcaption></figure>'
     )
 
