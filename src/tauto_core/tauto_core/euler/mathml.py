@@ -18,7 +18,19 @@ _PHRASES = (
     'punctum flexus contrarii', 'punctum reversionis', 'totus arcus descensus',
     'totus arcus ascensus', 'constans', 'always', 'with', 'for',
 )  # fmt: skip
-_FUNCTIONS = ('arcsin', 'arctan', 'arc.', 'sinh', 'sin.', 'sin', 'cos.', 'log', 'scrup.', 'etc')
+_FUNCTIONS = (
+    'arcsin',
+    'arctan',
+    'arc.',
+    'sinh',
+    'sin.',
+    'sin',
+    'cos.',
+    'log',
+    'scrup.',
+    'etc',
+    'rad',
+)
 _TOKEN = re.compile(
     r'(?P<word>(?<![A-Za-z²³])(?:'
     + '|'.join(map(re.escape, (*_PHRASES, *_FUNCTIONS)))

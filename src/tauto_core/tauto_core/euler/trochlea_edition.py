@@ -605,8 +605,13 @@ _PARAGRAPHS = (
         'Two curved plates start from the centre of the wheel, and a loaded thread hangs between '
         'them. When the wheel turns, the thread lies against one of them and the weight turns the '
         'wheel back.',
-        ('tauto cam cheek_before_euler', 'tauto plot cheek_before_euler machine'),
+        (
+            'tauto cam cheek_before_euler --set trochlea.cam.root_depth=1e-4',
+            'tauto plot cheek_before_euler machine',
+        ),
         ('I',),
+        lacks='An arc of a circle begins at least a little below the axle, here a tenth of a '
+        'millimetre.',
     ),
     Paragraph(
         'III',
@@ -641,7 +646,8 @@ _PARAGRAPHS = (
             'tauto sail sully_lever_at_sea',
         ),
         ('III',),
-        lacks='A spring is linear, force + stiffness × draw.',
+        lacks='Air and a stretched chord have no law in the text. A spring is linear, force + '
+        'stiffness × draw, and pulls a vertical thread or one through a hole.',
     ),
     Paragraph(
         'VI',
