@@ -1,5 +1,6 @@
 """A fleet gives the rows of its ships sailed alone, also if interrupted or distributed."""
 
+import importlib
 import math
 import os
 import re
@@ -326,6 +327,7 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 @pytest.fixture
 def by_tls(tmp_path):
     """The certificate of docs/fleets.md, for this process and those that it starts."""
+    importlib.import_module('distributed')  # its defaults must outlive what is set here
     key, certificate = tmp_path / 'key.pem', tmp_path / 'fleet.pem'
     made = ('openssl', 'req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1')
     for_two = ('-nodes', '-days', '2', '-subj', '/CN=fleet')
@@ -378,8 +380,6 @@ def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
         address = scheduler.address
         bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1')
         monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 2.0)
-        with pytest.raises(WorkerError, match='has no workers'):
-            sail_fleet(plan(), Crew(2, address))
         with (
             pytest.warns(TautoWarning, match='without TLS'),
             pytest.raises(WorkerError, match='cannot be reached'),
@@ -396,6 +396,38 @@ def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
             pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'),
         ):
             sail_fleet(plan(), Crew(2, address))
+
+
+OF_OTHER_VERSIONS = """
+import runpy, sys
+from tauto_core.ensembles import workers
+workers.version = lambda name: '0.0.1'
+sys.argv = sys.argv[1:]
+runpy.run_module(sys.argv[0], run_name='__main__')
+"""
+
+
+def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
+    """As from a batch queue: there is none at first, then one of other versions, then ours."""
+    bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
+    monkeypatch.setattr(workers, 'ASK_S', 0.2)
+    here = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
+    with _process('dask_scheduler', *here) as scheduler:
+
+        def sailed(**how):
+            with ExitStack() as hired:
+
+                def hire(said, *_, **__):
+                    if 'there is no worker process for 6 runs' in str(said):
+                        worker = _process('dask_worker', scheduler.address, *bare, **how)
+                        hired.enter_context(worker)
+
+                monkeypatch.setattr(workers.warnings, 'warn', hire)
+                return sail_fleet(plan(), Crew(2, scheduler.address)).rows
+
+        with pytest.raises(WorkerError, match=r'other versions .*: numpy 0\.0\.1 against'):
+            sailed(start=('-c', OF_OTHER_VERSIONS))
+        assert lasting(sailed()) == lasting(alone.rows)
 
 
 def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, monkeypatch):
@@ -418,7 +450,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
         def hire(said, *_, **__):
             if 'has not answered' in said or 'without TLS' in said:  # is busy; it is tested below
                 return
-            assert re.match(r'no worker process is left for \d runs?\. Start some .dask w', said)
+            assert re.match(r'there is no worker process for \d runs?\. Start some .da', said)
             start('dask_worker', scheduler.address, *bare)
 
         monkeypatch.setattr(workers.warnings, 'warn', hire)

@@ -244,6 +244,10 @@ class Scheduler:
     def __init__(self, answer):
         self.answer, self.futures = answer, {}
 
+    def run(self, _asked, on_error):
+        assert on_error == 'return'
+        return {}
+
     def sync(self, _asked, callback_timeout):
         assert callback_timeout == workers.REACHED_WITHIN_S
         if isinstance(self.answer, Exception):
@@ -254,12 +258,12 @@ class Scheduler:
 @pytest.mark.parametrize(
     ('client', 'said'),
     [
-        (Scheduler({}), r'no worker process is left for 3 runs. Start .*dask worker tcp://ship:8'),
+        (Scheduler({}), r'no worker process for 3 runs. Start .*dask worker tcp://ship:8'),
         (Scheduler(TimeoutError()), 'the scheduler has not answered for 10 s'),
     ],
 )
 def test_nobody_is_waited_for_without_a_word(client, said):
-    attention = _Attention(client)
+    attention = _Attention(client, 'tcp://ship:8786')
     with pytest.warns(TautoWarning, match=said):
         attention.ask(3)
     attention.ask(3)  # once said is enough: a warning would be an error here
@@ -277,7 +281,7 @@ def test_nobody_is_waited_for_without_a_word(client, said):
 def test_a_result_that_does_not_arrive_is_not_waited_for_in_vain():
     client = Scheduler({'tcp://worker:1': 1})
     client.futures = {'a': SimpleNamespace(status='pending')}
-    attention = _Attention(client)
+    attention = _Attention(client, 'tcp://ship:8786')
     attention.ask(2)
     client.futures = {key: SimpleNamespace(status='finished') for key in 'ab'}
     attention.ask(2)
@@ -289,7 +293,7 @@ def test_a_result_that_does_not_arrive_is_not_waited_for_in_vain():
 
 
 def test_what_a_scheduler_says_of_a_run():
-    attention = _Attention(Scheduler({}))
+    attention = _Attention(Scheduler({}), 'tcp://ship:8786')
     own = OSError('Connection reset by peer')
     assert attention.meaning(own) is own
     died = attention.meaning(KilledWorker('run', None, {}))

@@ -16,7 +16,7 @@ import struct
 import threading
 import time
 import warnings
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import (
     BrokenExecutor,
     CancelledError,
@@ -26,7 +26,7 @@ from concurrent.futures import (
 )
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from itertools import islice
 from multiprocessing import Pipe, resource_tracker
@@ -152,7 +152,8 @@ def run_each(
     want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
     are dropped, and processes on this machine end. The task is called with an item and a function
     that reports the share done; both, and the result, are sent between processes. A scheduler that
-    cannot be reached or is lost, or whose workers have other versions, is a WorkerError.
+    cannot be reached or is lost, or one of whose workers has other versions, is a WorkerError.
+    Workers may come at any time, and each is asked for its versions at each run.
     """
     shares = _Shares(len(items), progress)
     if crew.jobs == 1 and crew.scheduler is None:
@@ -172,16 +173,17 @@ def run_each(
             attention = None
         else:
             client = started.enter_context(_joined(crew.scheduler))
-            attention = _Attention(client)
+            attention = _Attention(client, crew.scheduler)
             pool = client.get_executor(pure=False)
             client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
             started.callback(attention.leave, pool)
+        run_one = _run if crew.scheduler is None else partial(_run_alike, versions())
         left: dict[Future[Result], int] = {}
         waiting, came = enumerate(items), 0
 
         def hand_on(count: int) -> None:
             for place, item in islice(waiting, count):
-                run = pool.submit(_run, task, place, item)
+                run = pool.submit(run_one, task, place, item)
                 left[run] = place
                 run.add_done_callback(news.put)
 
@@ -237,6 +239,22 @@ def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
             os._exit(1)
 
     return task(item, tell)
+
+
+@cache
+def _versions_here() -> dict[str, str]:
+    return versions()
+
+
+def _run_alike(
+    ours: Mapping[str, str], task: Task[Item, Result], place: int, item: Item
+) -> Result:
+    """Run one item on a worker of a scheduler, where that gives the bits of the client."""
+    if apart := _apart(ours, _versions_here()):
+        from distributed import get_worker
+
+        raise WorkerError(_unlike(get_worker().address, apart))
+    return _run(task, place, item)
 
 
 class _Shares:
@@ -352,8 +370,8 @@ def _report_to(parent: Connection) -> None:
 class _Attention:
     """Asks a scheduler from which nothing comes, so that nobody waits for it in vain."""
 
-    def __init__(self, client: Client) -> None:
-        self._client = client
+    def __init__(self, client: Client, address: str) -> None:
+        self._client, self._address = client, address
         self._said = ''
         self._ready: set[Any] = set()
         self.lost = False
@@ -372,7 +390,7 @@ class _Attention:
                 raise self.gone('closed')
             if not self._client.sync(scheduler.ncores, callback_timeout=REACHED_WITHIN_S):
                 said = (
-                    f'no worker process is left for {counted(left, "run")}. Start some '
+                    f'there is no worker process for {counted(left, "run")}. Start some '
                     f'(dask worker {scheduler.address} --nthreads 1), or stop with Ctrl-C'
                 )
         except TimeoutError:
@@ -397,7 +415,12 @@ class _Attention:
 
         if isinstance(error, CancelledError):
             raise self.gone('it let go of the runs') from None
-        return WorkerError(*_DIED) if isinstance(error, KilledWorker) else error
+        if isinstance(error, KilledWorker):
+            return WorkerError(*_DIED)
+        if isinstance(error, WorkerError):
+            raise error
+        _check_alike(self._client, self._address)  # other code than ours fails otherwise
+        return error
 
     def leave(self, pool: Executor) -> None:
         """Drop the runs that have not begun."""
@@ -466,32 +489,32 @@ def versions() -> dict[str, str]:
 
 
 def _check_alike(client: Client, address: str) -> None:
-    """Refuse workers that could give other bits than this machine."""
-    with suppress(TimeoutError):
-        client.wait_for_workers(1, timeout=REACHED_WITHIN_S)
+    """Refuse workers that could give other bits than this machine; there may be none yet.
+
+    One that has no tauto_core ends when it is handed a run.
+    """
     ours = versions()
-    theirs = client.run(versions, on_error='return')
-    if not theirs:
-        raise WorkerError(
-            Argument('scheduler', address),
-            f': has no workers, after {REACHED_WITHIN_S:g} s. Start some '
-            f'(dask worker {address} --nthreads 1)',
-        )
-    for worker, found in theirs.items():
+    for worker, found in client.run(versions, on_error='return').items():
         if not isinstance(found, dict):
             raise WorkerError(
                 Argument('scheduler', address),
                 f': worker {worker} cannot run tauto_core ({found}). Install tauto_core '
                 f'{ours["tauto_core"]} there',
             )
-        apart = [
-            f'{name} {found[name]} against {ours[name]}'
-            for name in ours
-            if found[name] != ours[name]
-        ]
-        if apart:
-            raise WorkerError(
-                Argument('scheduler', address),
-                f': worker {worker} has other versions than this machine: {", ".join(apart)}. '
-                'Install the same on both',
-            )
+        if apart := _apart(ours, found):
+            raise WorkerError(Argument('scheduler', address), f': {_unlike(worker, apart)}')
+
+
+def _apart(ours: Mapping[str, str], theirs: Mapping[str, str]) -> str:
+    """Return in which versions a worker differs; empty where it does not."""
+    return ', '.join(
+        f'{name} {theirs.get(name)} against {mine}'
+        for name, mine in ours.items()
+        if theirs.get(name) != mine
+    )
+
+
+def _unlike(worker: str, apart: str) -> str:
+    return (
+        f'worker {worker} has other versions than this machine: {apart}. Install the same on both'
+    )
