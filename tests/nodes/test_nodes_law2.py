@@ -20,7 +20,7 @@ from tauto_core.samples import (
     ImuSamples,
     TemperatureSamples,
 )
-from tauto_core.scene import load_scene
+from tauto_core.scene import load_scene, parse_scene
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
 from tauto_nodes.graph import GraphPlan, run_graph
@@ -108,6 +108,21 @@ def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
     assert run_graph(plan, loaded, lambda _: None).lost == 0
     sail(loaded, tmp_path / 'sail')
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+
+
+def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
+    """Of the accuracy the rate follows, in place of the one that the scene states."""
+    scene = tmp_path / 'in_a_sloop.yaml'
+    scene.write_text(IN_A_SLOOP, encoding='utf-8')
+    asked = ('--duration', '30', '--accuracy', '0.1')
+    for command, options in (('graph', ('--compose', '--speed', 'max')), ('sail', ())):
+        words = [command, str(scene), *asked, *options, '--out', str(tmp_path / command)]
+        run = CliRunner().invoke(app, words)
+        assert run.exit_code == 0, run.stderr
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
+    assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
+    assert sailed.ship.rate < 10.0
 
 
 def test_a_clock_in_a_hull_reads_in_a_graph_what_it_reads_offline(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 import typer
 
 from tauto_core.cli.terminal import (
+    Accuracy,
     Anyway,
     AsJson,
     Duration,
@@ -54,6 +55,7 @@ def graph(
     force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
     anyway: Anyway = False,
     duration: Duration = None,
+    accuracy: Accuracy = None,
     settings: Settings = None,
     compose: Annotated[
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
@@ -89,7 +91,7 @@ def graph(
     place = _namespace(namespace)
     if executor not in EXECUTORS:
         raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')
-    loaded = load_scene(scene, **given_values(settings, duration))
+    loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     say_oddities(loaded, scene, anyway=anyway)
     with naming(scene, loaded.name):
         check_scene(loaded)
@@ -104,7 +106,7 @@ def graph(
         compose,
         place,
         executor,
-        changed=bool(settings),
+        changed=bool(settings) or accuracy is not None,
     )
     began_s = time.monotonic()
     with progress_bar(loaded.name) as progress:
