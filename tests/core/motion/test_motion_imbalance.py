@@ -201,6 +201,44 @@ def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
         assert (np.ptp(angles(scene)[1]) == 0.0) == held
 
 
+PENDULUM = {
+    'inertia': 0.01,
+    'cam': {'kind': 'hole', 'lever_rate': 5e-4},
+    'power': {'kind': 'force', 'force': 1e-4},
+    'imbalance': {'moment': 0.04},
+}
+
+
+def test_a_wheel_that_hangs_from_its_axle_is_a_pendulum():
+    """T = 4√(I/mgd) K(sin² A/2); the thread of 5e-8 N m a radian changes it by 7e-8."""
+    machine = compile_machine(scene_of(trochlea=PENDULUM))
+    table = isochronism(machine, [0.1, 1.0, 2.5])
+    for amplitude, period in zip(table.amplitude_rad, table.period_s, strict=True):
+        quarter = mpmath.ellipk(mpmath.sin(amplitude / 2.0) ** 2)
+        expected = 4.0 * math.sqrt(0.01 / (0.04 * G)) * float(quarter)
+        assert period == pytest.approx(expected, rel=3e-7)
+        assert period < expected
+
+
+@pytest.mark.parametrize('release', [0.1, 1.5])
+def test_at_sea_a_pendulum_is_moved_by_the_whole_of_the_ships_acceleration(release):
+    scene = scene_of(
+        trochlea=PENDULUM | {'release_angle': release}, ship=SEA, duration=20.0,
+        log={'interval': 0.05},
+    )  # fmt: skip
+    times, angle, _ = angles(scene)
+
+    def law(t, y):
+        rho, across, up = ship(t, True)
+        thread = 1e-4 * 5e-4 * (y[0] - rho)
+        return [y[1], -(0.04 * (up * math.sin(y[0]) + across * math.cos(y[0])) + thread) / 0.01]
+
+    rho = wave(np.asarray(times), *ROLL)
+    start = [release + rho[0][0], rho[1][0]]
+    run = solve_ivp(law, (0.0, 20.0), start, 'DOP853', t_eval=times, rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(angle, run.y[0] - rho[0], atol=2e-8)
+
+
 def test_the_dial_of_an_unbalanced_clock_counts_its_swings():
     scene = scene_of(trochlea=UNBALANCED, ship=SEA, duration=60.0, log={'interval': 0.05})
     times, angle, _ = angles(scene)
@@ -222,7 +260,7 @@ def test_the_dial_of_an_unbalanced_clock_counts_its_swings():
             r'moment = 0\.00012: does not go with trochlea\.thread\.kind hanging',
         ),
         (
-            {'imbalance': {'moment': 0.01}},
+            {'imbalance': {'moment': 0.01, 'direction': 0.7}},
             r'moment = 0\.01: outweighs the thread.* Use less than 0\.002039 kg m',
         ),
     ],

@@ -510,7 +510,8 @@ class ThreadKind(Kind):
         pull, cam = parts.power.pull, self.cam(parts)
         if parts.imbalance is not None:
             most = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
-            if not parts.imbalance.moment < most:
+            # one that hangs straight down is a pendulum, and needs no thread to hold it
+            if parts.imbalance.direction != 0.0 and not parts.imbalance.moment < most:
                 raise SceneError(
                     'trochlea',
                     'trochlea.imbalance.moment',
