@@ -228,12 +228,40 @@ def test_a_browser_shows_it(browser: Browser, page: Path, width: int, *, dark: b
         '(e) => parseFloat(getComputedStyle(e).fontSize)))'
     )
     assert size >= 12.0
-    # names on the map are drawn as large as they are read
-    drawn = browser.run(
-        "[...document.querySelectorAll('#map text')].map((e) => e.getBoundingClientRect().height)"
-    )
-    assert min(drawn) >= 9.0
     assert browser.faults == []
+
+
+@pytest.mark.parametrize('width', [380, 1600])
+def test_the_map_has_coasts_names_and_the_ship(
+    browser: Browser, tmp_path: Path, width: int
+) -> None:
+    """In Portsmouth; a ship in the open sea that stays there has no map."""
+    harbour = {'departure': [50.79, -1.11], 'arrival': [50.4, -1.5], 'sails_at': 600.0}
+    lies = tauto.sail(
+        'second_cam_at_sea', duration=120.0, voyage={**harbour, 'arrives_at': 7200.0}
+    )
+    write_report(lies, tmp_path / 'lies.html', 'tauto report')
+    browser.show(tmp_path / 'lies.html', width, dark=False)
+    names = "[...document.querySelectorAll('#map .place-name')]"
+    assert browser.run(f'{names}.map((e) => e.textContent)') == ['Portsmouth']
+    heights = "[...document.querySelectorAll('#map text')].map((e) => e.getBBox().height * scale)"
+    scale = "const scale = document.querySelector('#map svg').clientWidth / 1000"
+    assert min(browser.run(f'(() => {{ {scale}; return {heights}; }})()')) >= 9.0
+    ship, port = (
+        browser.run(f'(({{x, y, width: w}}) => [x + w / 2, y + w / 2])({what})')
+        for what in (
+            "document.querySelector('#mark-green').getBoundingClientRect()",
+            "document.querySelector('#map .place').getBoundingClientRect()",
+        )
+    )
+    assert ship == pytest.approx(port, abs=2.0)
+    assert browser.faults == []
+
+
+def test_a_ship_that_stays_in_the_open_sea_has_no_map(page: Path) -> None:
+    text = page.read_text(encoding='utf-8')
+    assert '<section id="map">' not in text
+    assert '"track":null' in text
 
 
 def test_each_picture_has_words(page: Path, browser: Browser) -> None:

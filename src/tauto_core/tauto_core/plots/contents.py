@@ -739,7 +739,7 @@ def _names(
     return found
 
 
-NEAR_DEG = 1.0
+NEAR_DEG = 0.2
 """Distance of a place from the track within which the track has reached it [°]."""
 
 

@@ -19,6 +19,7 @@ from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
+from tauto_core.plots.coast import land
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine
 from tauto_core.plots.scenery import INK, SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
@@ -226,6 +227,8 @@ SUBJECTS = {
 STORY = ('error', 'weather', 'rate')
 """The charts that are shown at once, in this order, below map and ship."""
 MAP_WIDTH, PAGE_MAP_RATIO = 1000.0, 1.8
+LEAST_MAP_DEG = 0.1
+"""Without land in sight a voyage has a map if its tracks are longer than this [°]."""
 _MARKER_STEPS = 240
 
 
@@ -329,6 +332,10 @@ def _map_section(
         return f'<section id="map"><p class="note">{escape(why)}</p></section>', None
     view = MapView(of, MAP_WIDTH, PAGE_MAP_RATIO)
     tracks = {line.name: line for line in of.lines if line.kind == 'line'}
+    shown_deg = max(float(np.ptp(getattr(line, axis))) for line in of.lines for axis in 'xy')
+    if shown_deg < LEAST_MAP_DEG and not land(view.frame):
+        # a ship that stays where there is no land; her map would be an empty sea
+        return '', None
     marks = [
         (name, colour)
         for name, colour in (
@@ -414,9 +421,9 @@ def _budget(facts: dict[str, Any]) -> str:
         rows.append(f'<td>{cause}</td>{values}<td>{found}</td><td>{bar}</td>')
     head = '<th>cause</th><th>s/day</th><th>nmi at the end</th><th>found</th><th></th>'
     table = ''.join(f'<tr>{row}</tr>' for row in rows)
-    fixed = facts['fixed_s_per_day']
+    fixed, sailed = facts['fixed_s_per_day'], facts['sailed']
     words = (
-        f'{facts["sailed"]}. Numbers that nobody knows well leave ± '
+        f'{sailed[0].upper()}{sailed[1:]}. Numbers that nobody knows well leave ± '
         f'{figure(facts["rough_s_per_day"], "s/day")} s/day open.'
     )
     if fixed is not None:
