@@ -190,6 +190,11 @@ def test_a_scene_is_written_as_it_was_read() -> None:
         ),
         ({'power': {**FORCE, 'material': 'brass'}}, 'trochlea.power.material', 'no modulus'),
         ({'at_celsius': 293.0}, 'trochlea.at_celsius', 'Write at_celsius: 19.85'),
+        (
+            {'compensation': {'takes': -10.0, 'middle': 290.0}},
+            'trochlea.compensation.middle',
+            'Write middle: 16.85',
+        ),
         ({'at_celsius': -60.0}, 'trochlea.at_celsius', '[-40, 60]'),
         ({'drag': {'viscous': 1e-5, 'oil': 'olives'}}, 'drag.oil', 'did you mean olive?'),
         ({'drag': {'viscous': 1e-5, 'thickens_per_month': -0.1}}, 'drag.thickens_per_month', '0'),

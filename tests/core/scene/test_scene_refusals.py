@@ -384,6 +384,13 @@ def test_an_empty_name_is_refused_as_such() -> None:
         load_scene('')
 
 
+def test_a_key_of_a_section_that_a_name_stands_for_says_so() -> None:
+    with pytest.raises(
+        SceneError, match=r"whose ship\.hull is 'deptford'\. Write ship\.hull as a m"
+    ):
+        load_scene('portsmouth_jamaica', **{'ship.hull.length': 34.0})
+
+
 @pytest.mark.parametrize('value', [-1.0, 0.5, '600', float('nan')])
 def test_a_refused_override_is_not_the_scene_s_own(value: object) -> None:
     with pytest.raises(SceneError, match=r"duration is given, in place of the scene's") as caught:

@@ -149,7 +149,7 @@ class Compensation(Section):
         description='middle-temperature error that is left [s/day/K2]; negative: the clock loses '
         'on both sides of the middle',
     )
-    middle: Annotated[float, Strict(), Field(ge=COLDEST, le=HOTTEST)] | None = Field(
+    middle: Number | None = Field(
         default=None,
         description='temperature about which it is left [°C]; trochlea.at_celsius when left out',
     )

@@ -230,12 +230,18 @@ class Trochlea(Section):
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:
         """Yield what is wrong with temperature and materials."""
-        if not COLDEST <= self.at_celsius <= HOTTEST:
-            kelvin = self.at_celsius - 273.15
-            meant = f'Write at_celsius: {kelvin:.6g}, if kelvin are meant.'
+        kept = self.compensation
+        for key, celsius in (
+            ('at_celsius', self.at_celsius),
+            ('compensation.middle', None if kept is None else kept.middle),
+        ):
+            if celsius is None or COLDEST <= celsius <= HOTTEST:
+                continue
+            kelvin = celsius - 273.15
+            meant = f'Write {key.rpartition(".")[2]}: {kelvin:.6g}, if kelvin are meant.'
             yield Problem(
-                'trochlea.at_celsius',
-                self.at_celsius,
+                f'trochlea.{key}',
+                celsius,
                 f'must lie in [{COLDEST:g}, {HOTTEST:g}] °C',
                 meant if COLDEST <= kelvin <= HOTTEST else 'Give the temperature in °C.',
             )

@@ -705,17 +705,27 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
     _resolve_paths(content, Path.cwd())
 
 
+NAMED_SECTIONS = ('hull', 'material', 'oil')
+"""Sections for which a name may stand, as in `hull: deptford`."""
+
+
 def put_value(content: dict[str, Any], path: str, value: object, origin: str) -> None:
     """Set a copy of a value in the mapping of a scene, in place; NumPy's numbers become Python's.
 
     A `SceneError` where the path has an empty name, or leads through something without keys.
     """
     said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
-    if all(path.split('.')):
+    names = path.split('.')
+    if all(names):
         try:
             return put_at(content, path, _plain(value))
         except KeyError:
             pass
+        parent = '.'.join(names[:-1])
+        named = value_at(content, parent)
+        if isinstance(named, str) and parent.endswith(NAMED_SECTIONS):
+            said = f'{said}, whose {parent} is {named!r}'
+            remedy = f'Write {parent} as a mapping, with {names[-1]} and all else in it.'
     else:
         said = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'
