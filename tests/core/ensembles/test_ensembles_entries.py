@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tauto_core.ensembles.comparison import (
+    BEYOND_SULLY,
     CLOCKS,
     SHARED,
     make_entries,
@@ -44,7 +45,8 @@ def write(tmp_path):
 
 def test_the_shipped_clocks_differ_in_nothing_but_the_clock():
     clocks = [load_scene(name) for name in CLOCKS]
-    assert sorted(CLOCKS) == [name for name in shipped_scenes() if name.startswith('clock_')]
+    everyone = (*CLOCKS, *BEYOND_SULLY)
+    assert sorted(everyone) == [name for name in shipped_scenes() if name.startswith('clock_')]
     common = {*SHARED, 'drag', 'escapement', 'suspension'}
     # how the navigator expects the rate to walk belongs to the clock
     alike = {'include': common, 'exclude': {'drift': {'white_fm', 'random_walk_fm'}}}
@@ -55,6 +57,14 @@ def test_the_shipped_clocks_differ_in_nothing_but_the_clock():
         assert clock.trochlea.release_angle == 1.0
         # how finely it is reckoned is no part of the clock
         assert clock.accuracy <= 1e-3
+
+
+def test_the_clocks_beyond_sully_sail_in_the_same_sea():
+    first, *others = [load_scene(name) for name in (CLOCKS[0], *BEYOND_SULLY)]
+    alike = {'include': {*SHARED, 'suspension'}, 'exclude': {'drift': {'white_fm'}}}
+    for clock in others:
+        assert clock.model_dump(**alike) == first.model_dump(**alike)
+        assert clock.drag == first.drag
 
 
 def test_clocks_that_need_different_rates_of_samples_have_the_higher():

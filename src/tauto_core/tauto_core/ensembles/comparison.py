@@ -95,6 +95,9 @@ CLOCKS = (
 )
 """The shipped clocks in order; all have the same wheel, drag and escapement."""
 
+BEYOND_SULLY = 'clock_pendulum', 'clock_balance_spring'
+"""Clocks of before and after in the same sea, which take part where they are named."""
+
 SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'air', 'ship', 'voyage', 'drift', 'log')
 """Keys of a scene that describe the passage, not the clock."""
 
