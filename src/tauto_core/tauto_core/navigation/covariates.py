@@ -387,9 +387,10 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
 
 def _alone(scene: Scene) -> Scene:
     """Return the scene's machine on a ship that only the trial waves move."""
-    # what the machine itself answers does not depend on the accuracy asked of a voyage
+    # what the machine itself answers does not depend on the accuracy of a voyage, nor on a rate
+    # that may follow from it
     ship = ComponentsShip(height=scene.ship.height)
-    if not scene.states_accuracy:
+    if scene.accuracy is None:
         ship = ship.model_copy(update={'rate': scene.ship.rate})
     step_ns = step_of_rate(ship.rate)
     interval_s = max(NS_PER_S // step_ns, 1) * step_ns / NS_PER_S
