@@ -262,3 +262,26 @@ def test_a_live_clock_follows_a_played_bag_and_ends_with_its_first_node(
     counts = read_bag(tmp_path / 'live').counts
     # The player starts when one of the two has found it; the other may come seconds later.
     assert counts['/xsens/imu' if '/xsens/imu' in counts else '/ship/imu'] > 600
+
+
+def test_a_live_node_that_dies_is_started_again(tmp_path: Path) -> None:
+    names = ('trochlea', 'recorder')
+    with launched(tmp_path, 'live.launch.py', 'out:=live') as launch:
+        until(lambda: {*names} <= launch.nodes().keys() and list((tmp_path / 'live').glob('*')))
+        first = launch.nodes()
+        for name in names:
+            os.kill(first[name], signal.SIGKILL)
+        until(lambda: all(launch.nodes().get(name, first[name]) != first[name] for name in names))
+        until(lambda: list((tmp_path / 'live_2').glob('*.mcap')))  # a bag beside the first
+        os.kill(launch.process.pid, signal.SIGINT)
+        assert launch.code() == 0
+        assert 'node trochlea ended with exit code -9: it is started again' in launch.said()
+    assert check_bag(tmp_path / 'live_2').whole
+    assert read_bag(tmp_path / 'live_2').scene is not None
+
+
+def test_a_live_node_that_refuses_to_start_ends_the_launch(tmp_path: Path) -> None:
+    with launched(tmp_path, 'live.launch.py', 'imu_rotation:=sideways') as launch:
+        assert launch.code() == 1
+        assert "imu_rotation = 'sideways': must be roll, pitch and yaw" in launch.said()
+        assert 'ended with exit code 2 before its time' in launch.said()
