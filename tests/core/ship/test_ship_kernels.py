@@ -1,10 +1,12 @@
 """Compiled readings of an IMU: correct to rounding, and each sample independent of others."""
 
+import math
+
 import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.ship.kernels import force_of, roll_of
+from tauto_core.ship.kernels import LEAST_UPWARD, force_of, roll_of
 
 ROUNDING = 2.0**-53
 
@@ -20,7 +22,7 @@ def directions(force):
     return tilt, size
 
 
-@pytest.mark.parametrize('widest', [1e-9, 0.39, 1.5])
+@pytest.mark.parametrize('widest', [1e-9, 0.39, 1.45])
 def test_directions_are_right_to_two_roundings(widest):
     """Against 40 digits: the series, and beyond 22.5 degrees the library's function."""
     force = forces(np.random.default_rng(7).uniform(-widest, widest, 203))
@@ -30,6 +32,25 @@ def test_directions_are_right_to_two_roundings(widest):
         wrong = [abs(a / b - 1) for a, b in zip(tilt.tolist(), exact, strict=True)]
     assert max(wrong) <= 2.0 * ROUNDING
     np.testing.assert_allclose(size, 9.8, rtol=4.0 * ROUNDING)
+
+
+def test_where_next_to_nothing_is_felt_a_thread_leans_no_further_and_turns_by_steps():
+    """From 2 m/s² upwards to 2 downwards, 0.3 across: direction and pull are smooth."""
+    up = np.linspace(2.0, -2.0, 4001)
+    tilt, pull = directions(np.stack([0.0 * up, 0.0 * up - 0.3, up], axis=1))
+    as_felt = up >= LEAST_UPWARD
+    np.testing.assert_allclose(tilt[as_felt], np.arctan2(0.3, up[as_felt]), rtol=1e-15)
+    np.testing.assert_allclose(pull[as_felt], np.hypot(0.3, up[as_felt]), rtol=1e-15)
+    assert np.all(tilt <= math.atan(0.3 / (0.5 * LEAST_UPWARD)))
+    for found in (tilt, pull):
+        slope = np.diff(found) / 1e-3
+        assert np.max(np.abs(np.diff(slope))) < 5e-3
+        assert np.max(np.abs(slope)) < 1.3
+    # on a lean that stays the pull is the component along it
+    down = directions(np.array([[0.0, -0.3, -2.0], [0.0, 0.0, -2.0]]))
+    lean = down[0][0]
+    assert down[1][0] == pytest.approx(0.3 * math.sin(lean) - 2.0 * math.cos(lean), rel=1e-14)
+    assert (down[0][1], down[1][1]) == (0.0, -2.0)
 
 
 def test_a_direction_does_not_depend_on_its_neighbours():

@@ -406,13 +406,19 @@ def roll_of(
             rate[i] = angular_velocity[i, 0] + more  # type: ignore[index]
 
 
+LEAST_UPWARD = 1.0
+"""Specific force upwards in the case with which a thread still follows its direction [m/s²]."""
+
+
 @entry
 def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
     """Fill the direction of (-f_y, f_z) [rad], turned upwards in the case, and its size [m/s²].
 
-    A force that would throw the weight out of the top of the case counts as negative. The pull
-    then passes through zero smoothly, and the slack thread is found there. The direction is
-    positive to starboard in the case.
+    Where the force has less than `LEAST_UPWARD` upwards in the case, a thread cannot follow it:
+    its direction would turn round at once. The thread then leans as if it had a little more, at
+    least half of that, and the size is the component along it: negative where the force would
+    throw the weight out of the top of the case. Both are smooth in the force, so that the slack
+    thread is found. The direction is positive to starboard in the case.
     """
     rows = len(force) // SIZE
     for i in range(rows):
@@ -494,7 +500,7 @@ def store_forces(y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArr
         _store_directions(-y, z, i, tilt)
     if size is not None:
         store(size, i, square_root(y * y + z * z))
-    if lowest(z) < 0.0:
+    if lowest(z) < LEAST_UPWARD:
         for r in range(SIZE):
             _store_upwards(lane(y, r), lane(z, r), SIZE * i + r, tilt, size)
 
@@ -504,11 +510,18 @@ def _store_upwards(
     y: float, z: float, i: int, tilt: FloatArray | None, size: FloatArray | None
 ) -> None:
     """Write the results of `force_of` for one sample."""
-    up = -1.0 if z < 0.0 else 1.0
+    if z >= LEAST_UPWARD:
+        if tilt is not None:
+            tilt[i] = _direction(-y, z)
+        if size is not None:
+            size[i] = math.sqrt(y * y + z * z)
+        return
+    # z and its slope go on steadily, to no less than half of the least
+    upward = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (z / LEAST_UPWARD - 1.0)))
     if tilt is not None:
-        tilt[i] = _direction(-up * y, abs(z))
+        tilt[i] = _direction(-y, upward)
     if size is not None:
-        size[i] = up * math.sqrt(y * y + z * z)
+        size[i] = (y * y + z * upward) / math.sqrt(y * y + upward * upward)
 
 
 @inlined
