@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from tauto_core.clockwork import SwingTally
 from tauto_core.machines import AnyMachine, InPlaceOfWheel, compile_machine
 from tauto_core.motion import propagator_name
@@ -31,6 +33,7 @@ from tauto_core.samples import (
     PHASE,
     READING,
     SHIP_TEMPERATURE,
+    SLACK,
     FixSamples,
     JointSamples,
     Samples,
@@ -59,6 +62,7 @@ class Summary:
         self._scatter: RateScatter | None = None
         self._error: RateError | None = None
         self._air = (math.inf, -math.inf)
+        self._slack_s = self._lost_joule = 0.0
         self._rated = RatedTime()
         self._tally = LongitudeTally()
         self._swings = SwingTally(scene, machine)
@@ -77,13 +81,7 @@ class Summary:
         reading = batches.get(READING)
         if isinstance(reading, TimeSamples):
             self._rated.read(reading)
-        felt = batches.get(SHIP_TEMPERATURE)
-        if isinstance(felt, TemperatureSamples) and len(felt.stamp_ns):
-            low, high = self._air
-            self._air = (
-                min(low, float(felt.temperature.min())),
-                max(high, float(felt.temperature.max())),
-            )
+        self._feel(batches.get(SHIP_TEMPERATURE))
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -101,10 +99,22 @@ class Summary:
                 self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
+                if topic == SLACK:
+                    self._slack_s += float(np.sum(samples.position[:, 1]))
+                    self._lost_joule += float(np.sum(samples.position[:, 2]))
                 if topic == ESTIMATE:
                     self._rated.estimate(samples)
                 if topic == LONGITUDE_ERROR:
                     self._tally.feed(samples)
+
+    def _feel(self, felt: Samples | None) -> None:
+        """Take temperatures of the clock."""
+        if isinstance(felt, TemperatureSamples) and len(felt.stamp_ns):
+            low, high = self._air
+            self._air = (
+                min(low, float(felt.temperature.min())),
+                max(high, float(felt.temperature.max())),
+            )
 
     def result(self) -> dict[str, Any]:
         """Return all figures, with the scene's name and the answer."""
@@ -167,7 +177,8 @@ class Summary:
     def trochlea(self) -> dict[str, float | str | None]:
         """Return the regulator's small-amplitude period, its state at the end, and its swing.
 
-        The swing is the result of `SwingTally.result`.
+        The swing is the result of `SwingTally.result`. Where the thread was slack, `slacks` is
+        how often, `slack_s` for how long in all, `slack_lost_joule` what was lost in tautening.
         """
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
@@ -182,6 +193,17 @@ class Summary:
             'phase_rad': _named(phase)['phase'],
             'beats': round(_named(phase)['beats']),
             **self._swings.result(),
+            **self._slack(),
+        }
+
+    def _slack(self) -> dict[str, float]:
+        last = self._last.get(SLACK)
+        if last is None:
+            return {}
+        return {
+            'slacks': round(_named(last)['slacks']),
+            'slack_s': self._slack_s,
+            'slack_lost_joule': self._lost_joule,
         }
 
     def drift(self) -> dict[str, float]:
@@ -267,7 +289,7 @@ def _named(samples: JointSamples) -> dict[str, float]:
 
 def answer(result: Mapping[str, Any]) -> str:
     """Return the answer as a sentence; of a bag that is not whole, after one that says so."""
-    said = f'{_answer(result)}{_of_a_cork(result)}'
+    said = f'{_answer(result)}{_of_a_slack_thread(result)}{_of_a_cork(result)}'
     return f'The bag is not whole. {said}' if result.get('damage') else said
 
 
@@ -280,6 +302,16 @@ def _of_a_cork(result: Mapping[str, Any]) -> str:
         ' The ship is a cork: she heaves as the waves do, and their sideways half is left out; '
         'ship.hull gives her a hull.'
     )
+
+
+def _of_a_slack_thread(result: Mapping[str, Any]) -> str:
+    """Return a sentence about a thread that was slack; empty where it stayed taut."""
+    trochlea = result.get('trochlea') or {}
+    slacks = trochlea.get('slacks')
+    if not slacks:
+        return ''
+    times = 'once' if slacks == 1 else f'{slacks:,} times'
+    return f' The thread went slack {times}, for {figure(trochlea["slack_s"], "s")} s in all.'
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
@@ -400,6 +432,9 @@ def _regulator_rows(trochlea: _Section) -> list[_Row]:
     rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
     if 'amplitude_rad' in trochlea:
         rows.append(('amplitude at the end', significant(trochlea['amplitude_rad']), 'rad'))
+    if trochlea.get('slacks'):
+        rows.append(('thread slack', f'{trochlea["slacks"]:,}', 'times'))
+        rows.append(('slack in all', figure(trochlea['slack_s'], 's'), 's'))
     if trochlea.get('stopped_s') is not None:
         rows.append(('stopped after', figure(trochlea['stopped_s'], 's'), 's'))
     return rows

@@ -39,6 +39,7 @@ from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
     SHIP_TEMPERATURE,
+    SLACK,
     Batches,
     FloatArray,
     JointSamples,
@@ -594,6 +595,7 @@ def summarise_bag(path: Path) -> dict[str, Any]:
         LONGITUDE_FIX,
         LONGITUDE_ERROR,
         SHIP_TEMPERATURE,
+        SLACK,
     )
     for topics in ((OBSERVATION, READING), computed):  # the summary needs these two first
         for topic, part in bag.parts([topic for topic in topics if topic in bag]):
@@ -635,7 +637,7 @@ def replay(
     from tauto_core.bags import is_cut_short
 
     scene = bag_scene(bag) if scene is None else scene
-    stated = [SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, JOINT_STATES, PHASE]
+    stated = [SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, JOINT_STATES, PHASE, SLACK]
     wanted = [READING, OBSERVATION, SHIP_FIX, SHIP_TEMPERATURE, *(stated if keep else [])]
     if scene.drift.covariates:
         wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)

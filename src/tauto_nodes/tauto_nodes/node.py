@@ -19,7 +19,7 @@ from rclpy.qos import QoSProfile, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import InvalidQosOverridesError
 from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, Samples
+from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, SLACK, Samples
 from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.flow import (
@@ -589,10 +589,10 @@ class GraphNode(Node):
 
 PERIOD_S = 1.0
 
-IRREGULAR = (SCENE, OBSERVATION)
+IRREGULAR = (SCENE, OBSERVATION, SLACK)
 """Topics whose silence means nothing."""
 
-OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX)
+OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX, SLACK)
 """Topics that a graph on a live sensor may do without."""
 
 RECENT_S = 10.0

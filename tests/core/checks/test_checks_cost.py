@@ -362,6 +362,7 @@ def test_a_motion_that_ends_early_is_tried_up_to_its_end():
     heave = [{'amplitude': 40.0, 'period': 9.0, 'phase': 2.0}]
     rolling = {'kind': 'components', 'components': [], 'heave': heave, 'rate': 20.0}
     content = yaml.safe_load(scene_yaml(scene)) | {'ship': rolling}
+    content['trochlea']['slack'] = 'stop'
     violent = parse_scene(yaml.safe_dump(content), 'violent')
     with pytest.raises(PropagationError, match='thread') as ended:
         sail(violent, anyway=True)

@@ -317,7 +317,8 @@ def test_a_run_that_fails_is_given_up_and_the_next_one_declared():
     imu = sensor()
     force = imu.linear_acceleration.copy()
     force[500:550] = [0.0, 0.0, -20.0]
-    stage = LiveTrochlea(SCENE)
+    trochlea = SCENE.trochlea.model_copy(update={'slack': 'stop'})
+    stage = LiveTrochlea(SCENE.model_copy(update={'trochlea': trochlea}))
     reading = said_of(stage, [replace(imu, linear_acceleration=force)])[READING]
     assert stage.health()['runs_failed'] >= 1
     assert 'slack' in stage.news()[0]

@@ -344,6 +344,7 @@ def test_a_thread_goes_slack_when_the_ship_falls_as_fast_as_its_weight():
         'cam': {'kind': 'involute', 'base_radius': LEVER_RATE},
         'thread': {'kind': 'vertical'},
         'power': {'kind': 'weight', 'mass': 0.2, 'massless': True},
+        'slack': 'stop',
     }
     scene = scene_of(
         trochlea=massless,

@@ -274,7 +274,7 @@ def test_a_slack_thread_and_the_ends_of_the_geometry_are_errors_with_their_time(
     heave = {'kind': 'components', 'heave': [{'amplitude': 40.0, 'period': 10.0}], 'height': 3.0}
     # heave 40 cos(Ωt): z̈ = −15.8 m/s² at the start, then a quarter of a period until g is left
     upward = {**heave, 'heave': [{'amplitude': 40.0, 'period': 10.0, 'phase': math.pi / 2}]}
-    for trochlea in (LEVER, LONGER):
+    for trochlea in ({**LEVER, 'slack': 'stop'}, {**LONGER, 'slack': 'stop'}):
         scene = scene_of(trochlea=trochlea, ship=heave, duration=20.0)
         with pytest.raises(PropagationError, match='thread went slack'):
             run(scene)

@@ -217,6 +217,14 @@ TOPICS: dict[str, Topic] = {
             'the oscillator, names `phase` [rad], `half_turns`, `half_turn_fraction`, `beats`',
         ),
         Topic(
+            s.SLACK,
+            JOINT_STATE,
+            'trochlea',
+            'the thread is taut again after it was slack, names `slacks`, how often so far, '
+            '`slack_s`, how long this time, `lost_joule`, what was lost as it tautened; stamp: '
+            'when; none where the thread stays taut',
+        ),
+        Topic(
             s.READING,
             TIME_REFERENCE,
             'trochlea',

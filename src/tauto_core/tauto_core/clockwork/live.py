@@ -455,7 +455,8 @@ class LiveTrochlea:
 
     def health(self) -> dict[str, int]:
         """Return counters of samples refused or left out, gaps bridged, and stops of the dial."""
-        return {**self._refused, **self._continuity.counts, **self._counts}
+        slacks = {k: n for k, n in self._stage.health().items() if k == 'slacks'}
+        return {**self._refused, **self._continuity.counts, **self._counts, **slacks}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -21,6 +21,7 @@ from tauto_core.samples import (
     READING,
     SHIP_IMU,
     SHIP_TEMPERATURE,
+    SLACK,
     Batches,
     FloatArray,
     HungImu,
@@ -34,6 +35,7 @@ from tauto_core.samples import (
     TemperatureSamples,
     TimeSamples,
     same,
+    scalars,
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
@@ -43,6 +45,7 @@ from tauto_core.ship.imu import message, parted, screen
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
+    from tauto_core.motion.slack import Tautening
     from tauto_core.ship.suspension import Suspension
 
 WHEEL_NAMES = ('wheel',)
@@ -54,6 +57,7 @@ MOST_CELSIUS = 100.0
 """What is hotter or colder than this is no temperature of a clock [°C]."""
 
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
+SLACK_NAMES = ('slacks', 'slack_s', 'lost_joule')
 WHEEL_FRAME = 'clock_case'
 
 
@@ -141,7 +145,7 @@ class TrochleaStage:
         SceneError: the machine cannot be built, or its suspension.
     """
 
-    outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, READING)
+    outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, SLACK, READING)
 
     def __init__(
         self,
@@ -197,6 +201,7 @@ class TrochleaStage:
         self._waiting: list[ImuSamples | PlanarImu | SpatialImu] = []
         self._released = False
         self._refused: dict[str, int] = {}
+        self._slacks = self._taut_ns = 0
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -293,7 +298,23 @@ class TrochleaStage:
         parts.append((forcing.end_ns[forcing.logged], self._propagator.advance(forcing)))
         times = np.concatenate([times for times, _ in parts])
         motions = [motion for _, motion in parts]
-        return self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
+        said = self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
+        return {**said, **self._slack()}
+
+    def _slack(self) -> Batches:
+        """Return what the thread has done that was slack and is taut again."""
+        tautened: Callable[[], list[Tautening]] = getattr(self._propagator, 'tautened', list)
+        found = tautened()
+        if not found:
+            return {}
+        stamps, rows = [], []
+        for each in found:
+            stamp_ns = (self._origin_ns or 0) + round(each.time_s * NS_PER_S)
+            self._taut_ns = max(stamp_ns, self._taut_ns + 1)
+            self._slacks += 1
+            stamps.append(self._taut_ns)
+            rows.append((self._slacks, each.slack_s, each.lost_joule))
+        return {SLACK: scalars(np.array(stamps), SLACK_NAMES, np.array(rows, np.float64))}
 
     def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
         def column(name: str) -> np.ndarray:
@@ -338,6 +359,7 @@ class TrochleaStage:
             'last_stamp': self._last_stamp,
             'released': self._released,
             'refused': dict(self._refused),
+            'slacks': (self._slacks, self._taut_ns),
             'buffer': self._buffer.state(),
             'propagator': self._propagator.state(),
             **({'suspension': self._suspension.state()} if self._suspension else {}),
@@ -351,6 +373,7 @@ class TrochleaStage:
         self._last_stamp = state['last_stamp']
         self._released = state['released']
         self._refused = dict(state['refused'])
+        self._slacks, self._taut_ns = state['slacks']
         self._buffer.restore(state['buffer'])
         self._propagator.restore(state['propagator'])
         if self._suspension is not None:
@@ -362,9 +385,13 @@ class TrochleaStage:
             self._warmth.restore(state['warmth'])
 
     def health(self) -> dict[str, int]:
-        """Return the numbers of samples refused, by reason, or left out, and of gaps bridged."""
+        """Return the numbers of samples refused, by reason, or left out, and of gaps bridged.
+
+        And of times that the thread was slack, if it was.
+        """
         first = self._suspension or self._buffer
-        return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged}
+        slacks = {'slacks': self._slacks} if self._slacks else {}
+        return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged, **slacks}
 
 
 # -----------------------------------------------------------------------------

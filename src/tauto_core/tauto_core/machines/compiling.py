@@ -194,6 +194,8 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
     if scene.case_of_mass is not None and isinstance(machine, Machine):
         machine = replace(machine, case=scene.case_of_mass)
+    if trochlea.slack == 'stop':
+        machine = replace(machine, stops_when_slack=True)
     if scene.air is None:
         machine = replace(machine, heat=replace(machine.heat, varies=False))
     # else the tilt of the apparent vertical changes the angle

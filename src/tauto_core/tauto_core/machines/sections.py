@@ -106,6 +106,11 @@ class Trochlea(Section):
     imbalance: Unbalanced | None = Field(
         default=None, description='mapping: moment, direction; balanced when left out'
     )
+    slack: Literal['fall', 'stop'] | None = Field(
+        default=None,
+        description='what a slack thread does: fall, the weight falls until the thread tautens; '
+        'stop, the run ends there; fall when left out',
+    )
 
     @property
     def thread_plane(self) -> Literal['free', 'vertical', 'ship']:

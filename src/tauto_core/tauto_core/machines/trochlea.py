@@ -117,6 +117,7 @@ class Machine:
         imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
         case: the case that it turns; None if that is taken as heavy.
         heat: how the numbers change with temperature and age; they hold at `heat.at_celsius`.
+        stops_when_slack: whether the motion ends where the thread goes slack.
     """
 
     inertia: float
@@ -133,6 +134,7 @@ class Machine:
     imbalance: Imbalance | None = None
     case: CaseOfMass | None = None
     heat: Heat = NO_HEAT
+    stops_when_slack: bool = False
 
     limited_by: ClassVar[str] = 'the cam, whose range is'
 

@@ -304,8 +304,8 @@ def first_event(
 
 @inlined
 def _inside(beyond: Beyond) -> bool:
-    """Return whether all nodes lie within the range, with the thread taut."""
-    return min(beyond.edge, beyond.slack) > 1.0
+    """Return whether the step lies within the range, with the thread taut."""
+    return min(beyond.edge, beyond.slack) > 1.0 and not beyond.near
 
 
 @compiled

@@ -845,7 +845,6 @@ class FreeEndCollocation(Collocation):
     def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
         super().__init__(machine, tolerance)
         self._free_end = free_end_of(sweeps, math.pi / self._omega)
-        self._logged = 0
         self._free = np.zeros((), FREE)
         self._kept: Forcing | None = None
         rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
@@ -892,13 +891,20 @@ class FreeEndCollocation(Collocation):
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
-        self._logged = int(np.count_nonzero(forcing.logged))
-        return super().advance(_joined(self._kept, forcing))
+        forcing, self._kept = _joined(self._kept, forcing), None
+        return super().advance(forcing)
 
     def _run(
-        self, forcing: Forcing, moved: Moved, tolerance: Tolerance, longest_s: float
+        self,
+        forcing: Forcing,
+        moved: Moved,
+        tolerance: Tolerance,
+        longest_s: float,
+        state: NDArray[np.void] | None = None,
+        work: NDArray[np.void] | None = None,
     ) -> tuple[NDArray[np.void], int, int, float]:
-        rows = np.empty(self._logged, ROW)
+        shown = int(self._free['shown'])
+        rows = np.empty(int(np.count_nonzero(forcing.logged[shown:])), ROW)
         pieces, powers = _evened(self._outside(forcing))
         rates = (
             None if row is None else np.empty_like(row) for row in (pieces.drive, pieces.tilt)
@@ -919,6 +925,10 @@ class FreeEndCollocation(Collocation):
         )
         if code == OK:
             self._kept = _part(forcing, k) if k < len(forcing.begin) else None
+        else:
+            # no row beyond the place of a slack thread is shown: free-end steps are surely taut
+            rows = rows[: np.count_nonzero(forcing.logged[shown:k])]
+            self._free['free'], self._free['shown'] = False, 0
         return rows, code, k, x
 
     def state(self) -> State:

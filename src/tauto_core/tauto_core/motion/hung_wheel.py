@@ -22,7 +22,8 @@ from tauto_core.motion.forcing import Forcing, lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work
 from tauto_core.motion.gimbals import GIMBALS_NODES, GimbalsLaw, gimbals_bend
 from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, largest, load, lowest, store
-from tauto_core.motion.stepping import ERROR_OF_LAST_STRONG, Moved, Stepped, tolerance_of
+from tauto_core.motion.slack import SlackThread
+from tauto_core.motion.stepping import ERROR_OF_LAST_STRONG, Moved, tolerance_of
 from tauto_core.motion.suspended_case import OVER, AxleNumbers, contact_force
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
@@ -428,7 +429,7 @@ class HungCollocation(Collocation):
         allowed = tolerance_of(tolerance, factor, 2.0 ** -(2 * SIZE + 1 if factor else 9))
         heated = HotNumbers._fields if self._hot else ()
         nodes, columns = (*GIMBALS_NODES, *heated), 2 * SIZE if self._hot else SIZE
-        Stepped.__init__(self, machine, len(self._omegas), nodes, SIZE, allowed, columns)
+        SlackThread.__init__(self, machine, len(self._omegas), nodes, SIZE, allowed, columns)
         self.longest_step_s = min(self.longest_step_s, LONGEST_PHASE_RAD / max(self._omegas))
 
     def _moved(self, forcing: Forcing) -> Moved:
@@ -438,6 +439,10 @@ class HungCollocation(Collocation):
         moves = None if forcing.gravity is None else True
         numbers = wheel, self._numbers, self._share, self._squared, moves, self._machine.gravity
         return Moved(HungWheel(*numbers), self._omegas)
+
+    def _loosened(self, taut: Moved) -> Moved | None:
+        """Return None: a force or a spring without mass never lets go of its thread."""
+        return None
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
         if code == stepping.SLACK:

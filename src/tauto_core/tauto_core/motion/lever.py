@@ -344,7 +344,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the lever at an instant."""
         line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
-        hot, (arc, angle) = _now(self, at), _on_arc(shape, s)
+        hot, (arc, angle) = lever_now(self, at), lever_on_arc(shape, s)
         a = arc.n + self.root_j * arc.w
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
@@ -369,9 +369,9 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return ṡ and ṗ = s̈ + Aα̈ + ṡα̇ dA/ds."""
-        arc, _ = _on_arc(self.shape, now.coordinate)
+        arc, _ = lever_on_arc(self.shape, now.coordinate)
         alpha_rate, alpha_bend = at.drive.rate - at.tilt.rate, at.drive.bend - at.tilt.bend
-        a, growth = arc.n + self.root_j * arc.w, _now(self, at).on_wheel.growth
+        a, growth = arc.n + self.root_j * arc.w, lever_now(self, at).on_wheel.growth
         pushed = now.acceleration + a * alpha_bend
         if growth is not None:
             pushed = pushed - growth * (now.speed + a * alpha_rate)
@@ -379,21 +379,21 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ."""
-        return _on_arc(self.shape, planes[0].x)[1]
+        return lever_on_arc(self.shape, planes[0].x)[1]
 
     def strike(
         self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
-        energy = _now(self, at).on_wheel.energy
+        energy = lever_now(self, at).on_wheel.energy
         struck = mode.direction * math.sqrt(speed * speed + energy)
         plane.y += (struck - speed) / omega[0]
         plane.y_rest = 0.0
 
 
 @inlined
-def _now(lever: SullyLever, at: Outside) -> SullyLever:
+def lever_now(lever: SullyLever, at: Outside) -> SullyLever:
     """Return the lever with its numbers at an instant; as it is without heat."""
     if lever.on_wheel.heat is None or at.hot is None:
         return lever
@@ -495,7 +495,7 @@ def _near_nodes(shape: ArcSeries, s: Lanes) -> LeverOnArc:
 
 
 @compiled
-def _on_arc(shape: ArcSeries, s: float) -> tuple[LeverOnArc, float]:
+def lever_on_arc(shape: ArcSeries, s: float) -> tuple[LeverOnArc, float]:
     """Return the functions of the arc and θ at s."""
     if abs(s - shape.near.middle) <= shape.near.half:
         return _at(shape.near, s, 0.0)

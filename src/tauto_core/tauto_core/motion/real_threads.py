@@ -22,12 +22,12 @@ from tauto_core.motion.forcing import Forcing, Motion, thread_slack
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import SullyLever, arc_series
 from tauto_core.motion.phase import polar, polar_rate
+from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
     MIN_ANGLE,
     TOLERANCE_SHARE,
     Moved,
-    Stepped,
     hot_pieces,
     tolerance_of,
 )
@@ -122,7 +122,7 @@ def _hanging(machine: HangingMachine) -> Moved:
     return Moved(system, omega)
 
 
-class RealThreads(Stepped):
+class RealThreads(SlackThread):
     """Propagator of a machine whose thread draws on a lever, or swings."""
 
     def __init__(
@@ -147,11 +147,22 @@ class RealThreads(Stepped):
     def _moved(self, forcing: Forcing) -> Moved:
         return self._model
 
+    def _loosened(self, taut: Moved) -> Moved:
+        """Return the machine with a slack thread."""
+        # slow to import, and needed by few
+        from tauto_core.motion.slack_threads import LooseLever, LooseThread
+
+        system, pace = taut.system, taut.system.pace
+        if isinstance(system, Hanging):
+            return Moved(LooseThread(system), (pace, pace, pace))
+        return Moved(LooseLever(system), (pace, pace))
+
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
         A swinging thread hangs along the apparent vertical, and follows it. Raises a
-        PropagationError for a release at which the geometry ends, or the thread is slack.
+        PropagationError for a release at which the geometry ends, or at which the thread of a
+        machine that stops with a slack thread is slack.
         """
         machine, case = self._machine, _case(forcing)
         felt = machine.felt_angle(machine.release_angle, case.tilt)
@@ -164,7 +175,7 @@ class RealThreads(Stepped):
             )
         self._place(case)
         row, tension = self._released(forcing)
-        if not tension > 0.0:
+        if self._machine.stops_when_slack and not tension > 0.0:
             raise thread_slack(0.0)
         return self._motion(row)
 

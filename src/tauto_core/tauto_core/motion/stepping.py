@@ -29,7 +29,7 @@ from tauto_core.motion.events import (
     lay_out,
     step_to_event,
 )
-from tauto_core.motion.forcing import Forcing, Motion, check_powers, no_motion
+from tauto_core.motion.forcing import Forcing, Motion, check_powers
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MOST_POWERS,
@@ -215,7 +215,7 @@ def _move(
     finish(step)
     clear = system.clear(clear_square, omega, work)
     event, xi = NO_EVENT, 1.0
-    if expected or not inside:
+    if expected or not inside or beyond.near:
         at = outside_at(place.terms, place.begin + place.size, work)
         after = system.instant(mode, omega, planes_of(omega, work.end), at)
         event, xi = first_event(run, stalled, place, after, beyond)
@@ -509,9 +509,18 @@ class Stepped(ABC):
         return row, tension
 
     def _run(
-        self, forcing: Forcing, moved: Moved, tolerance: Tolerance, longest_s: float
+        self,
+        forcing: Forcing,
+        moved: Moved,
+        tolerance: Tolerance,
+        longest_s: float,
+        state: NDArray[np.void] | None = None,
+        work: NDArray[np.void] | None = None,
     ) -> tuple[NDArray[np.void], int, int, float]:
-        """Advance; return rows of the logged ends, a code, and the span and place it ended in."""
+        """Advance a state; return rows of the logged ends, a code, and the span and x it ended in.
+
+        The state and the workspace are those of the propagator unless others are given.
+        """
         rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
         code, span, x = advance(
             *moved,
@@ -519,23 +528,13 @@ class Stepped(ABC):
             longest_s,
             self._outside(forcing),
             Spans(forcing.begin, forcing.end, forcing.logged),
-            self._state,
-            self._work,
+            self._state if state is None else state,
+            self._work if work is None else work,
             rows,
         )
-        return rows, code, span, x
-
-    def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at their logged ends.
-
-        Raises a PropagationError for a slack thread, the end of the range, or no convergence.
-        """
-        moved = self._moved(forcing)
-        rows, code, span, x = self._run(forcing, moved, self._tolerance, self.longest_step_s)
         if code != OK:
-            left = (forcing.end[span] - x) * forcing.length_s[span]
-            raise self._failure(code, float(forcing.end_ns[span] * 1e-9 - left))
-        return self._motion(rows) if len(rows) else no_motion()
+            rows = rows[: np.count_nonzero(forcing.logged[:span])]
+        return rows, code, span, x
 
     def _motion(self, rows: NDArray[np.void]) -> Motion:
         turned, phase_rate = self._phase(rows)

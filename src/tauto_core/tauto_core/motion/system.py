@@ -366,12 +366,14 @@ class Beyond(NamedTuple):
         slack: first node with a slack thread, or NOWHERE.
         within: whether all of the step surely lies within the range.
         reach: largest coordinate at the nodes.
+        near: whether the thread may be slack at the end of the step, though not at its nodes.
     """
 
     edge: float
     slack: float
     within: bool
     reach: float
+    near: bool = False
 
 
 class Tolerance(NamedTuple):
@@ -612,6 +614,14 @@ def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
     for p in range(len(omega)):
         found = (*found, Plane(planes[p].x, planes[p].y))
     return found
+
+
+@inlined
+def near_zero(values: Lanes) -> bool:
+    """Return whether values fall so fast at the last nodes that they may be below zero after."""
+    last = width(values) - 1
+    fell = lane(values, last - 1) - lane(values, last)
+    return not lane(values, last) > fell
 
 
 @compiled

@@ -41,6 +41,7 @@ from tauto_core.motion.system import (
     first_below,
     hot_at_nodes,
     mode_of,
+    near_zero,
     nodes_of,
     outside_at,
     planes_of,
@@ -177,7 +178,7 @@ def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> B
     """Return whether a step leaves the range, from tension, margin and coordinate at its nodes."""
     edge, slack = first_below(margin, work), first_below(tension, work)
     within = lowest(margin) > WELL_WITHIN and lowest(tension) > 0.0
-    return Beyond(edge, slack, within, largest(coordinate))
+    return Beyond(edge, slack, within, largest(coordinate), near_zero(tension))
 
 
 @compiled
@@ -301,7 +302,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and thread at an instant."""
-        line, tilt, hot = at.drive, at.tilt, _now(self, at)
+        line, tilt, hot = at.drive, at.tilt, thread_now(self, at)
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         rate = rates[0] - (line.rate - tilt.rate)
@@ -346,7 +347,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
         The energy goes into ½(I + m r²u²)θ̇².
         """
-        hot, u, planes = _now(self, at), now.coordinate, state.planes
+        hot, u, planes = thread_now(self, at), now.coordinate, state.planes
         radius = hot.radius
         mass = 1.0 + hot.ratio * radius * u * u
         struck = mode.direction * math.sqrt(now.rate * now.rate + hot.on_wheel.energy / mass)
@@ -359,7 +360,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
 
 @inlined
-def _now(system: Hanging, at: Outside) -> Hanging:
+def thread_now(system: Hanging, at: Outside) -> Hanging:
     """Return the system with its numbers at an instant; as it is without heat."""
     if system.on_wheel.heat is None or at.hot is None:
         return system

@@ -552,6 +552,14 @@ def pull_of(per_inertia: PerInertia, lift: Numeric, gravity: Numeric) -> Numeric
 
 
 @inlined
+def whole_turns_off(angle: Numeric) -> Numeric:
+    """Return an angle between −π and π that differs by whole turns."""
+    # by rounding: below 2⁵¹ the sum keeps no fraction
+    turns = (angle * (0.5 / math.pi) + WHOLE) - WHOLE
+    return angle - turns * math.tau
+
+
+@inlined
 def unbalanced(per_inertia: PerInertia, angle: Numeric, gravity: Numeric) -> Numeric:
     """Return the torque of the imbalance, reversed, over I; −0.0 of a balanced wheel.
 
@@ -560,10 +568,7 @@ def unbalanced(per_inertia: PerInertia, angle: Numeric, gravity: Numeric) -> Num
     imbalance = per_inertia.imbalance
     if imbalance is None:
         return -0.0
-    turned = angle + imbalance.direction
-    # whole turns by rounding: below 2⁵¹ the sum keeps no fraction
-    turns = (turned * (0.5 / math.pi) + WHOLE) - WHOLE
-    sine, _ = sine_versine(turned - turns * math.tau)
+    sine, _ = sine_versine(whole_turns_off(angle + imbalance.direction))
     return (term(imbalance.still, 1.0) + term(imbalance.weight, gravity)) * sine
 
 

@@ -33,13 +33,13 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.phase import phase_rate, within_turn
+from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST,
     ERROR_OF_LAST_STRONG,
     MIN_ANGLE,
     TOLERANCE_SHARE,
     Moved,
-    Stepped,
     hot_pieces,
     step_error,
     tolerance_of,
@@ -66,6 +66,7 @@ from tauto_core.motion.system import (
     first_below,
     hot_at_nodes,
     mode_of,
+    near_zero,
     nodes_of,
     outside_at,
 )
@@ -226,7 +227,7 @@ def surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
 @compiled
 def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     """Return whether the step leaves the range: by rough bounds if they are enough."""
-    edge = slack = NOWHERE
+    edge, slack, near = NOWHERE, NOWHERE, False
     wheel = wheel_at_nodes(cold, work)
     reach = largest(load(work.x))
     within = reach <= SURELY_WITHIN * wheel.range
@@ -245,8 +246,9 @@ def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
         aside = unbalanced(wheel.per_inertia, q - row_or_zero(felt.lean, nodes.lean), gravity)
         _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
         # adding 0·q makes lanes of a tension that is one number for all nodes
-        slack = first_below(0.0 * q + tension, work)
-    return Beyond(edge, slack, within, reach)
+        tension = 0.0 * q + tension
+        slack, near = first_below(tension, work), near_zero(tension)
+    return Beyond(edge, slack, within, reach, near)
 
 
 # -----------------------------------------------------------------------------
@@ -814,7 +816,7 @@ def _imbalance(machine: Machine, *, still: bool) -> UnbalancedWheel | None:
     return UnbalancedWheel(at_rest, None if still else share, machine.imbalance.direction)
 
 
-class Collocation(Stepped):
+class Collocation(SlackThread):
     """Propagator of any machine with one degree of freedom."""
 
     def __init__(self, machine: Machine, tolerance: float | None = None) -> None:
@@ -880,6 +882,19 @@ class Collocation(Stepped):
             gravity=machine.gravity,
         )
         return Moved(wheel, (self._omega,))
+
+    def _loosened(self, taut: Moved) -> Moved | None:
+        """Return wheel and weight with a slack thread; None without a weight."""
+        wheel, omega = taut
+        if not wheel.has_weight:
+            return None
+        # slow to import, and needed by few
+        from tauto_core.motion.slack_wheel import FreeWheel
+
+        carried = wheel.per_inertia.carried
+        if carried is None:
+            return Moved(FreeWheel(wheel, None), (omega[0],))
+        return Moved(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, with the machine's numbers where heat changes them."""

@@ -167,6 +167,7 @@ class HangingMachine:
             plumb [rad].
         damping: c, of the lean of the thread in the case [N m s].
         heat: how wheel, cam and oil change with temperature and age.
+        stops_when_slack: whether the motion ends where the thread goes slack.
     """
 
     inertia: float
@@ -179,6 +180,7 @@ class HangingMachine:
     release_angle: float
     damping: float = 0.0
     heat: Heat = NO_HEAT
+    stops_when_slack: bool = False
 
     follows_apparent_vertical = True
     feels_gravity = True

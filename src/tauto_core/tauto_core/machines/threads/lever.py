@@ -52,6 +52,7 @@ class LeverMachine:
         tail: mass [kg] and distance from the fulcrum [m] of the weight on the lever's tail.
         heat: how the numbers change with temperature and age; wheel, cam, lever and thread grow
             alike.
+        stops_when_slack: whether the motion ends where the thread goes slack.
     """
 
     inertia: float
@@ -65,6 +66,7 @@ class LeverMachine:
     release_angle: float
     tail: tuple[float, float] = (0.0, 0.0)
     heat: Heat = NO_HEAT
+    stops_when_slack: bool = False
 
     follows_apparent_vertical = True
     feels_gravity = True

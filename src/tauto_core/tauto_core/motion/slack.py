@@ -1,0 +1,395 @@
+"""A slack thread as a motion: the wheel goes free, the weight falls, the thread tautens (H4).
+
+While the thread is slack the wheel feels its drag, the escapement and the case alone, and the
+weight apparent gravity alone, and a spring that pulls at it. When the weight is as far from the
+wheel as the thread lets it, the thread tautens without rebound: the momentum along it is shared,
+and the energy of what differed is lost. threads.md has the equations.
+
+Such a motion is a system of its own, which the driver of `stepping` moves until the thread is
+taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.
+`slack_wheel` and `slack_threads` have the systems.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial.polynomial import polyval
+from numpy.typing import NDArray
+
+from tauto_core.kernels import entry, inlined
+from tauto_core.machines import AnyMachine
+from tauto_core.motion.events import is_due
+from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.gauss_step import Omega, Work, make_work
+from tauto_core.motion.lanes import SIZE
+from tauto_core.motion.passages import ahead
+from tauto_core.motion.stepping import (
+    NO_CONVERGENCE,
+    OK,
+    ROW,
+    SLACK,
+    TOLERANCE,
+    LoggedRow,
+    Moved,
+    Stepped,
+    tolerance_of,
+    write_row,
+)
+from tauto_core.motion.system import (
+    HEAT_POWERS,
+    ForcingPieces,
+    HotNumbers,
+    Instant,
+    Mode,
+    Outside,
+    Plane,
+    RunningState,
+    SteppedRun,
+    System,
+    Tolerance,
+    mode_of,
+    outside_at,
+    planes_of,
+    restore_record,
+    set_piece,
+    state_of,
+    state_type,
+)
+from tauto_core.samples import State
+
+LONGEST_PHASE_RAD = 0.5
+"""Longest step of a slack motion, as the angle that the wheel's swing turns in it [rad].
+
+The thread tautens where the stage polynomials say so, which are of half the order of the step: so
+all of the last coefficient counts as the error of such a step, and not its square.
+"""
+
+ROUNDING = 2e-14
+"""Gap in the thread that is no more than rounding, as a share of the planes' X [rad].
+
+A thread that lets go with next to no acceleration would else be taut again at once.
+"""
+
+
+@inlined
+def rounding_of(x: float, height: float) -> float:
+    """Return the gap that is no more than rounding, by X of wheel and weight."""
+    return ROUNDING * (1.0 + abs(x) + abs(height))
+
+
+class LooseInstant(NamedTuple):
+    """The fields of `system.Instant`, and the derivatives of the planes for `drift`.
+
+    `tension` is the gap in the thread: what it is longer than its way, in the unit of the planes.
+    """
+
+    angle: float
+    rate: float
+    bend: float
+    tension: float
+    margin: float
+    torque: float
+    coordinate: float
+    speed: float
+    acceleration: float
+    drift: tuple[Plane, ...]
+
+
+class Tautened(NamedTuple):
+    """What the thread does as it tautens.
+
+    Attributes:
+        rate: θ̇ after it [rad/s].
+        speed: rate of the coordinate after it.
+        lost: twice the energy lost over I [rad2/s2].
+    """
+
+    rate: float
+    speed: float
+    lost: float
+
+
+class LooseSystem(System):
+    """A system whose thread is slack; those of all threads have a wheel that goes free."""
+
+    def clear(self, square: float, omega: Omega, work: Work) -> bool:
+        """Return False: passages are followed on the polynomials."""
+        return False
+
+    def drift(  # type: ignore[override]  # the driver takes what has the fields
+        self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant
+    ) -> tuple[Plane, ...]:
+        """Return the time derivatives of X and ωY of each plane."""
+        return now.drift
+
+    def let_go(self, taut: Any, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+        """Set the planes of `free` to the motion of the taut system, which is `now`."""
+        raise TypeError('nothing lets go of this system')
+
+    def tauten(
+        self, taut: Any, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
+    ) -> Tautened:
+        """Set the planes of the taut `state` to the motion after the thread has tautened."""
+        raise TypeError('nothing tautens this system')
+
+
+# -----------------------------------------------------------------------------
+# Letting go and tautening, at an instant.
+
+COUNTED = 'side', 'direction', 'pallet', 'turns', 'beats', 'given', 'armed', 'held', 'held_angle'
+"""Fields of the running state that a slack thread takes over, and hands back."""
+
+
+@entry
+def let_go(
+    loose: LooseSystem,
+    omega: Omega,
+    taut: System,
+    taut_omega: Omega,
+    pieces: ForcingPieces,
+    x: float,
+    state: RunningState,
+    free: RunningState,
+    work: Work,
+) -> None:
+    """Let the thread go: set `free`, with the counts of `state`, at x of the first piece."""
+    at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
+    now = taut.instant(mode_of(state), taut_omega, planes_of(taut_omega, state.planes), at)
+    loose.let_go(taut, omega, at, now, free)
+
+
+@entry
+def tauten(
+    loose: LooseSystem,
+    omega: Omega,
+    taut: System,
+    taut_omega: Omega,
+    pieces: ForcingPieces,
+    x: float,
+    free: RunningState,
+    state: RunningState,
+    work: Work,
+) -> float:
+    """Tauten the thread: set `state`, with the counts of `free`, at x of the first piece.
+
+    Returns twice the energy lost over I.
+    """
+    at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
+    before = loose.instant(mode_of(free), omega, planes_of(omega, free.planes), at)
+    after = loose.tauten(taut, omega, taut_omega, at, free, state)
+    # θ and ϑ stay where they are, and so does what has been counted
+    angle, q = before.angle, before.coordinate
+    state.beats += ahead(q, before.speed, angle) - ahead(q, after.speed, angle)
+    direction = 1 if after.rate > 0.0 else -1
+    if after.rate == 0.0:
+        if taut.sticks:
+            taut.set_off(taut_omega, angle, at, state)
+    elif direction != state.direction:
+        state.direction = direction
+        state.armed = is_due(taut, state, float(direction), angle)
+    return after.lost
+
+
+@entry
+def write_one(
+    system: System,
+    omega: Omega,
+    pieces: ForcingPieces,
+    x: float,
+    state: RunningState,
+    work: Work,
+    row: LoggedRow,
+) -> None:
+    """Write the row at x of the first piece."""
+    at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
+    write_row(SteppedRun(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work), at, row)
+
+
+# -----------------------------------------------------------------------------
+# The base class of the propagators whose thread may go slack.
+
+
+class Tautening(NamedTuple):
+    """A thread that has been slack.
+
+    Attributes:
+        time_s: when it was taut again, from the start of the run [s].
+        slack_s: for how long it was slack [s].
+        lost_joule: energy lost as it tautened [J].
+    """
+
+    time_s: float
+    slack_s: float
+    lost_joule: float
+
+
+COARSEN = 2.0**-9
+"""Share of the tolerance below which steps double: by that the error within grows 2^8 times."""
+
+IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
+"""Time that is next to none [s], and most changes of a thread in a row that each take no more."""
+
+
+CHANNELS = 'neutral', 'tilt', 'gravity', 'lean'
+
+
+def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
+    """Return the spans from x in span k on."""
+    parts: dict[str, Any] = {}
+    for name in ('length_s', 'begin', 'end', 'end_ns', 'logged', *CHANNELS):
+        rows = getattr(forcing, name)
+        parts[name] = None if rows is None else rows[k:]
+    begin = parts['begin'].copy()
+    begin[:1] = x
+    felt = forcing.temperatures
+    if felt is not None:
+        felt = replace(felt, interval=felt.interval[k:], place=felt.place[k:])
+    return replace(forcing, **{**parts, 'begin': begin, 'temperatures': felt})
+
+
+class SlackThread(Stepped):
+    """A propagator of a machine whose thread cannot push.
+
+    Where the machine does not stop with a slack thread, `advance` goes on with the slack motion
+    and comes back to the taut one, as often as it has to.
+    """
+
+    def __init__(
+        self,
+        machine: AnyMachine,
+        planes: int,
+        nodes: tuple[str, ...],
+        stages: int,
+        tolerance: Tolerance,
+        columns: int = SIZE,
+    ) -> None:
+        super().__init__(machine, planes, nodes, stages, tolerance, columns)
+        self._goes_on = not machine.stops_when_slack
+        self._slack_tolerance = tolerance_of(min(tolerance.step, TOLERANCE), 0.0, COARSEN)
+        self._slack_nodes, self._slack_columns = nodes, columns
+        self._slack_state: NDArray[np.void] | None = None
+        self._slack_work: NDArray[np.void] | None = None
+        self._slack_since_s = 0.0
+        self._is_slack = False
+        self._tautened: list[Tautening] = []
+
+    @abstractmethod
+    def _loosened(self, taut: Moved) -> Moved | None:
+        """Return the system with a slack thread; None where the thread never lets go."""
+
+    def _inertia_at(self, pieces: ForcingPieces, x: float) -> float:
+        """Return I at x of the first piece [kg m2]."""
+        hot = pieces.hot
+        if hot is None:
+            return self._inertia
+        first, u = HEAT_POWERS * hot.interval[0], hot.begin[0] + hot.size[0] * x
+        share = hot.terms[first : first + HEAT_POWERS, HotNumbers._fields.index('share')]
+        return float(self._inertia / polyval(u, share))
+
+    def tautened(self) -> list[Tautening]:
+        """Return what has tautened since the last call."""
+        found, self._tautened = self._tautened, []
+        return found
+
+    def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
+        self._is_slack, self._tautened = False, []
+        return super()._released(forcing)
+
+    def advance(self, forcing: Forcing) -> Motion:
+        """Advance over the spans; return the motion at their logged ends.
+
+        Raises a PropagationError for the end of the range, no convergence, and for a slack thread
+        where the machine stops with it.
+        """
+        parts: list[NDArray[np.void]] = []
+        left, stays, went_s = forcing, 0, -math.inf
+        while len(left.begin):
+            moved = self._moved(left)
+            loose = self._loosened(moved) if self._goes_on else None
+            if self._is_slack and loose is not None:
+                rows, code, k, x = self._fall(left, loose)
+            else:
+                rows, code, k, x = self._run(left, moved, self._tolerance, self.longest_step_s)
+            parts.append(rows)
+            if code == OK:
+                break
+            behind_s = (left.end[k] - x) * left.length_s[k]
+            time_s = float(left.end_ns[k] * 1e-9 - behind_s)
+            stays = stays + 1 if time_s - went_s < IN_PLACE_S else 0
+            went_s = time_s
+            if code != SLACK or loose is None or stays > MOST_IN_PLACE:
+                raise self._failure(NO_CONVERGENCE if stays > MOST_IN_PLACE else code, time_s)
+            left = rest_of(left, k, x)
+            self._change(left, moved, loose, time_s)
+            if x >= left.end[0]:
+                # that is the end of the span, whose row nobody has written
+                parts.append(self._row_at(left, moved, loose, x))
+                left = rest_of(left, 1, float(left.begin[1]) if len(left.begin) > 1 else 0.0)
+        rows = np.concatenate(parts) if parts else np.empty(0, ROW)
+        return self._motion(rows) if len(rows) else no_motion()
+
+    def _fall(self, forcing: Forcing, loose: Moved) -> tuple[NDArray[np.void], int, int, float]:
+        """Advance while the thread is slack, as `_run`; it tautens with the code SLACK."""
+        free, work = self._records(loose)
+        longest_s = min(LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
+        return Stepped._run(self, forcing, loose, self._slack_tolerance, longest_s, free, work)
+
+    def _change(self, forcing: Forcing, taut: Moved, loose: Moved, time_s: float) -> None:
+        """Let the thread go slack or tauten where the forcing begins."""
+        free, work = self._records(loose)
+        pieces, x = self._outside(forcing), float(forcing.begin[0])
+        source, target = (free, self._state) if self._is_slack else (self._state, free)
+        for name in COUNTED:
+            target[name] = source[name]
+        if self._is_slack:
+            lost = tauten(*loose, *taut, pieces, x, free, self._state, work)
+            joule = 0.5 * self._inertia_at(pieces, x) * lost
+            self._tautened.append(Tautening(time_s, time_s - self._slack_since_s, joule))
+        else:
+            let_go(*loose, *taut, pieces, x, self._state, free, work)
+            self._slack_since_s = time_s
+        self._is_slack = not self._is_slack
+
+    def _row_at(self, forcing: Forcing, taut: Moved, loose: Moved, x: float) -> NDArray[np.void]:
+        """Return the row at the end of the first span, or none if it is not logged."""
+        rows = np.empty(int(forcing.logged[0]), ROW)
+        if len(rows):
+            free, work = self._records(loose)
+            moved, state = (loose, free) if self._is_slack else (taut, self._state)
+            write_one(*moved, self._outside(forcing), x, state, work, rows.reshape(()))
+        return rows
+
+    def _records(self, loose: Moved) -> tuple[NDArray[np.void], NDArray[np.void]]:
+        """Return the running state of the slack motion and its workspace, made once."""
+        if self._slack_state is None or self._slack_work is None:
+            planes = len(loose.omega)
+            self._slack_state = np.zeros((), state_type(planes))
+            self._slack_work = make_work(planes, self._slack_nodes, SIZE, self._slack_columns)
+        return self._slack_state, self._slack_work
+
+    def state(self) -> State:
+        """Return the running state, and what is slack."""
+        slack = {
+            'is_slack': self._is_slack,
+            'since_s': self._slack_since_s,
+            'free': None if self._slack_state is None else state_of(self._slack_state),
+        }
+        return {**super().state(), 'slack': slack}
+
+    def restore(self, state: State) -> None:
+        """Go on from a state."""
+        super().restore(state)
+        slack = state['slack']
+        self._is_slack, self._slack_since_s = slack['is_slack'], slack['since_s']
+        self._tautened, self._slack_state = [], None
+        if slack['free'] is not None:
+            self._slack_state = np.zeros((), state_type(len(slack['free']['planes'])))
+            self._slack_work = make_work(
+                len(slack['free']['planes']), self._slack_nodes, SIZE, self._slack_columns
+            )
+            restore_record(self._slack_state, slack['free'])

@@ -1,0 +1,357 @@
+"""The wheel whose thread is slack, vertical or through a hole.
+
+With η the height of the weight above its rest along the neutral line, and h(ϑ) that at which the
+thread would hold it,
+
+    ψ̈ = −(drag and recoil)/I,    η̈ = −(m g_eff + κη)/m,    slack while η > h(ϑ),
+
+and where η is h again, with the lever arm t = h′ and v = η̇,
+
+    ϑ̇⁺ = (I ϑ̇⁻ + m t v)/(I + m t²),    lost ½ I m (t ϑ̇⁻ − v)²/(I + m t²).
+
+A massless weight falls as fast as the thread asks for: it is slack while apparent gravity points
+out of the top of the case, and nothing is lost. A force or a spring without mass never lets go.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from tauto_core.kernels import compiled
+from tauto_core.motion.events import is_due
+from tauto_core.motion.gauss_step import (
+    PART_STEP,
+    Omega,
+    Step,
+    Work,
+    collocate,
+    fill_integrals,
+    inside,
+)
+from tauto_core.motion.lanes import Lanes, larger, largest, load, store, width
+from tauto_core.motion.slack import ROUNDING, LooseInstant, LooseSystem, Tautened, rounding_of
+from tauto_core.motion.system import (
+    NOWHERE,
+    Beyond,
+    Instant,
+    Mode,
+    Outside,
+    Plane,
+    RunningState,
+    SteppedRun,
+    StepPlace,
+    first_below,
+    mode_of,
+    near_zero,
+    outside_at,
+    planes_of,
+)
+from tauto_core.motion.wells import kick, lever_arm, pull_of, resistance, term, unbalanced
+from tauto_core.motion.wheel import (
+    LOOSE_BISECTIONS,
+    Wheel,
+    coordinate_and_momentum,
+    row_or_zero,
+    wheel_at_nodes,
+    wheel_now,
+)
+
+ABOUT_TO_TAUTEN = 1e-11
+"""Gap up to which friction does not hold a wheel, whose thread will turn it at once [rad]."""
+
+
+class _FreeNumbers(NamedTuple):
+    """A wheel whose thread is slack.
+
+    Attributes:
+        wheel: the wheel with its thread taut.
+        scale: √(m/I) where the machine's numbers hold [1/m]; None of a massless weight.
+    """
+
+    wheel: Wheel
+    scale: float | None
+
+
+class FreeWheel(_FreeNumbers, LooseSystem):
+    """Wheel and weight: X = ϑ and ωY = ψ̇ of the one, X = scale·η and ωY = scale·η̇ of the other."""
+
+    @property
+    def impulse(self) -> float:
+        """Angle of the impulse [rad]."""
+        return self.wheel.impulse
+
+    @property
+    def pace(self) -> float:
+        """Frequency of the swing with a taut thread [rad/s]."""
+        return self.wheel.pace
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.wheel.feels_impulse
+
+    @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.wheel.recoils
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.wheel.turns_abruptly
+
+    @property
+    def sticks(self) -> bool:
+        """Whether friction may hold the wheel."""
+        return self.wheel.sticks
+
+    @property
+    def feels_tilt(self) -> bool:
+        """Whether θ or θ̇ matter within a span."""
+        return self.wheel.feels_tilt
+
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
+        """Fill what the wheel feels."""
+        self.wheel.at_nodes(place, work)
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what adds to the rotation of the planes."""
+        wheel = wheel_at_nodes(self.wheel, work)
+        felt, nodes, per_inertia = self.wheel.felt, work.nodes, wheel.per_inertia
+        x, w = load(work.x, 0), omega[0] * load(work.y, 0)
+        line_rate = row_or_zero(felt.line, nodes.line_rate)
+        gravity = row_or_zero(felt.gravity, nodes.gravity)
+        rate = w - line_rate + row_or_zero(felt.tilt, nodes.tilt_rate)
+        against = resistance(per_inertia, rate, mode)
+        against = against + unbalanced(
+            per_inertia, x - row_or_zero(felt.lean, nodes.lean), gravity
+        )
+        if per_inertia.growth is not None:
+            against = against + per_inertia.growth * w
+        store(work.d1, 0, 0.0 * x - line_rate)
+        store(work.d2, 0, omega[0] * x - against * (1.0 / omega[0]))
+        if self.scale is not None and per_inertia.carried is not None:
+            height = load(work.x, 1)
+            fall = pull_of(per_inertia, height * (1.0 / self.scale), gravity)
+            fall = fall * (self.scale / per_inertia.carried)
+            store(work.d2, 1, omega[1] * height - fall * (1.0 / omega[1]))
+
+    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+        """Return whether the step leaves the cam, or the thread tautens in it."""
+        wheel, felt = wheel_at_nodes(self.wheel, work), self.wheel.felt
+        x = load(work.x, 0)
+        reach, edge = largest(x), NOWHERE
+        if reach > wheel.range:
+            edge = first_below(wheel.range - larger(x, x), work)
+        lift = lever_arm(wheel.lever, 1.0, larger(x, x)).lift
+        if self.scale is None:
+            gravity = row_or_zero(felt.gravity, work.nodes.gravity)
+            gap = 0.0 * x - pull_of(wheel.per_inertia, lift, gravity) + self.pull_rounding
+        else:
+            height = load(work.x, 1)
+            gap = height - self.scale * lift + rounding_of(reach, largest(height))
+        return Beyond(edge, first_below(gap, work), False, reach, near_zero(gap))
+
+    @property
+    def pull_rounding(self) -> float:
+        """Pull of a massless weight over I that is no more than rounding."""
+        return ROUNDING * term(self.wheel.per_inertia.weight, self.wheel.gravity)
+
+    def coordinates(self, work: Work) -> Lanes:
+        """Return ϑ at the nodes."""
+        return load(work.x, 0)
+
+    def coordinate(self, planes: tuple[Plane, ...]) -> float:
+        """Return ϑ."""
+        return planes[0].x
+
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+        """Return θ = ϑ + τ."""
+        return planes[0].x + at.tilt.value
+
+    def instant(  # type: ignore[override]
+        self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
+    ) -> LooseInstant:
+        """Return wheel and weight at an instant."""
+        wheel, line, tilt = wheel_now(self.wheel, at), at.drive, at.tilt
+        per_inertia, q, w = wheel.per_inertia, planes[0].x, omega[0] * planes[0].y
+        speed = w - line.rate
+        rate = speed + tilt.rate
+        against = resistance(per_inertia, rate, mode)
+        against = against + unbalanced(per_inertia, q - at.lean, at.gravity)
+        if per_inertia.growth is not None:
+            against = against + per_inertia.growth * w
+        acceleration = -against - line.bend
+        lift = lever_arm(wheel.lever, 1.0, abs(q)).lift
+        drift: tuple[Plane, ...] = (Plane(speed, -against),)
+        if self.scale is None or per_inertia.carried is None:
+            gap = self.pull_rounding - pull_of(per_inertia, lift, at.gravity)
+        else:
+            gap = planes[1].x - self.scale * lift + rounding_of(q, planes[1].x)
+            fall = pull_of(per_inertia, planes[1].x / self.scale, at.gravity)
+            fall = fall * (self.scale / per_inertia.carried)
+            drift = (*drift, Plane(omega[1] * planes[1].y, -fall))
+        return LooseInstant(
+            angle=q + tilt.value,
+            rate=rate,
+            bend=acceleration + tilt.bend,
+            tension=gap,
+            margin=wheel.range - abs(q),
+            torque=0.0,
+            coordinate=q,
+            speed=speed,
+            acceleration=acceleration,
+            drift=drift,
+        )
+
+    def strike(  # type: ignore[override]
+        self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant, state: RunningState
+    ) -> None:
+        """Let an impulse change the momentum of the wheel alone."""
+        impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]
+        if impulse is None:
+            return
+        plane.y += kick(impulse, None, 0.0, now.rate, mode.direction, state.given) / omega[0]
+        plane.y_rest = 0.0
+
+    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+        """Put the wheel at rest at θ = angle: held by friction, or about to go.
+
+        It is not held where the thread is about to tauten.
+        """
+        torque = _holding_torque(self, mode_of(state), angle, at)
+        coulomb = wheel_now(self.wheel, at).per_inertia.coulomb
+        _place_at_rest(omega, angle, at, state)
+        gap = self.gap_at(angle - at.tilt.value, state, at)
+        if coulomb is not None and abs(torque) <= coulomb and gap > ABOUT_TO_TAUTEN:
+            state.held, state.held_angle = True, angle
+            return
+        state.held = False
+        if coulomb is not None and abs(torque) > coulomb:
+            state.direction = -1 if torque > 0.0 else 1
+        state.armed = is_due(self, state, float(state.direction), angle)
+
+    def gap_at(self, q: float, state: RunningState, at: Outside) -> float:
+        """Return the gap of a wheel at ϑ = q, with the weight where it is."""
+        lift = lever_arm(self.wheel.lever, 1.0, abs(q)).lift
+        if self.scale is None:
+            pull = pull_of(wheel_now(self.wheel, at).per_inertia, lift, at.gravity)
+            return self.pull_rounding - pull
+        height = state.planes[1].x
+        return height - self.scale * lift + rounding_of(q, height)
+
+    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
+        """Move the held wheel with the case while the weight falls.
+
+        Returns the fraction at which the wheel breaks loose or the thread tautens, or 1.
+        """
+        omega, state, work = run.omega, run.state, run.work
+        mode, angle = mode_of(state), state.held_angle
+        h, probes = place.size * place.length, 2 * width(work.fractions)
+        self.at_nodes(place, work)
+        collocate(
+            Step(HeldWheel(self), mode, omega, h, PART_STEP, state.planes, work),
+            run.tolerance.settled,
+        )
+        fill_integrals(omega, work)
+        reached = 1.0
+        for i in range(1, probes + 1):
+            b = i / probes
+            if _is_loose(self, run, place, b):
+                a = (i - 1) / probes
+                for _ in range(LOOSE_BISECTIONS):
+                    middle = 0.5 * (a + b)
+                    loose = _is_loose(self, run, place, middle)
+                    a, b = (a, middle) if loose else (middle, b)
+                reached = b
+                break
+        at = outside_at(place.terms, place.begin + reached * place.size, work)
+        if self.scale is not None:
+            x, y = inside(omega, 1, h, reached, state.planes, work)
+            weight = state.planes[1]
+            weight.x, weight.y, weight.x_rest, weight.y_rest = x, y, 0.0, 0.0
+        if reached < 1.0:
+            self.set_off(omega, angle, at, state)
+        else:
+            _place_at_rest(omega, angle, at, state)
+        return reached
+
+    def let_go(self, taut: Wheel, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+        """Set wheel and weight to the motion of the taut thread."""
+        q, first = now.coordinate, free.planes[0]
+        first.x, first.y = q, (now.speed + at.drive.rate) / omega[0]
+        first.x_rest = first.y_rest = 0.0
+        if self.scale is not None:
+            arm = lever_arm(taut.lever, 1.0, abs(q))
+            second = free.planes[1]
+            second.x = self.scale * arm.lift
+            second.y = self.scale * math.copysign(arm.t, q) * now.speed / omega[1]
+            second.x_rest = second.y_rest = 0.0
+
+    def tauten(
+        self, taut: Wheel, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
+    ) -> Tautened:
+        """Share the momentum along the thread."""
+        planes, wheel = planes_of(omega, free.planes), wheel_now(taut, at)
+        q, speed = planes[0].x, omega[0] * planes[0].y - at.drive.rate
+        t = math.copysign(lever_arm(wheel.lever, 1.0, abs(q)).t, q)
+        lost, mu = 0.0, wheel.per_inertia.carried
+        if self.scale is not None and mu is not None:
+            height_rate = omega[1] * planes[1].y / self.scale
+            apart, mass = t * speed - height_rate, 1.0 + mu * (t * t)
+            lost = mu * (apart * apart) / mass
+            speed = (speed + mu * t * height_rate) / mass
+        state.side = -1 if q < 0.0 else 1
+        plane = state.planes[0]
+        x, w = coordinate_and_momentum(wheel, q, speed, at.drive.rate, float(state.side))
+        plane.x, plane.y, plane.x_rest, plane.y_rest = x, w / taut_omega[0], 0.0, 0.0
+        return Tautened(speed + at.tilt.rate, speed, lost)
+
+
+class _HeldNumbers(NamedTuple):
+    """A slack thread on a wheel that friction holds."""
+
+    free: FreeWheel
+
+
+class HeldWheel(_HeldNumbers):
+    """The weight alone; the plane of the wheel stands still."""
+
+    def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
+        """Fill what adds to the rotation of the planes."""
+        self.free.disturb(mode, omega, work)
+        store(work.d1, 0, -(omega[0] * load(work.y, 0)))
+        store(work.d2, 0, omega[0] * load(work.x, 0))
+
+
+@compiled
+def _is_loose(free: FreeWheel, run: SteppedRun, place: StepPlace, xi: float) -> bool:
+    """Return whether at a fraction of the step friction no longer holds, or the thread is taut."""
+    state, work, angle = run.state, run.work, run.state.held_angle
+    at = outside_at(place.terms, place.begin + xi * place.size, work)
+    per_inertia = wheel_now(free.wheel, at).per_inertia
+    torque = _holding_torque(free, mode_of(state), angle, at)
+    lift = lever_arm(free.wheel.lever, 1.0, abs(angle - at.tilt.value)).lift
+    if free.scale is None:
+        gap = free.pull_rounding - pull_of(per_inertia, lift, at.gravity)
+    else:
+        height, _ = inside(run.omega, 1, place.size * place.length, xi, state.planes, work)
+        gap = height - free.scale * lift + rounding_of(angle, height)
+    return abs(torque) > term(per_inertia.coulomb, 1.0) or not gap > 0.0
+
+
+@compiled
+def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Outside) -> float:
+    """Return the torque over I that keeps the wheel without its thread at θ = angle."""
+    per_inertia, tilt = wheel_now(free.wheel, at).per_inertia, at.tilt
+    aside = unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
+    return at.drive.bend - tilt.bend + aside + term(per_inertia.recoil, mode.pallet)
+
+
+@compiled
+def _place_at_rest(omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    """Put the wheel at rest in the moving case at θ = angle: ϑ̇ = −τ̇."""
+    plane = state.planes[0]
+    plane.x, plane.x_rest = angle - at.tilt.value, 0.0
+    plane.y, plane.y_rest = (at.drive.rate - at.tilt.rate) / omega[0], 0.0

@@ -1,0 +1,283 @@
+"""A thread that goes slack and tautens again: against DOP853, the energy lost, and restarts."""
+
+import math
+import pickle
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import run, scene_of
+from slack_reference import Ideal, Lever, Swinging
+from thread_references import HELD, on_land, sampled
+
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.curves import Table, TableLever
+from tauto_core.machines import HangingMachine, LeverMachine, Machine, compile_machine
+from tauto_core.machines.drags import Drag
+from tauto_core.motion import make_collocation, make_propagator
+from tauto_core.motion.free_end import FreeEndCollocation
+from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, JointSamples, join, take
+from tauto_core.scene.errors import PropagationError
+from tauto_core.ship import ShipMotion
+
+WEIGHT = {'power': {'kind': 'weight', 'mass': 0.05}, 'release_angle': 1.0}
+INVOLUTE = {**WEIGHT, 'cam': {'kind': 'involute', 'base_radius': 0.02}}
+VERTICAL = {**INVOLUTE, 'thread': {'kind': 'vertical'}}
+HOLE = {
+    **WEIGHT,
+    'cam': {'kind': 'hole', 'lever_rate': 0.02},
+    'thread': {'kind': 'hole', 'distance': 0.2},
+}
+SPRUNG = {**VERTICAL, 'power': {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 5.0}}
+CHEEK = {
+    **WEIGHT,
+    'cam': {'kind': 'circular_arc', 'root_depth': 0.02, 'radius': 0.06},
+    'thread': {'kind': 'vertical'},
+}
+LEVER = {
+    **WEIGHT,
+    'cam': {'kind': 'involute', 'base_radius': 0.01},
+    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+}
+HANGING = {**INVOLUTE, 'thread': {'kind': 'hanging', 'length': 0.3}}
+
+
+def falling(amplitude: float, phase: float = 1.6) -> dict[str, Any]:
+    """A ship that falls faster than what is in her: z̈ = −4.11 amplitude cos(2.03 t + phase)."""
+    return {
+        'kind': 'components',
+        'heave': [{'amplitude': amplitude, 'period': 3.1, 'phase': phase}],
+        'components': [{'amplitude': 0.05, 'period': 7.0}],
+        'height': 3.0,
+    }
+
+
+CASES = {
+    'vertical': (VERTICAL, 2.5, {}),
+    'vertical, drag, escapement': (VERTICAL, 2.5, HELD),
+    'vertical, weight and spring': (SPRUNG, 4.0, {}),
+    'cheek': (CHEEK, 2.6, {}),
+    'hole': (HOLE, 2.5, {}),
+    'lever': (LEVER, 2.5, {}),
+    'lever, drag, escapement': (LEVER, 2.5, HELD),
+    'swinging': (HANGING, 2.5, {}),
+    'swinging, drag, escapement': (HANGING, 2.5, HELD),
+}
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_a_slack_thread_is_what_dop853_makes_of_it(name):
+    """To 1e-9 rad: where a thread tautens depends on all before, and so do the swings after it."""
+    trochlea, amplitude, more = CASES[name]
+    scene = scene_of(trochlea=trochlea, ship=falling(amplitude), duration=4.0, **more)
+    machine, forcing = compile_machine(scene), sampled(scene)
+    kinds: dict[type, Any] = {LeverMachine: Lever, HangingMachine: Swinging}
+    reference = kinds.get(type(machine), Ideal)(machine)
+    engine = make_collocation(machine)
+    engine.release(forcing)
+    found, exact = engine.advance(forcing), reference.run(forcing)
+    tautened = engine.tautened()
+    assert len(tautened) == len(reference.slacks) > 0
+    np.testing.assert_allclose([each.time_s for each in tautened], reference.slacks, atol=1e-9)
+    np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=1e-8)
+    lost = [each.lost_joule for each in tautened]
+    np.testing.assert_allclose(lost, reference.lost, rtol=1e-7, atol=1e-12)
+    assert min(each.slack_s for each in tautened) > 0.0
+
+
+def steep() -> Table:
+    """t = 0.1 ϑ − 0.055 ϑ³ + 0.0078 ϑ⁵ in four pieces."""
+    law, knots = (
+        np.polynomial.Polynomial([0.0, 0.1, 0.0, -0.055, 0.0, 0.0078]),
+        np.arange(5) * 0.55,
+    )
+    taylor = [[law.deriv(j)(k) / math.factorial(j) for j in range(6)] for k in knots[:-1]]
+    return Table('law', TableLever(knots, np.array(taylor), law.integ()(knots[:-1])))
+
+
+STEEP = steep()
+"""A lever arm that falls so steeply that a heavy weight overtakes its thread on land."""
+
+
+def test_energy_is_lost_as_the_thread_tautens_and_never_gained():
+    """On land, where nothing else changes it: what is lost is what is told, at all times."""
+    rng, slacks = np.random.default_rng(30), 0
+    for _ in range(8):
+        machine = Machine(
+            inertia=10.0 ** rng.uniform(-5.0, -4.2),
+            carried_mass=1.0,
+            pulling_mass=1.0,
+            force=0.0,
+            stiffness=0.0,
+            gravity=9.80665,
+            cam=STEEP,
+            follows_apparent_vertical=True,
+            drag=None,
+            escapement=None,
+            release_angle=rng.uniform(2.0, 2.19) * rng.choice([-1.0, 1.0]),
+        )
+        engine, forcing = make_collocation(machine), on_land(200, 0.01)
+        engine.release(forcing)
+        motion, tautened = engine.advance(forcing), engine.tautened()
+        slacks += len(tautened)
+        assert all(each.lost_joule > 0.0 for each in tautened)
+        angle, rate, times = motion.angle, motion.rate, 0.01 * np.arange(1, 201)
+        energy = machine.potential(angle) + 0.5 * machine.mass(angle) * rate * rate
+        lost = np.array([each.lost_joule for each in tautened])
+        before = np.searchsorted([each.time_s for each in tautened], times)
+        left = machine.potential(machine.release_angle) - np.append(0.0, np.cumsum(lost))[before]
+        taut = motion.torque != 0.0
+        np.testing.assert_allclose(energy[taut], left[taut], rtol=0, atol=1e-10)
+    assert slacks > 40
+
+
+def test_a_massless_weight_lets_the_wheel_go_and_nothing_is_lost():
+    massless = {**VERTICAL, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}
+    ship = {**falling(3.0, -math.pi), 'components': [], 'rate': 100.0}
+    scene = scene_of(trochlea=massless, ship=ship, duration=6.0, log={'interval': 0.01})
+    wheel = run(scene)[JOINT_STATES]
+    said = run(scene)[SLACK]
+    assert isinstance(wheel, JointSamples)
+    assert isinstance(said, JointSamples)
+    ends = (said.stamp_ns - scene.starts_at_ns) * 1e-9
+    w = math.tau / 3.1
+    weightless = math.acos(scene.g / (3.0 * w * w)) / w
+    np.testing.assert_allclose(said.position[:, 1], 2.0 * weightless, atol=1e-9)
+    np.testing.assert_allclose(ends, 1.55 + weightless + 3.1 * np.arange(len(ends)), atol=2e-9)
+    assert np.all(said.position[:, 2] == 0.0)
+    times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
+    free = (times > ends[0] - 2.0 * weightless) & (times < ends[0])
+    assert np.ptp(wheel.velocity[free, 0]) < 1e-12
+    assert np.all(wheel.effort[free, 0] == 0.0)
+
+
+def test_a_force_never_lets_go():
+    """It draws as fast as the thread gives, and so does a spring: neither has a mass."""
+    for power in (
+        {'kind': 'force', 'force': 0.5},
+        {'kind': 'spring', 'force': 0.5, 'stiffness': 5},
+    ):
+        scene = scene_of(trochlea={**VERTICAL, 'power': power}, ship=falling(3.0), duration=6.0)
+        assert SLACK not in run(scene)
+
+
+RIPPLES = {
+    'kind': 'components',
+    'heave': [
+        {'amplitude': 0.16, 'period': 0.83, 'phase': 0.3},
+        {'amplitude': 0.4, 'period': 1.31, 'phase': 2.0},
+    ],
+    'components': [{'amplitude': 0.05, 'period': 7.0}],
+    'height': 3.0,
+    'rate': 50.0,
+}
+
+
+def test_friction_holds_a_wheel_whose_thread_is_slack_until_the_jerk():
+    """Coulomb's friction stops the free wheel; it moves again when the thread tautens."""
+    scene = scene_of(
+        trochlea=VERTICAL,
+        ship=RIPPLES,
+        drag={'coulomb': 1e-3},
+        duration=20.0,
+        log={'interval': 0.02},
+    )
+    said = run(scene)
+    wheel, slack = said[JOINT_STATES], said[SLACK]
+    assert isinstance(wheel, JointSamples)
+    assert isinstance(slack, JointSamples)
+    times, rate = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9, wheel.velocity[:, 0]
+    ends, kept = (slack.stamp_ns - scene.starts_at_ns) * 1e-9, 0
+    for end, (_, slack_s, lost) in zip(ends.tolist(), slack.position.tolist(), strict=True):
+        within = (times > end - slack_s) & (times < end)
+        still = np.flatnonzero(rate[within] == 0.0)
+        assert np.all(wheel.effort[within, 0] == 0.0)
+        assert lost >= 0.0
+        if len(still):
+            assert still.tolist() == list(range(int(still[0]), np.count_nonzero(within)))
+            assert rate[times > end][0] != 0.0
+            kept += 1
+    assert kept > 0
+
+
+CLOCK = {
+    'drag': {'viscous': 2e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
+}
+FALLING = {**falling(2.5), 'rate': 50.0}
+STAGES = {
+    'vertical': (VERTICAL, RIPPLES, 20.0, CLOCK),
+    'vertical, free-end steps': (
+        VERTICAL,
+        RIPPLES,
+        20.0,
+        {**CLOCK, 'solver': {'tolerance': 1e-6}},
+    ),
+    'vertical, friction': (VERTICAL, RIPPLES, 20.0, {'drag': {'coulomb': 1e-3}}),
+    'hole': (HOLE, FALLING, 6.0, CLOCK),
+    'lever': (LEVER, FALLING, 4.0, CLOCK),
+    'swinging': (HANGING, FALLING, 4.0, CLOCK),
+}
+
+
+@pytest.mark.parametrize('name', STAGES)
+def test_chunks_and_restarts_give_the_same_bits(name):
+    trochlea, sea, duration, clock = STAGES[name]
+    log = {'interval': 0.04}
+    scene = scene_of(trochlea=trochlea, ship=sea, duration=duration, log=log, **clock)
+    whole = run(scene)
+    assert len(whole[SLACK].stamp_ns) > 0
+    ship, stage, parts, first = ShipMotion(scene), TrochleaStage(scene), [], 0
+    imu = ship.produce(ship.total)
+    for n in [1, 7, 13, 100, 3] + [11] * 400:
+        parts.append(stage.feed({'ship/imu': take(imu, slice(first, first + n))}))
+        first += n
+        if first >= ship.total:
+            break
+        saved = pickle.loads(pickle.dumps(stage.state()))
+        stage = TrochleaStage(scene)
+        stage.restore(saved)
+    for topic in (JOINT_STATES, PHASE, SLACK, READING):
+        joined = join([part[topic] for part in parts if topic in part])
+        for field in ('stamp_ns', 'position', 'velocity', 'effort', 'time_ref_ns'):
+            if hasattr(joined, field):
+                np.testing.assert_array_equal(getattr(joined, field), getattr(whole[topic], field))
+    beats = whole[PHASE].position[:, 3]
+    passed = np.count_nonzero(np.diff(np.signbit(whole[JOINT_STATES].position[:, 0])))
+    assert beats[-1] >= passed
+
+
+def test_free_end_steps_go_on_after_a_slack_thread():
+    """They agree with steps to the default tolerance until the sea magnifies what differs."""
+    scene = scene_of(trochlea=VERTICAL, ship=falling(2.5), duration=8.0, **HELD)
+    machine = replace(compile_machine(scene), drag=Drag(viscous=1e-5))
+    forcing = sampled(scene)
+    free, exact = make_propagator(machine, still=False, sweeps=3), make_collocation(machine)
+    assert isinstance(free, FreeEndCollocation)
+    free.release(forcing)
+    exact.release(forcing)
+    found, wanted = free.advance(forcing), exact.advance(forcing)
+    assert len(found.angle) == len(wanted.angle)
+    np.testing.assert_allclose(found.angle, wanted.angle, atol=1e-7)
+    assert len(free.tautened()) == len(exact.tautened()) > 0
+
+
+def test_a_machine_that_stops_ends_where_the_thread_lets_go():
+    scene = scene_of(trochlea=VERTICAL, ship=falling(2.5), duration=8.0)
+    said = run(scene)[SLACK]
+    stops = scene_of(trochlea={**VERTICAL, 'slack': 'stop'}, ship=falling(2.5), duration=8.0)
+    assert compile_machine(stops) == replace(compile_machine(scene), stops_when_slack=True)
+    with pytest.raises(PropagationError, match='went slack') as caught:
+        run(stops)
+    went_s = (take(said, slice(0, 1)).stamp_ns[0] - scene.starts_at_ns) * 1e-9
+    assert caught.value.time_s == pytest.approx(went_s - said.position[0, 1], abs=1e-9)
+
+
+def test_the_stage_counts_the_slacks_of_its_thread():
+    scene = scene_of(trochlea=VERTICAL, ship=falling(2.5), duration=8.0)
+    stage, ship = TrochleaStage(scene), ShipMotion(scene)
+    assert 'slacks' not in stage.health()
+    said = stage.feed({'ship/imu': ship.produce(ship.total)})[SLACK]
+    assert said.position[:, 0].tolist() == list(range(1, stage.health()['slacks'] + 1))
