@@ -16,6 +16,7 @@ from tauto_core.curves import Table, TableLever
 from tauto_core.machines import HangingMachine, LeverMachine, Machine, compile_machine
 from tauto_core.machines.drags import Drag
 from tauto_core.motion import make_collocation, make_propagator
+from tauto_core.motion.forcing import Temperatures
 from tauto_core.motion.free_end import FreeEndCollocation
 from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, JointSamples, join, take
 from tauto_core.scene.errors import PropagationError
@@ -247,6 +248,63 @@ def test_chunks_and_restarts_give_the_same_bits(name):
     beats = whole[PHASE].position[:, 3]
     passed = np.count_nonzero(np.diff(np.signbit(whole[JOINT_STATES].position[:, 0])))
     assert beats[-1] >= passed
+
+
+@pytest.mark.parametrize('own', [{'arm': 0.1}, {'arc': 0.1}])
+def test_a_lever_to_port_is_the_mirror_image(own):
+    def motion(side: float) -> Any:
+        thread = {'kind': 'lever', 'weight_arm': 0.15, 'length': 0.3, **own}
+        thread |= {} if side > 0.0 else {'fulcrum': 'port'}
+        roll = {'amplitude': 0.05, 'period': 7.0, 'phase': 0.0 if side > 0.0 else math.pi}
+        scene = scene_of(
+            trochlea={**LEVER, 'thread': thread, 'release_angle': side},
+            ship={**falling(2.6), 'components': [roll]},
+            duration=4.0,
+        )
+        engine, forcing = make_collocation(compile_machine(scene)), sampled(scene)
+        engine.release(forcing)
+        return engine.advance(forcing).angle, engine.tautened()
+
+    (here, lost), (there, lost_there) = motion(1.0), motion(-1.0)
+    assert len(lost) == len(lost_there) > 0
+    np.testing.assert_allclose(here, -there, rtol=0, atol=1e-12)
+    assert lost[0].lost_joule == pytest.approx(lost_there[0].lost_joule, rel=1e-12)
+
+
+@pytest.mark.parametrize('trochlea', [VERTICAL, HOLE, LEVER, HANGING])
+def test_a_hot_machine_goes_slack_as_the_one_with_the_hot_numbers(trochlea):
+    """At 35 degrees all along, of which the forcing tells; brass grows, and oil thins."""
+    scene = scene_of(
+        trochlea={**trochlea, 'material': 'brass'},
+        ship=falling(2.5),
+        duration=4.0,
+        drag={'viscous': 2e-5, 'oil': 'olive'},
+        air={'kind': 'route', 'celsius': 35.0},
+    )
+    cold = compile_machine(scene)
+    cold = replace(cold, heat=replace(cold.heat, varies=True))
+    spans, log_s = sampled(scene), scene.log_interval_ns * 1e-9
+    logs = (spans.end_ns - 1) // scene.log_interval_ns
+    count = int(logs[-1]) + 1
+    begun = spans.end_ns * 1e-9 - spans.end * spans.length_s
+    felt = Temperatures(
+        np.full((count, 2), 35.0),
+        np.arange(count) * log_s,
+        log_s,
+        logs,
+        (begun - logs * log_s) / log_s,
+    )
+    found = []
+    for machine in (cold, cold.at_celsius(35.0)):
+        forcing = replace(spans, temperatures=felt) if machine is cold else spans
+        engine = make_collocation(machine)
+        engine.release(forcing)
+        found.append((engine.advance(forcing).angle, engine.tautened()))
+    (hot, lost), (same, lost_same) = found
+    assert cold.at_celsius(35.0).inertia > 1.0005 * cold.inertia
+    np.testing.assert_allclose(hot, same, rtol=0, atol=1e-11)
+    assert len(lost) == len(lost_same) > 0
+    assert lost[0].lost_joule == pytest.approx(lost_same[0].lost_joule, rel=1e-10)
 
 
 def test_free_end_steps_go_on_after_a_slack_thread():
