@@ -23,7 +23,8 @@ from tauto_core.ensembles.trials import (
 )
 from tauto_core.ensembles.workers import Crew
 from tauto_core.machines import compile_machine
-from tauto_core.scene.errors import SceneError, UsageError
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import ABSENT, SceneError, UsageError
 from tauto_core.ship.logbook import read_passages
 from tests.trial_examples import CLOCK, LOG, OTHER, clock, write_log
 
@@ -221,3 +222,14 @@ def test_a_wrong_log_is_refused_by_passage_and_row_before_anything_sails(tmp_pat
     assert key == 'passage 17700101-2, row 2 (line 6), latitude'
     assert 'nautical miles from the entry before' in str(refused.value)
     assert not (tmp_path / 'out').exists()
+
+
+def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path):
+    path = write_log(tmp_path)
+    swell = {'significant_wave_height': 1.5, 'peak_period': 11.0, 'waves_to': 0.0}
+    own = load_scene(
+        'esperance_to_the_cape', **{'ship.weather.background_swell': swell, 'air': ABSENT}
+    )
+    found = make_trial(path, read_passages(path), [('own', own)], ALL)
+    scene, _ = found.rules.scene(found.rules.clocks[0], found.sailings[2])
+    assert scene.ship.weather.background_swell.model_dump() == swell

@@ -51,7 +51,10 @@ def test_each_leg_has_the_colour_of_the_error_at_its_end():
     legs = np.array(tracks.get_segments())
     assert len(legs) == 4
     assert np.allclose(np.abs(np.diff(legs[:, :, 0], axis=1)).ravel(), [5.0, 5.0, 5.0, 1.0])
-    assert np.allclose(tracks.get_array(), [2.0, 20.0, 300.0, 40.0])
+    assert np.allclose(tracks.get_array(), [2.0, 20.0, 3000.0, 40.0])
+    tracks.update_scalarmappable()  # as when it is drawn
+    assert np.allclose(tracks.get_color(), tracks.to_rgba([2.0, 20.0, 3000.0, 40.0]))
+    assert len(np.unique(tracks.get_color(), axis=0)) == 4
     # of two passages one has arrived, and none is within 60 nmi of where she is
     for line in errors.get_lines()[:2]:
         assert np.asarray(line.get_ydata())[-1] == 100.0

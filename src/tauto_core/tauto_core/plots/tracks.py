@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
     from matplotlib.figure import Figure
 
-LEAST_NMI, MOST_NMI = 1.0, 300.0
+LEAST_NMI, MOST_NMI = 1.0, 3000.0
 """Ends of the scale of colours [nmi]."""
 
 RATIO = 1.75
@@ -79,8 +79,8 @@ def trial_figure(sailed: Sailed, answers: TrialAnswers) -> Figure:
         fontsize=10.0,
     )
     bar = figure.colorbar(tracks, ax=above, shrink=0.8, label='error [nautical miles]')
-    ticks = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0]
-    bar.set_ticks(ticks, labels=[f'{tick:g}' for tick in ticks])
+    ticks = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0]
+    bar.set_ticks(ticks, labels=[f'{tick:,.0f}' for tick in ticks])
     bar.minorticks_off()
     _distribution(below, answers)
     return figure
@@ -113,8 +113,10 @@ def _map(
         pieces.append(legs)
         if errors is not None:
             sizes.append(errors[place][1:count])
-    drawn = LineCollection(list(np.concatenate(pieces)), linewidths=0.9, colors='#003f88')
-    if errors is not None:
+    drawn = LineCollection(list(np.concatenate(pieces)), linewidths=0.9)
+    if errors is None:
+        drawn.set_color('#003f88')
+    else:
         drawn.set_norm(LogNorm(LEAST_NMI, MOST_NMI))
         drawn.set_cmap('viridis_r')
         drawn.set_array(np.clip(np.concatenate(sizes), LEAST_NMI, MOST_NMI))

@@ -185,7 +185,9 @@ def scene_of_passage(
     for key in ('sea', 'heading', 'speed'):
         ship.pop(key, None)
     own = ship.get('weather') or {}
-    kept = {key: own[key] for key in ('spectrum', 'gamma', 'components', 'cutoff') if key in own}
+    afar = ('background_swell',) if own.get('kind') == 'log' else ()
+    keys = ('spectrum', 'gamma', 'components', 'cutoff', *afar)
+    kept = {key: own[key] for key in keys if own.get(key) is not None}
     found['ship'] = {**ship, 'kind': 'sea', 'weather': {'kind': 'log', **kept}}
     if isinstance(scene.get('air'), dict):
         kept = {
