@@ -674,8 +674,7 @@ def replay(
 
         figures['stability'] = stability_of(cast(TimeSamples, fed[READING]))
     start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
-    first = next(bag.messages([READING]), None)
-    if first is not None and first.stamp_ns != reading.stamp_ns[0]:
+    if len(reading.stamp_ns) and bag.logged_from_ns[READING] != reading.stamp_ns[0]:
         # Log times are those of receipt, on another clock than the sea's.
         start_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
     # motion is recorded for some steps beyond the end, from which the clock is interpolated

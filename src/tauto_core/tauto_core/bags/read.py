@@ -463,6 +463,8 @@ class Bag:
     several.
     """
     notes: tuple[str, ...] = ()
+    logged_from_ns: dict[str, int] = field(default_factory=dict, init=False, compare=False)
+    """Log time of the first message [ns] of each topic that `parts` or `batches` has read."""
 
     @property
     def topics(self) -> dict[str, str]:
@@ -542,6 +544,7 @@ class Bag:
         waiting: dict[str, tuple[list[int], list[bytes]]] = {topic: ([], []) for topic in topics}
         for topic, stored in self._stored(topics):
             stamps, payloads = waiting[topic]
+            self.logged_from_ns.setdefault(topic, stored.stamp_ns)
             stamps.append(stored.stamp_ns)
             payloads.append(stored.payload)
             if len(stamps) == size:
