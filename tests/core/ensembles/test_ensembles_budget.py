@@ -324,7 +324,7 @@ def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> N
     tauto.sail(scene).write(bag, force=True)
     assert kept_budget(bag) is None
     (bag / 'budget.json').write_text('{}', encoding='utf-8')
-    with pytest.raises(UsageError, match='no budget of this version'):
+    with pytest.raises(UsageError, match='not a budget of this version'):
         kept_budget(bag)
 
 
