@@ -25,7 +25,8 @@ from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import TOPICS, encode, read_bag
 from tauto_core.clockwork import DialSetting
-from tauto_core.samples import READING, SHIP_IMU, ImuSamples, TimeSamples, take
+from tauto_core.clockwork.trochlea import SLACK_NAMES
+from tauto_core.samples import READING, SHIP_IMU, SLACK, ImuSamples, TimeSamples, scalars, take
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
@@ -100,7 +101,9 @@ def garbage(topic: str, rng: random.Random) -> bytes:
 def _valid() -> dict[str, bytes]:
     from tauto_core.voyage import sail
 
-    found: dict[str, bytes] = {}
+    # no thread of this scene goes slack, so that one is said to
+    tautened = scalars(np.array([0], np.int64), SLACK_NAMES, np.array([[1.0, 0.1, 1e-3]]))
+    found = {SLACK: encode(SLACK, tautened)[0]}
     # with air, so that the thermometer speaks too
     air = {'kind': 'route', 'celsius': 20.0}
     scene = load_scene('measured', duration=61.0, air=air)
