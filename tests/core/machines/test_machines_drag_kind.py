@@ -86,14 +86,16 @@ LEVER = {
     'release_angle': 0.8,
 }
 HANGING = LEVER | {'thread': {'kind': 'hanging', 'length': 0.3}}
+EXACT = {'solver': {'tolerance': 1e-12}}
 SCENES: dict[str, dict[str, Any]] = {
-    'land': {'drag': DRAG, 'duration': 20.0, 'log': {'interval': 1.0}},
-    'lever': {'drag': DRAG, 'duration': 4.0, 'log': {'interval': 1.0}, 'trochlea': LEVER},
+    'land': {'drag': DRAG, 'duration': 20.0, 'log': {'interval': 1.0}, **EXACT},
+    'lever': {'drag': DRAG, 'duration': 4.0, 'log': {'interval': 1.0}, 'trochlea': LEVER, **EXACT},
     'hanging': {
         'drag': DRAG,
         'duration': 4.0,
         'log': {'interval': 1.0},
         'trochlea': HANGING,
+        **EXACT,
     },
     'driven': {
         'drag': {'kind': 'cubic', 'cubic': CUBIC},

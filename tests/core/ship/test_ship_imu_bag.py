@@ -84,7 +84,7 @@ def write(
 
 def motion(path: Path, topic: str = '/imu/data', duration: float = 60.0) -> ShipMotion:
     recorded = {'path': str(path), 'topic': topic}
-    ship = {'kind': 'recorded', 'recorded': recorded}
+    ship = {'kind': 'recorded', 'recorded': recorded, 'rate': 20.0}
     return ShipMotion(load_scene('ideal', duration=duration, ship=ship, log={'interval': 1.0}))
 
 

@@ -66,7 +66,7 @@ def test_each_state_has_the_spectrum_of_its_sea_and_phases_of_its_own():
 def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
     """Over an hour of a steady sea the variance of heave is within a sixth of Hs²/16."""
     states = [{'at': 0.0, **CALM}, {'at': 1800.0, **CALM}, {'at': 3600.0, **HIGH}]
-    scene = scene_of(*states, {'at': 7200.0, **HIGH})
+    scene = scene_of(*states, {'at': 7200.0, **HIGH}, rate=20.0)
     imu = ShipMotion(scene).produce(10**6)
     still = slice(0, 1800 * 20)
     assert (imu.angular_velocity[still] == 0.0).all()

@@ -77,7 +77,7 @@ def axle(
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
-    """Give lengths, shapes and motion of a body on a cylindrical axle (Euler 1780).
+    """Give the motion of a body on a cylindrical axle.
 
     The axle lies in a hollow, on a plane or on a convex support, or the body stands on the rockers
     of a cradle. The motion is exact from any start, until the axle lifts off. Without friction, as

@@ -229,7 +229,7 @@ def report(
     settings: Settings = None,
     anyway: Anyway = False,
 ) -> None:
-    """Write a voyage as one page: answer, map, the ship at sea with her clock, charts."""
+    """Write a voyage as one page: answer, map, ship, charts."""
     from tauto_core.plots.page import check_report, write_report
 
     file = out or Path(f'{title_of(source)}.html')
