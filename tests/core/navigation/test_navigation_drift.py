@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, drift
+from tauto_core.navigation.kalman import Estimate
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -150,6 +151,12 @@ def test_result_at_a_stamp_does_not_depend_on_the_log_interval():
         [{READING: take(readings, slice(0, None, 7)), OBSERVATION: observations}],
     )
     np.testing.assert_array_equal(coarse[ESTIMATE].position, fine[ESTIMATE].position[::7])
+
+
+def test_a_variance_that_rounding_made_negative_is_no_certainty():
+    x, y, d, xx, xy, xd, yy, yd, dd = (np.array([v]) for v in (1, 0, 0, -1, 0, 0, 4, 0, 0))
+    now = Estimate(x, y, d, xx, xy, xd, yy, yd, dd)
+    assert drift.estimate_values(now, ()).tolist() == [[1.0, np.inf, 0.0, 2.0 * 86400.0]]
 
 
 def test_a_steady_rate_is_found_within_its_sigma():

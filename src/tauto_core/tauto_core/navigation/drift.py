@@ -120,16 +120,25 @@ def estimate_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
     return (*ESTIMATE_NAMES, *MEAN_RATE_NAMES, *learned, *integral_names(covariates))
 
 
+def _sigma(variance: FloatArray) -> FloatArray:
+    """Return the sigma of a variance; infinite where rounding has left a negative one.
+
+    That takes stamps or true times that no clock has, of a broken sensor or a stranger: a rate of
+    millions of seconds a second, from which nothing can be predicted.
+    """
+    return np.sqrt(np.where(variance < 0.0, np.inf, variance))
+
+
 def estimate_values(
     now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed | None = None
 ) -> FloatArray:
     """Return the values of `estimate_names`, (n, names); `passed` is needed with covariates."""
-    clock = [now.x, np.sqrt(now.xx), now.y * DAY_S, np.sqrt(now.yy) * DAY_S]
+    clock = [now.x, _sigma(now.xx), now.y * DAY_S, _sigma(now.yy) * DAY_S]
     if passed is None:
         return np.column_stack(clock)
     known, names = now._asdict(), ('y', *covariates)
     learned = [
-        column for name in covariates for column in (known[name], np.sqrt(known[f'{name}_{name}']))
+        column for name in covariates for column in (known[name], _sigma(known[f'{name}_{name}']))
     ]
     # the mean rate y + Σ k_j ⟨x_j⟩ since the first reading, and its sigma
     elapsed = np.where(passed.elapsed_s > 0.0, passed.elapsed_s, np.inf)
