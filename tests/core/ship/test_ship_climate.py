@@ -31,7 +31,8 @@ def scene_of(
     *regions: dict[str, Any], seed: int = 1, days: float = 400.0, voyage=None, **weather
 ) -> Scene:
     weather = {'kind': 'climate', 'regions': list(regions), **weather}
-    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True}
+    # a rate is given, since choosing one takes the sea of every state
+    ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True, 'rate': 20.0}
     return load_scene('ideal', ship=ship, seed=seed, duration=days * DAY_S, voyage=voyage)
 
 
