@@ -16,6 +16,7 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
 from tauto_core.ship.imu import attitude, imu_samples
+from tauto_core.ship.kernels import LEAST_UPWARD
 
 STEP = 50_000_000
 LOG = 60 * STEP
@@ -210,21 +211,28 @@ def test_what_comes_before_a_gap_is_said_before_the_gap():
 
 
 def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
-    """In weightlessness the pull passes through zero, and the tilt keeps its sign."""
+    """The pull passes through zero; its direction, which turns round there, leans on steadily."""
     times = np.arange(60) * STEP
     imu = motion(times)
     force = np.zeros((60, 3))
-    force[:, 2] = 1.0 - 0.05 * np.arange(60)
+    force[:, 2] = 2.0 - 0.05 * np.arange(60)
     force[:, 1] = 0.1 * force[:, 2]
     imu = replace(imu, linear_acceleration=force)
     made = buffer()
     made.add(imu, 0)
     spans = made.forcing(LOG, None, final=False)
-    gravity = math.hypot(1.0, 0.1) * (1.0 - spans.end_ns * 1e-9)
-    np.testing.assert_allclose(values(spans.gravity, 1.0), gravity, rtol=0, atol=1e-13)
-    at_zero = np.abs(gravity) < 1e-9
-    tilt = values(spans.tilt, spans.end)[~at_zero]
-    np.testing.assert_allclose(tilt, -math.atan(0.1), rtol=0, atol=1e-13)
+    upward = 2.0 - spans.end_ns * 1e-9
+    gravity, tilt = values(spans.gravity, 1.0), values(spans.tilt, spans.end)
+    follows = upward > LEAST_UPWARD + 1e-9
+    exact = math.hypot(1.0, 0.1) * upward[follows]
+    np.testing.assert_allclose(gravity[follows], exact, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(tilt[follows], -math.atan(0.1), rtol=0, atol=1e-13)
+    apart = np.abs(upward) > 1e-9
+    assert (np.sign(gravity[apart]) == np.sign(upward[apart])).all()
+    assert (upward < -0.5).any()
+    # the lean follows the thread's own side of the case: never more than 0.1/0.5 of the force
+    assert np.abs(np.tan(tilt)).max() <= 0.1 / 0.5 * np.abs(upward).max()
+    assert np.abs(np.diff(tilt) / np.diff(upward)).max() < 0.3  # without it by pi in one sample
 
 
 def test_a_ship_that_pitches_and_yaws_rolls_as_attitude_says():
