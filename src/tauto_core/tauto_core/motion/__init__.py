@@ -185,8 +185,10 @@ def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
     return steps
 
 
-FREE_END_SWEEPS = (1e-4, 1), (1e-6, 2), (1e-9, 3)
-"""Tolerances from which free-end steps are taken, and their sweeps (propagators.md has errors)."""
+FREE_END_SWEEPS = (1e-6, 2), (1e-9, 3)
+"""Tolerances from which free-end steps are taken, and their sweeps (propagators.md has errors). A
+single sweep is never chosen: in a winter's sea the swings of a weight go wrong by minutes a day.
+"""
 
 
 def sweeps_for(tolerance: float | None) -> int:
