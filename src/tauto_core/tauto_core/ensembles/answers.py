@@ -218,6 +218,21 @@ def figure_of(fleet: Fleet) -> Figure:
     return figure
 
 
+def mark_prizes(axes: Axes) -> None:
+    """Draw the limits of the prizes of 1714 over shares in per cent, with their pounds."""
+    for limit, pounds in AWARDS:
+        axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
+        axes.annotate(
+            f'{limit:g} nmi: £{pounds:,}',
+            (limit, 2.0),
+            rotation=90.0,
+            ha='right',
+            va='bottom',
+            fontsize=7.0,
+            color='#555555',
+        )
+
+
 def _distribution(axes: Axes, fleet: Fleet) -> None:
     arrived = [row for row in fleet.rows if row['failure'] is None]
     ships = len(fleet.rows)
@@ -234,17 +249,8 @@ def _distribution(axes: Axes, fleet: Fleet) -> None:
             label=label,
         )
     judged = fleet.answers.within is not None
-    for limit, pounds in AWARDS if judged else ():
-        axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
-        axes.annotate(
-            f'{limit:g} nmi: £{pounds:,}',
-            (limit, 2.0),
-            rotation=90.0,
-            ha='right',
-            va='bottom',
-            fontsize=7.0,
-            color='#555555',
-        )
+    if judged:
+        mark_prizes(axes)
     axes.set_xscale('log')
     axes.set_ylim(0.0, 101.0)
     axes.set_xlabel('error of the longitude at the end of the voyage [nautical miles]')

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tauto_core.ensembles.answers import mark_prizes
 from tauto_core.ensembles.trial_answers import TrialAnswers, size_nmi
 from tauto_core.ensembles.trials import Sailed
 from tauto_core.files import write_figure
-from tauto_core.navigation.longitude import AWARDS
 from tauto_core.plots.coast import frame, land
 from tauto_core.samples import FloatArray
 from tauto_core.ship.logbook import LoggedPassage
@@ -148,17 +148,7 @@ def _distribution(axes: Axes, answers: TrialAnswers) -> None:
                 linewidth=1.2,
                 label=clock.clock if several else _SAID[way],
             )
-    for limit, pounds in AWARDS:
-        axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
-        axes.annotate(
-            f'{limit:g} nmi: £{pounds:,}',
-            (limit, 2.0),
-            rotation=90.0,
-            ha='right',
-            va='bottom',
-            fontsize=7.0,
-            color='#555555',
-        )
+    mark_prizes(axes)
     axes.set_xscale('log')
     axes.set_ylim(0.0, 101.0)
     axes.set_xlabel('error of the longitude at the end of the passage [nautical miles]')
