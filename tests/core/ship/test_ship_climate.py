@@ -46,12 +46,17 @@ def departures(seed: int, **keys) -> np.ndarray:
     return np.log(np.array(heights) / 2.0) / 0.4
 
 
-def test_the_height_is_log_normal_with_the_memory_that_was_asked_for():
+@pytest.fixture(scope='module')
+def of_60_seeds() -> np.ndarray:
+    return np.array([departures(seed) for seed in range(60)])
+
+
+def test_the_height_is_log_normal_with_the_memory_that_was_asked_for(of_60_seeds):
     """Over 60 seeds of 1601 states, with four standard deviations of each mean as the limit.
 
     n states count for n (1 − ρ)/(1 + ρ) independent ones in the mean, with ρ² in the mean square.
     """
-    x = np.array([departures(seed) for seed in range(60)])
+    x = of_60_seeds
     rho = math.exp(-21_600.0 / 100_000.0)
     worth = x.size * (1.0 - rho) / (1.0 + rho)
     assert abs(x.mean()) < 4.0 / math.sqrt(worth)
@@ -64,9 +69,9 @@ def test_the_height_is_log_normal_with_the_memory_that_was_asked_for():
         assert abs(found - rho**lag) < 4.0 * math.sqrt(2.0 / worth_of_squares), lag
 
 
-def test_each_step_adds_independent_noise():
+def test_each_step_adds_independent_noise(of_60_seeds):
     """What a state adds to ρ times the one before is white, of variance 1 − ρ²."""
-    x = np.array([departures(seed) for seed in range(20)])
+    x = of_60_seeds
     rho = math.exp(-21_600.0 / 100_000.0)
     noise = (x[:, 1:] - rho * x[:, :-1]) / math.sqrt(1.0 - rho * rho)
     n = noise.size
@@ -76,9 +81,9 @@ def test_each_step_adds_independent_noise():
     assert abs(np.mean(noise[:, 1:] * x[:, :-2])) < 4.0 / math.sqrt(n)
 
 
-def test_the_mean_height_is_that_of_a_log_normal():
+def test_the_mean_height_is_that_of_a_log_normal(of_60_seeds):
     """⟨Hs⟩ = median exp(σ²/2)."""
-    heights = 2.0 * np.exp(0.4 * np.array([departures(seed) for seed in range(60)]))
+    heights = 2.0 * np.exp(0.4 * of_60_seeds)
     rho = math.exp(-21_600.0 / 100_000.0)
     worth = heights.size * (1.0 - rho) / (1.0 + rho)
     expected = 2.0 * math.exp(0.08)
