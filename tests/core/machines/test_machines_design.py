@@ -20,7 +20,6 @@ from tauto_core.curves import Involute
 from tauto_core.machines import Machine
 from tauto_core.machines.design import (
     PARIS_LINE_M,
-    RHENISH_FOOT_M,
     SCRUPLE_M,
     complete,
     disc_inertia,
@@ -30,6 +29,7 @@ from tauto_core.machines.design import (
     weight_of_disc,
 )
 from tauto_core.scene.errors import UsageError
+from tauto_core.scene.units import RHENISH_FOOT_M
 
 GOLDEN = {
     entry['id']: entry

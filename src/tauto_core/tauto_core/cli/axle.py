@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, say
+from tauto_core.cli.terminal import AsJson, measured, say
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.wording import printed
@@ -25,22 +25,33 @@ def axle(
         float,
         typer.Option(
             metavar='M',
+            parser=measured('m'),
             help="c: depth of the centre of gravity below the axle's centre, or that of the "
             'rockers [m].',
         ),
     ],
     gyration_radius: Annotated[
         float,
-        typer.Option(metavar='M', help='k: radius of gyration about the centre of gravity [m].'),
+        typer.Option(
+            metavar='M',
+            parser=measured('m'),
+            help='k: radius of gyration about the centre of gravity [m].',
+        ),
     ],
     support: Annotated[
         str, typer.Option(metavar='KIND', help='concave, plane, convex or cradle.')
     ] = 'plane',
     support_radius: Annotated[
-        float | None, typer.Option(metavar='M', help='Radius of the support [m]; left out: plane.')
+        float | None,
+        typer.Option(
+            metavar='M', parser=measured('m'), help='Radius of the support [m]; left out: plane.'
+        ),
     ] = None,
     axle_radius: Annotated[
-        float, typer.Option(metavar='M', help='Radius of the axle, or of the rockers [m].')
+        float,
+        typer.Option(
+            metavar='M', parser=measured('m'), help='Radius of the axle, or of the rockers [m].'
+        ),
     ] = 0.0,
     contact: Annotated[
         str, typer.Option(metavar='KIND', help='smooth, rolling or coulomb.')
@@ -49,12 +60,16 @@ def axle(
         float | None, typer.Option(metavar='MU', help='Coefficient of friction; with coulomb.')
     ] = None,
     release_tilt: Annotated[
-        float, typer.Option(metavar='RAD', help='Tilt of the body at the start [rad].')
+        float,
+        typer.Option(
+            metavar='RAD', parser=measured('rad'), help='Tilt of the body at the start [rad].'
+        ),
     ] = 0.0,
     release_arc: Annotated[
         float | None,
         typer.Option(
             metavar='M',
+            parser=measured('m'),
             help="Arc of a smooth axle's centre at the start [m]; left out: that of the regular "
             'motion.',
         ),
@@ -62,18 +77,31 @@ def axle(
     push_speed: Annotated[
         float | None,
         typer.Option(
-            metavar='M/S', help='n: speed of the centre of gravity at the start [m/s] (§4).'
+            metavar='M/S',
+            parser=measured('m/s'),
+            help='n: speed of the centre of gravity at the start [m/s] (§4).',
         ),
     ] = None,
     push_spin: Annotated[
-        float, typer.Option(metavar='RAD/S', help='ν: angular velocity at the start [rad/s] (§4).')
+        float,
+        typer.Option(
+            metavar='RAD/S',
+            parser=measured('rad/s'),
+            help='ν: angular velocity at the start [rad/s] (§4).',
+        ),
     ] = 0.0,
-    duration: Annotated[float, typer.Option(metavar='S', help='Length of the motion [s].')] = 2.0,
+    duration: Annotated[
+        float, typer.Option(metavar='S', parser=measured('s'), help='Length of the motion [s].')
+    ] = 2.0,
     every: Annotated[
-        float, typer.Option(metavar='S', help='A row for each of these intervals [s].')
+        float,
+        typer.Option(
+            metavar='S', parser=measured('s'), help='A row for each of these intervals [s].'
+        ),
     ] = 0.1,
     gravity: Annotated[
-        float, typer.Option(metavar='G', help='Acceleration of gravity [m/s2].')
+        float,
+        typer.Option(metavar='G', parser=measured('m/s2'), help='Acceleration of gravity [m/s2].'),
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:

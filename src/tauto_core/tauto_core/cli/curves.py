@@ -18,6 +18,7 @@ from tauto_core.cli.terminal import (
     Settings,
     given_values,
     listed,
+    measured,
     progress_bar,
     say,
 )
@@ -49,6 +50,7 @@ def cam(
         float | None,
         typer.Option(
             metavar='RAD',
+            parser=measured('rad'),
             help='Largest angle drawn; default: half as far again as the wheel swings, within '
             'the cam and before the cheeks meet.',
         ),
@@ -58,7 +60,11 @@ def cam(
     ] = 200,
     thread: Annotated[
         float,
-        typer.Option(metavar='MM', help='Thickness of the thread; cheeks are cut back by half.'),
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Thickness of the thread; cheeks are cut back by half.',
+        ),
     ] = 0.0,
     settings: Settings = None,
 ) -> None:
@@ -126,13 +132,17 @@ Quantity = float | None
 
 def design(
     period: Annotated[
-        Quantity, typer.Option(metavar='S', help='Period of a full swing [s].')
+        Quantity,
+        typer.Option(metavar='S', parser=measured('s'), help='Period of a full swing [s].'),
     ] = None,
     pendulum: Annotated[
         Quantity, typer.Option(metavar='LENGTH', help='Or of a simple pendulum of this length.')
     ] = None,
     inertia: Annotated[
-        Quantity, typer.Option(metavar='KGM2', help="The wheel's moment of inertia [kg m2].")
+        Quantity,
+        typer.Option(
+            metavar='KGM2', parser=measured('kg m2'), help="The wheel's moment of inertia [kg m2]."
+        ),
     ] = None,
     disc_weight: Annotated[
         Quantity, typer.Option(metavar='WEIGHT', help='Or its weight, if it is a uniform disc,')
@@ -158,7 +168,8 @@ def design(
         str, typer.Option(metavar='UNIT', help='N, kg or pound (of Paris).')
     ] = 'N',
     gravity: Annotated[
-        float, typer.Option(metavar='G', help='Acceleration of gravity [m/s2].')
+        float,
+        typer.Option(metavar='G', parser=measured('m/s2'), help='Acceleration of gravity [m/s2].'),
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
@@ -228,8 +239,9 @@ def isochronism(
     from tauto_core.scene import load_scene
 
     loaded = load_scene(scene, **given_values(settings))
-    unit = 'radians (metres in a fluid)'
-    asked = listed('--amplitudes =', amplitudes, unit, '0.1,0.5,1')
+    unit = 'rad' if loaded.regulator is None else 'm'
+    words = 'radians (metres in a fluid)'
+    asked = listed('--amplitudes =', amplitudes, unit, words, '0.1,0.5,1')
     with naming(scene, loaded.name):
         found = free_swings(loaded, asked, loaded.clock.nominal_period)
     if not as_json:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, Plots, print_rich, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, measured, print_rich, progress_bar, say
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -39,18 +39,34 @@ def hull(
         typer.Option(metavar='FILE', help='Or a mesh: x forward, z up from the waterline [m].'),
     ] = None,
     length: Annotated[
-        Size, typer.Option(metavar='M', help='Or a parametric form: length of the waterline [m],')
+        Size,
+        typer.Option(
+            metavar='M',
+            parser=measured('m'),
+            help='Or a parametric form: length of the waterline [m],',
+        ),
     ] = None,
-    beam: Annotated[Size, typer.Option(metavar='M', help='its beam [m],')] = None,
-    draught: Annotated[Size, typer.Option(metavar='M', help='draught without keel [m]')] = None,
+    beam: Annotated[
+        Size, typer.Option(metavar='M', parser=measured('m'), help='its beam [m],')
+    ] = None,
+    draught: Annotated[
+        Size, typer.Option(metavar='M', parser=measured('m'), help='draught without keel [m]')
+    ] = None,
     block: Annotated[Size, typer.Option(metavar='C', help='and block coefficient.')] = None,
     roll_period: Annotated[
-        Size, typer.Option(metavar='S', help='Natural period of her roll; 3.1 √beam if left out.')
+        Size,
+        typer.Option(
+            metavar='S',
+            parser=measured('s'),
+            help='Natural period of her roll; 3.1 √beam if left out.',
+        ),
     ] = None,
     roll_damping: Annotated[
         float, typer.Option(metavar='Z', help='Damping ratio of her roll besides the waves.')
     ] = 0.08,
-    speed: Annotated[float, typer.Option(metavar='M/S', help='Her speed.')] = 0.0,
+    speed: Annotated[
+        float, typer.Option(metavar='M/S', parser=measured('m/s'), help='Her speed.')
+    ] = 0.0,
     out: Annotated[
         Path | None,
         typer.Option(metavar='FILE', help='Write the coefficients (.npz); replaces the file.'),

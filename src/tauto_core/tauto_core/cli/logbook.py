@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, Plots, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, measured, progress_bar, say
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -38,7 +38,11 @@ def logbook(
     ] = 'portsmouth_jamaica',
     harbour_days: Annotated[
         float,
-        typer.Option(metavar='DAYS', help='Days in harbour before the first entry: invented.'),
+        typer.Option(
+            metavar='DAYS',
+            parser=measured('d'),
+            help='Days in harbour before the first entry: invented.',
+        ),
     ] = HARBOUR_DAYS,
     winds: Annotated[
         str | None,

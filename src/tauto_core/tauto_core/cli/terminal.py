@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from tauto_core.scene.errors import ABSENT, Argument, SceneError, UsageError, spelled
+from tauto_core.scene.units import in_unit, misfit
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -28,6 +29,24 @@ if TYPE_CHECKING:
 
 # -----------------------------------------------------------------------------
 # Arguments and options that several commands share.
+
+
+def measured(unit: str) -> Callable[[str | float], float]:
+    """Return the parser of an option: a number in the unit, or a number with a unit, as `5 mm`."""
+
+    def number(text: str | float) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            pass
+        found = in_unit(text, unit)
+        if isinstance(found, float):
+            return found
+        problem, remedy = misfit(str(text), unit) or (f'must be a number [{unit}]', '')
+        raise typer.BadParameter(f'{text!r} {problem}. {remedy}'.rstrip('. '))
+
+    return number
+
 
 SceneName: TypeAlias = Annotated[
     str,
@@ -47,12 +66,14 @@ Anyway: TypeAlias = Annotated[
     typer.Option('--anyway', help='Sail machines and ships beyond all that are known, too.'),
 ]
 Duration: TypeAlias = Annotated[
-    float | None, typer.Option(metavar='S', help='Sail this long instead [s].')
+    float | None,
+    typer.Option(metavar='S', parser=measured('s'), help='Sail this long instead [s].'),
 ]
 Accuracy: TypeAlias = Annotated[
     float | None,
     typer.Option(
         metavar='S',
+        parser=measured('s'),
         help="Error of the reading that a day of the run may make [s], in place of the scene's "
         'solver.accuracy, solver.tolerance and ship.rate.',
     ),
@@ -103,17 +124,19 @@ def given_values(
     return given
 
 
-def listed(option: str, text: str, unit: str, example: str) -> list[float]:
+def listed(option: str, text: str, unit: str, words: str, example: str) -> list[float]:
     """Return the numbers of an option that takes several, with commas between.
+
+    They are in `unit`, which messages call `words`, or have units.
 
     Raises:
         UsageError: something else.
     """
     try:
-        return [float(part) for part in text.split(',')]
-    except ValueError:
+        return [measured(unit)(part) for part in text.split(',')]
+    except typer.BadParameter:
         raise UsageError(
-            f'{option} {text!r}: must be numbers with commas between, in {unit}. Write for '
+            f'{option} {text!r}: must be numbers with commas between, in {words}. Write for '
             f'example {example}'
         ) from None
 

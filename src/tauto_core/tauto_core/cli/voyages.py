@@ -29,6 +29,7 @@ from tauto_core.cli.terminal import (
     ended_by_sigterm,
     given_values,
     listed,
+    measured,
     option,
     print_rich,
     progress_bar,
@@ -333,7 +334,7 @@ def compare(
         ship_of=ship_of,
         duration=duration,
         accuracy=accuracy,
-        rolls_deg=[] if roll is None else listed('--roll', roll, 'degrees', '0,10,20'),
+        rolls_deg=[] if roll is None else listed('--roll', roll, 'deg', 'degrees', '0,10,20'),
         cases=suspension.value,
         anyway=anyway,
     )
@@ -463,7 +464,11 @@ def fleet(
     ] = None,
     harbour_days: Annotated[
         float | None,
-        typer.Option(metavar='DAYS', help='With --logs: days of rating before each; else 14.'),
+        typer.Option(
+            metavar='DAYS',
+            parser=measured('d'),
+            help='With --logs: days of rating before each; else 14.',
+        ),
     ] = None,
     wind_draws: Annotated[
         int | None,
@@ -478,7 +483,9 @@ def fleet(
     local_time: Annotated[
         float | None,
         typer.Option(
-            metavar='S', help="With --logs: error of the navigator's local time; else 4 s."
+            metavar='S',
+            parser=measured('s'),
+            help="With --logs: error of the navigator's local time; else 4 s.",
         ),
     ] = None,
     plot: Plots = None,

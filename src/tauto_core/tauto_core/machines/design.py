@@ -3,9 +3,7 @@
 A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), so
 I ω² = P b: three of period, moment of inertia, pull and lever rate determine the fourth.
 
-The historical units are rounded. The Rhenish foot is the 139.13 Paris lines, 313.85 mm, that
-Prussia fixed in 1816; older standards differ in the fourth digit. The Paris foot is that of 1766,
-324.84 mm; the pound of Paris (poids de marc) is 489.5 g.
+The historical units are rounded; `scene/units.py` has their sources.
 """
 
 from __future__ import annotations
@@ -16,16 +14,13 @@ from dataclasses import dataclass
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.scene.units import PARIS_FOOT_M, PARIS_POUND_KG, RHENISH_FOOT_M
 
-RHENISH_FOOT_M = 0.31385
 SCRUPLE_M = RHENISH_FOOT_M / 1000.0
 """Euler's scruple: a thousandth of the Rhenish foot, 0.31385 mm."""
 
-PARIS_FOOT_M = 0.32484
 PARIS_LINE_M = PARIS_FOOT_M / 144.0
 """The Paris line, 2.2558 mm."""
-
-PARIS_POUND_KG = 0.4895
 
 LENGTH_UNITS_M = {
     'm': 1.0,

@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, cast
 
 import numpy as np
 import yaml
@@ -47,6 +47,7 @@ from tauto_core.scene.sections import (
 )
 from tauto_core.scene.tables import is_shipped, missing_file, read_data
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.scene.units import in_unit
 from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.airs import RecordAir
@@ -73,7 +74,7 @@ class Scene(Section):
     seed: Annotated[int, Strict(), Field(ge=0, le=2**63 - 1)] = Field(
         default=1726, description='seed of all random numbers, 0 to 2**63 - 1'
     )
-    gravity: Gravity | Literal['normal'] = Field(
+    gravity: Gravity = Field(
         default=STANDARD_GRAVITY,
         description='acceleration of gravity [m/s2], or normal: that of each place on the voyage, '
         "with Eötvös' term; normal when left out where there is a voyage",
@@ -134,6 +135,7 @@ class Scene(Section):
         else:
             section = keys.get('log')
             interval = section.get('interval', 1.0) if isinstance(section, dict) else 1.0
+            interval = in_unit(interval, 's')
             if keys.get('duration') is None and isinstance(interval, int | float) and interval > 0:
                 keys['duration'] = (math.ceil(log.at[-1] / interval) + 1.0) * interval
             if keys.get('starts_at') is None:

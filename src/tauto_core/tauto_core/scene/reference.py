@@ -27,6 +27,7 @@ from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
 from tauto_core.scene.sections import Kind, KindIn, LogFile, Section, kind_of, kinds_in
 from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.scene.units import NUMBER, declared, units_table
 from tauto_core.ship.airs import AirRecordFile
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
@@ -36,10 +37,33 @@ _HEAD = """\
 # Scenes: sections, kinds and keys
 
 Generated from the models of the code (`python -m tauto_core.scene.reference`); a test keeps the
-two equal. Numbers are in SI units and radians. A key without a default must be given. Where the
+two equal. Numbers are in SI units and radians, except where a key says otherwise;
+[units in words](#units-in-words) are understood. A key without a default must be given. Where the
 default is *left out*, the part is not simulated unless the key says otherwise. A section *from a
 file* is read when the scene is loaded; the scene that runs, which is also written to the bag, has
 its numbers instead.
+"""
+
+_UNITS = """\
+## Units in words
+
+Where the meaning of a key has a unit in brackets, a text of a number and a unit may stand for the
+number: `base_radius: 5 mm`, `duration: 10 min`, `--set 'trochlea.release_angle=60 deg'`,
+`tauto.load('measured', duration='1 h')`. Options of the command line with a unit take them, too:
+`--duration 10min`. The scene that runs, bags and `--json` have the number in the unit of the key.
+
+{table}
+
+Units may be multiplied and divided: `4 kg cm2`, `-10.7 s/day/K`, `2 mm/deg`. There are the
+prefixes n, µ or u, m and k, and `cm`; `nm` is none of them, since sailors mean nautical miles by
+it. A unit of another kind is refused: `base_radius: 5 min` is a time. So are numbers without a
+unit in quotes, and units where the meaning has none.
+
+The foot is 0.3048 m and the pound 0.45359237 kg, by the agreement of 1959, the nautical mile
+1852 m (NIST SP 811). The old units of Paris and the Rhineland are those of `tauto design`:
+the foot of Paris 324.84 mm (1766), its pound 489.5 g, the Rhenish foot 313.85 mm (1816); the
+scruple is its thousandth. We keep a table of our own: pint, which is well kept, takes some
+0.3 s to import and 0.4 s to read its definitions, a warm scene 0.8 s in all.
 """
 
 _FROM_FILES: dict[str, type[Section]] = {
@@ -78,7 +102,7 @@ def scenes_page() -> str:
         if form is not None:
             parts.append(_of_model(f'`{key}`, from a file', form))
             parts += [_of_model(f'`{part}`', each) for part, (each,) in _sections(form, key)]
-    return '\n'.join(parts)
+    return '\n'.join([*parts, _UNITS.format(table=units_table())])
 
 
 def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[type[BaseModel]]]]:
@@ -186,10 +210,25 @@ def _cleaned(part: Any) -> Any:
     kept = {key: value for key, value in part.items() if key != 'discriminator'}
     if 'properties' in kept:
         kept['properties'] = {
-            name: {key: value for key, value in each.items() if key != 'title'}
-            for name, each in kept['properties'].items()
+            name: _or_with_unit(each) if declared(each.get('description')) else each
+            for name, each in (
+                (name, {key: value for key, value in each.items() if key != 'title'})
+                for name, each in kept['properties'].items()
+            )
         }
     return {key: _cleaned(value) for key, value in kept.items()}
+
+
+def _or_with_unit(part: Any) -> Any:
+    """Return a part in which a text with a unit may stand for each number."""
+    if isinstance(part, list):
+        return [_or_with_unit(each) for each in part]
+    if not isinstance(part, dict):
+        return part
+    if part.get('type') != 'number':
+        return {key: _or_with_unit(each) for key, each in part.items()}
+    # the limits are for numbers alone, the pattern for texts
+    return {**part, 'type': ['number', 'string'], 'pattern': f'^{NUMBER} *[^ 0-9.,]'}
 
 
 def schema_text() -> str:

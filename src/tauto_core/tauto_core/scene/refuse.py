@@ -25,6 +25,7 @@ from tauto_core.scene.times import (
     exact_step,
     nanoseconds,
 )
+from tauto_core.scene.units import declared, has_unit, misfit
 
 # -----------------------------------------------------------------------------
 # Translates pydantic's errors into problems in the words of the scene.
@@ -91,6 +92,8 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     if kind in _ORDER:
         words, limit = _ORDER[kind]
         problem = f'must be {words} {context[limit]!r}'
+    elif kind == 'float_type' and isinstance(value, str) and (why := _misfit(value, field)):
+        return Problem(key, value, why[0], f'{_give(key, field)} {why[1]}'.strip())
     elif kind in _KINDS:
         found = '' if kind in _OF_TEXT else _found(value)
         problem = f'must be {_KINDS[kind]}{found}'
@@ -109,6 +112,16 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     else:
         problem = detail['msg'][:1].lower() + detail['msg'][1:]
     return Problem(key, value, problem, _give(key, field))
+
+
+def _misfit(value: str, field: FieldInfo | None) -> tuple[str, str] | None:
+    """Return why a text with a unit is not what a field asks, and the remedy."""
+    unit = None if field is None else declared(field.description)
+    if unit is not None:
+        return misfit(value, unit)
+    if has_unit(value):
+        return 'must be a number without a unit', ''
+    return None
 
 
 def _found(value: object) -> str:

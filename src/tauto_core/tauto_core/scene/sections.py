@@ -46,6 +46,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, nanoseconds
+from tauto_core.scene.units import declared, in_unit, in_words
 
 LONGEST_TEXT = 1000
 
@@ -85,9 +86,24 @@ else:
 
 
 class Section(BaseModel):
-    """Base of all models: frozen, no unknown keys, finite numbers."""
+    """Base of all models: frozen, no unknown keys, finite numbers.
+
+    A text such as `5 mm` is a number where the description of its key declares a unit.
+    """
 
     model_config = ConfigDict(frozen=True, extra='forbid', allow_inf_nan=False)
+
+    @model_validator(mode='before')
+    @classmethod
+    def _numbers_of_units(cls, keys: Any) -> Any:
+        if not isinstance(keys, dict):
+            return keys
+        found = {}
+        for key, value in keys.items():
+            if key in cls.model_fields and in_words(value):
+                unit = declared(cls.model_fields[key].description)
+                found[key] = value if unit is None else in_unit(value, unit)
+        return {**keys, **found} if found else keys
 
 
 # -----------------------------------------------------------------------------
@@ -597,8 +613,8 @@ class VoyageLog(Section):
     )
     harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
         default=0.0,
-        description='days in still water before the first entry, at its place, so that the clock '
-        'can be rated: an invention, 0 to 1000',
+        description='time in still water before the first entry, at its place, so that the clock '
+        'can be rated: an invention, 0 to 1000 [days]',
     )
     longest_gap_days: Positive = Field(
         default=6.0, description='longest time between two entries that is bridged [days]'
@@ -660,8 +676,8 @@ class LogFile(Section):
     )
     harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
         default=0.0,
-        description='days in still water before the first entry, at its place, so that the clock '
-        'can be rated: an invention, 0 to 1000',
+        description='time in still water before the first entry, at its place, so that the clock '
+        'can be rated: an invention, 0 to 1000 [days]',
     )
     longest_gap_days: Positive = Field(
         default=6.0, description='longest time between two entries that is bridged [days]'

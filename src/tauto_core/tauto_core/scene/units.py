@@ -1,0 +1,275 @@
+"""Numbers with a unit in words, `5 mm` or `60 deg`, wherever a number with a unit is asked.
+
+A key of a scene declares its unit in brackets in its description, such as `[m]` or `[kg m2]`. A
+text of a number and a unit becomes the number in that unit; a unit of another kind is refused.
+
+    in_unit('5 mm', 'm')      # 0.005
+    in_unit('12 kn', 'm/s')   # 6.173333333333334
+    in_unit('5 min', 'm')     # '5 min', which `misfit` explains
+
+The arithmetic is exact up to the last rounding, so that `9.3 mm` is the number 0.0093, and an
+angle in degrees is that of `math.radians`. No NumPy, no pydantic.
+
+Sources: the international foot, 0.3048 m, and pound, 0.45359237 kg, of 1959, and the nautical
+mile, 1852 m, of 1929 (NIST SP 811, appendix B). The Rhenish foot is the 139.13 Paris lines,
+313.85 mm, that Prussia fixed in 1816; older standards differ in the fourth digit. The Paris foot
+is that of 1766, 324.84 mm; the pound of Paris (poids de marc) is 489.5 g.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+
+RHENISH_FOOT_M = 0.31385
+PARIS_FOOT_M = 0.32484
+PARIS_POUND_KG = 0.4895
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit, as a factor to SI units and radians.
+
+    Attributes:
+        scale: the factor, without that of degrees.
+        powers: of metre, kilogram, second, kelvin and radian.
+        degrees: power of π/180 in the factor.
+        zero: what a temperature of 0 is in kelvin; 0 for all else.
+    """
+
+    scale: Fraction
+    powers: tuple[int, int, int, int, int]
+    degrees: int = 0
+    zero: Fraction = Fraction(0)
+
+    def to(self, power: int) -> Unit:
+        """Return a power of the unit."""
+        powers = tuple(power * each for each in self.powers)
+        return Unit(self.scale**power, powers, power * self.degrees)  # type: ignore[arg-type]
+
+    def times(self, other: Unit) -> Unit:
+        """Return the product of two units."""
+        powers = tuple(map(sum, zip(self.powers, other.powers, strict=True)))
+        degrees = self.degrees + other.degrees
+        return Unit(self.scale * other.scale, powers, degrees)  # type: ignore[arg-type]
+
+
+_ONE = Unit(Fraction(1), (0, 0, 0, 0, 0))
+_KINDS = {
+    (1, 0, 0, 0, 0): 'length',
+    (0, 1, 0, 0, 0): 'mass',
+    (0, 0, 1, 0, 0): 'time',
+    (0, 0, 0, 1, 0): 'temperature',
+    (0, 0, 0, 0, 1): 'angle',
+    (0, 0, -1, 0, 0): 'frequency',
+    (1, 0, -1, 0, 0): 'speed',
+    (1, 0, -2, 0, 0): 'acceleration',
+    (1, 1, -2, 0, 0): 'force',
+    (2, 1, -2, 0, 0): 'energy or torque',
+    (2, 0, 0, 0, 0): 'area',
+}
+
+
+@cache
+def unit_table() -> dict[str, Unit]:
+    """Return all units by name; those with prefixes and plurals among them."""
+    kinds = {kind: powers for powers, kind in _KINDS.items()}
+    found: dict[str, Unit] = {}
+    for kind, units in {
+        'length': 'm 1, ft 0.3048, in 0.0254, yd 0.9144, fathom 1.8288, nmi 1852, '
+        f'rhenish_foot {RHENISH_FOOT_M}, paris_foot {PARIS_FOOT_M}',
+        'mass': f'g 1e-3, t 1e3, lb 0.45359237, oz 0.028349523125, paris_pound {PARIS_POUND_KG}',
+        'time': 's 1, min 60, h 3600, d 86400, week 604800',
+        'temperature': 'K 1',
+        'angle': 'rad 1',
+        'frequency': 'Hz 1',
+        'force': 'N 1',
+        'energy or torque': 'J 1',
+    }.items():
+        for name, size in (each.split() for each in units.split(', ')):
+            found[name] = Unit(Fraction(size), kinds[kind])
+    found |= {
+        'scruple': Unit(Fraction(str(RHENISH_FOOT_M)) / 1000, kinds['length']),
+        'paris_inch': Unit(Fraction(str(PARIS_FOOT_M)) / 12, kinds['length']),
+        'paris_line': Unit(Fraction(str(PARIS_FOOT_M)) / 144, kinds['length']),
+        'kn': Unit(Fraction(1852, 3600), kinds['speed']),
+        'turn': Unit(Fraction(360), kinds['angle'], 1),
+        'deg': Unit(Fraction(1), kinds['angle'], 1),
+        'arcmin': Unit(Fraction(1, 60), kinds['angle'], 1),
+        'arcsec': Unit(Fraction(1, 3600), kinds['angle'], 1),
+        'degC': Unit(Fraction(1), kinds['temperature'], 0, Fraction('273.15')),
+        'degF': Unit(Fraction(5, 9), kinds['temperature'], 0, Fraction('459.67') * 5 / 9),
+    }
+    for prefix, power in {'n': -9, 'u': -6, 'µ': -6, 'm': -3, 'c': -2, 'k': 3}.items():
+        factor = Fraction(f'1e{power}')
+        for name in ('m', 'g', 's', 'rad', 'Hz', 'N', 'J'):
+            # nm is left to the sea, where it means nautical miles; nobody says cs or km of these
+            if prefix + name != 'nm' and (prefix != 'c' or name == 'm'):
+                found[prefix + name] = Unit(factor * found[name].scale, found[name].powers)
+    for name, others in {
+        'm': 'metre metres meter meters',
+        'ft': 'foot feet',
+        'in': 'inch inches',
+        'yd': 'yard yards',
+        'fathom': 'fathoms',
+        'kg': 'kilogram kilograms',
+        'lb': 'lbs',
+        's': 'second seconds sec',
+        'min': 'minute minutes',
+        'h': 'hour hours hr',
+        'd': 'day days',
+        'week': 'weeks',
+        'kn': 'kt knot knots',
+        'rad': 'radian radians',
+        'turn': 'turns',
+        'deg': 'degree degrees °',
+        'degC': '°C celsius',
+        'degF': '°F fahrenheit',
+        'K': 'kelvin',
+    }.items():
+        found |= dict.fromkeys(others.split(), found[name])
+    return found
+
+
+NUMBER = r'[-+−]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?'
+"""The number in front of a unit, as a regular expression."""
+_MEASURE = re.compile(rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})')
+_FACTOR = re.compile(r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?')
+_LONGEST = 80
+"""Characters of a text that are read."""
+
+
+@cache
+def unit_of(text: str) -> Unit | None:
+    """Return a unit of such factors as `m`, `kg m2`, `m/s2` or `1/K`; None where it is none."""
+    text = text.replace('²', '2').replace('³', '3').replace('μ', 'µ')
+    table = unit_table()
+    if text in table:
+        return table[text]
+    product, *divisors = text.split('/')
+    found = _ONE
+    for sign, part in ((1, product), *((-1, each) for each in divisors)):
+        factors = re.split(r'\s*[·*]\s*|\s+', part.strip().replace('**', '^'))
+        if sign < 0 and len(factors) > 1:
+            return None  # of m/s kg nobody knows where the kilogram stands
+        for factor in factors:
+            if factor == '1' and sign > 0 and len(factors) == 1 and divisors:
+                continue
+            match = _FACTOR.fullmatch(factor)
+            unit = table.get(match[1]) if match else None
+            if match is None or unit is None or unit.zero:
+                return None
+            found = found.times(unit.to(sign * int(match[2] or 1)))
+    return found
+
+
+@cache
+def declared(description: str | None) -> str | None:
+    """Return the unit in brackets that a description of a key or an option declares; or None."""
+    for said in re.findall(r'\[([^\[\]]+)\]', description or ''):
+        if unit_of(said) is not None:
+            return str(said)
+    return 'deg' if 'in degrees' in (description or '') else None
+
+
+def in_words(value: object) -> bool:
+    """Return whether a value is a text that begins as a number with a unit, or has such in it."""
+    if isinstance(value, str):
+        return _MEASURE.fullmatch(value.strip()[: _LONGEST + 1]) is not None
+    if isinstance(value, list | tuple) and not {str, list, tuple}.isdisjoint(map(type, value)):
+        return any(map(in_words, value))
+    return False
+
+
+def in_unit(value: object, asked: str) -> object:
+    """Return the number in the unit `asked` of a text with a number and a unit.
+
+    Texts in lists become numbers, too. All else is returned as it is, to be judged by others.
+    """
+    if isinstance(value, str):
+        number = _number(value, asked)
+        return value if number is None else number
+    if isinstance(value, list | tuple) and in_words(value):
+        return [in_unit(each, asked) for each in value]
+    return value
+
+
+def _number(text: str, asked: str) -> float | None:
+    """Return the number in a unit; None where the text is none of its kind."""
+    match = _MEASURE.fullmatch(text.strip()[: _LONGEST + 1])
+    given, wanted = unit_of(match[2]) if match else None, unit_of(asked)
+    if match is None or given is None or wanted is None or given.powers != wanted.powers:
+        return None
+    if given.zero and not wanted.zero:
+        return None  # a temperature is no difference of temperatures
+    size = Fraction(match[1].replace('−', '-')) * given.scale + given.zero - wanted.zero
+    try:
+        number = float(size / wanted.scale)
+    except OverflowError:
+        return None
+    return number * math.radians(1.0) ** (given.degrees - wanted.degrees)
+
+
+def has_unit(text: str) -> bool:
+    """Return whether a text is a number with a unit that is known."""
+    match = _MEASURE.fullmatch(text.strip())
+    return match is not None and unit_of(match[2]) is not None
+
+
+def misfit(value: str, asked: str) -> tuple[str, str] | None:
+    """Return why a text is no number in a unit, and what to write; None without number and unit.
+
+    Args:
+        value: a text that `in_unit` left as it was.
+        asked: the unit.
+    """
+    point = value.replace(',', '.', 1)
+    if point != value and not isinstance(in_unit(point, asked), str):
+        return 'has a decimal comma', f'Write {point}.'
+    match, wanted = _MEASURE.fullmatch(value.strip()[: _LONGEST + 1]), unit_of(asked)
+    if match is None or wanted is None:
+        return None
+    given, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), _fitting(wanted)
+    if wanted.powers == (0, 0, 0, 1, 0) and not wanted.zero:
+        kind, fit = 'difference of temperatures', ['K']
+    remedy = f'Units that fit: {", ".join(dict.fromkeys([asked, *fit]))}.'
+    if given is None:
+        near = difflib.get_close_matches(match[2], fit, 1, cutoff=0.5)
+        guess = f'; did you mean {near[0]}?' if near else ''
+        return f'{match[2]!r} is no unit that is known{guess}', remedy
+    if given.powers == wanted.powers and not given.zero:
+        return f'is beyond what a number can hold in {asked}', remedy
+    what = _KINDS.get(given.powers, f'number in {match[2]}')
+    return f'must be {_a(kind)} [{asked}], not {_a(what)}', remedy
+
+
+_SHOWN = (
+    *('mm', 'cm', 'm', 'km', 'in', 'ft', 'fathom', 'nmi', 'paris_line', 'paris_inch'),
+    *('paris_foot', 'scruple', 'rhenish_foot', 'g', 'kg', 'lb', 'oz', 'paris_pound', 'ms', 's'),
+    *('min', 'h', 'd', 'week', 'rad', 'mrad', 'deg', 'arcmin', 'arcsec', 'turn', 'degC', 'degF'),
+    *('K', 'm/s', 'km/h', 'kn', 'm/s2', 'mHz', 'Hz', 'mN', 'N', 'mJ', 'J', 'N m', 'kg m2'),
+    *('g cm2', 'N/m', 'N/mm', 'kg/m3', 'g/cm3', 'm/rad', 'mm/deg', 'rad/m', 'rad/s', 'deg/s'),
+    *('s/d', 'min/week'),
+)
+"""Units that messages and the reference name; all others follow from their factors."""
+
+
+def _fitting(wanted: Unit) -> list[str]:
+    """Return the units of the same kind that are named."""
+    found = ((name, unit_of(name)) for name in _SHOWN)
+    return [name for name, unit in found if unit is not None and unit.powers == wanted.powers]
+
+
+def units_table() -> str:
+    """Return the named units by kind as a table of Markdown."""
+    kinds = (_fitting(unit) for unit in map(unit_of, _SHOWN) if unit is not None)
+    rows = dict.fromkeys(', '.join(f'`{name}`' for name in names) for names in kinds)
+    return '\n'.join(['| units |', '|---|', *(f'| {row} |' for row in rows)])
+
+
+def _a(noun: str) -> str:
+    return f'{"an" if noun[0] in "aeiou" else "a"} {noun}'

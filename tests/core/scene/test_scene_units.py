@@ -1,0 +1,237 @@
+"""Numbers with a unit in words, in scenes, overrides and options."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from jsonschema import Draft202012Validator
+from typer.testing import CliRunner
+
+import tauto_core
+from tauto_core.cli.app import app
+from tauto_core.scene import Scene, SceneError, parse_scene, scene_yaml
+from tauto_core.scene.reference import schema
+from tauto_core.scene.sections import LogFile
+from tauto_core.scene.units import in_unit, misfit
+
+SCENE = """\
+duration: 10 min
+trochlea:
+  inertia: 4 kg cm2
+  cam: {kind: involute, base_radius: 5 mm}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 300 g}
+  release_angle: 60 deg
+drag: {viscous: 1e-6}
+log: {interval: 500 ms}
+"""
+
+NUMBERS = {
+    # text, unit of the key: the number, by the definitions of the units
+    ('5 mm', 'm'): 0.005,
+    ('5mm', 'm'): 0.005,
+    ('1e3 mm', 'm'): 1.0,
+    ('9.3 mm', 'm'): 0.0093,  # 9.3 times 0.001 rounds to another number
+    ('25 ft', 'm'): 7.62,
+    ('1 inch', 'm'): 0.0254,
+    ('30 nmi', 'm'): 55560.0,
+    ('1 scruple', 'm'): 0.00031385,
+    ('12 paris_line', 'm'): 0.02707,
+    ('12 kn', 'm/s'): 12 * 1852 / 3600,
+    ('36 km/h', 'm/s'): 10.0,
+    ('10 min', 's'): 600.0,
+    ('2 days', 'h'): 48.0,
+    ('36 h', 'days'): 1.5,
+    ('1 min/day', 's/day'): 60.0,
+    ('60 deg', 'rad'): math.radians(60.0),
+    ('-3 deg', 'rad'): math.radians(-3.0),
+    ('−3°', 'rad'): math.radians(-3.0),
+    ('77.7 deg', 'rad'): math.radians(77.7),
+    ('1 turn', 'rad'): math.tau,
+    ('30 arcmin', 'deg'): 0.5,
+    ('1 rad', 'deg'): math.degrees(1.0),
+    ('0.5 deg/s', 'rad/s'): math.radians(0.5),
+    ('20 degC', '°C'): 20.0,
+    ('68 degF', '°C'): 20.0,
+    ('0 K', '°C'): -273.15,
+    ('5 K', 'K'): 5.0,
+    ('4 kg cm2', 'kg m2'): 4e-4,
+    ('4 kg·cm²', 'kg m2'): 4e-4,
+    ('0.2 N/mm', 'N/m'): 200.0,
+    ('0.9 g/cm3', 'kg/m3'): 900.0,
+    ('1 uJ', 'J'): 1e-6,
+    ('-10.7 s/day/K', 's/day/K'): -10.7,
+    ('1e-999 m', 'm'): 0.0,
+}
+
+
+@pytest.mark.parametrize(('text', 'unit'), NUMBERS)
+def test_a_text_is_the_number_in_the_unit_that_is_asked(text: str, unit: str) -> None:
+    """Equal to the last bit: degrees as `math.radians` has them, decimals as Python reads them."""
+    assert in_unit(text, unit) == NUMBERS[text, unit]
+
+
+@pytest.mark.parametrize(
+    ('text', 'unit', 'problem', 'remedy'),
+    [
+        ('5 min', 'm', 'must be a length [m], not a time', 'mm, cm'),
+        ('5 m m', 'm', 'must be a length [m], not an area', 'mm, cm'),
+        ('1 g', 'm/s2', 'must be an acceleration [m/s2], not a mass', 'm/s2'),
+        ('60 deg', 'm', 'must be a length [m], not an angle', 'mm, cm'),
+        ('1 rad/s', 'Hz', 'must be a frequency [Hz], not a number in rad/s', 'mHz'),
+        ('20 degC', 'K', 'must be a difference of temperatures [K], not a temperature', 'K.'),
+        ('5 nm', 'm', "'nm' is no unit that is known; did you mean nmi?", 'nmi'),
+        ('5 flobs', 's', "'flobs' is no unit that is known", 'min'),
+        ('5 degC m', 'm', "'degC m' is no unit that is known", 'mm'),
+        ('5 m/s s', 'm', "'m/s s' is no unit that is known", 'mm'),
+        ('5e mm', 'm', "'e mm' is no unit that is known; did you mean mm?", 'mm'),
+        ('5 m99', 'm', "'m99' is no unit that is known; did you mean m?", 'mm'),
+        ('5,5 mm', 'm', 'has a decimal comma', 'Write 5.5 mm.'),
+        ('1e999 m', 'm', 'is beyond what a number can hold in m', 'm'),
+    ],
+)
+def test_what_does_not_fit_is_told(text: str, unit: str, problem: str, remedy: str) -> None:
+    assert in_unit(text, unit) is text
+    said = misfit(text, unit)
+    assert said is not None
+    assert said[0] == problem
+    assert remedy in said[1]
+
+
+@pytest.mark.parametrize(
+    'text', ['nan m', 'inf m', '5', '1_0 mm', '0x10 m', 'mm', '', '1e9999999 m', '5 ' + 90 * 'm']
+)
+def test_what_is_no_number_with_a_unit_stays_a_text(text: str) -> None:
+    assert in_unit(text, 'm') is text
+
+
+def test_a_scene_in_words_is_the_scene_in_numbers() -> None:
+    scene = parse_scene(SCENE, 'words')
+    numbers = SCENE
+    for word, number in {
+        '10 min': '600',
+        '4 kg cm2': '4e-4',
+        '5 mm': '0.005',
+        '300 g': '0.3',
+        '60 deg': repr(math.radians(60.0)),
+        '500 ms': '0.5',
+    }.items():
+        numbers = numbers.replace(word, number)
+    assert scene_yaml(scene) == scene_yaml(parse_scene(numbers, 'numbers'))
+    # what a bag and --json have is the number
+    assert 'base_radius: 0.005\n' in scene_yaml(scene)
+
+
+def test_lists_and_places_have_units_too() -> None:
+    scene = tauto_core.load(
+        'portsmouth_jamaica',
+        **{'voyage.departure': ['50.79 deg', '-66.6 arcmin'], 'voyage.arrives_at': '76 d'},
+    )
+    assert scene.voyage is not None
+    assert scene.voyage.departure == (50.79, -1.11)
+    assert scene.voyage.arrives_at == 76 * 86400.0
+
+
+def test_the_form_of_a_file_has_units_too() -> None:
+    assert LogFile(path='log.csv', harbour_days='36 h').harbour_days == 1.5
+
+
+@pytest.mark.parametrize(
+    ('key', 'value', 'said'),
+    [
+        (
+            'trochlea.cam.base_radius',
+            '5 min',
+            "trochlea.cam.base_radius = '5 min': must be a length [m], not a time",
+        ),
+        ('trochlea.cam.base_radius', '-5 mm', 'base_radius = -0.005: must be greater than 0.0'),
+        ('gravity', '1 g', "gravity = '1 g': must be an acceleration [m/s2], not a mass"),
+        ('solver.tolerance', '5 m', "'5 m': must be a number without a unit"),
+        ('seed', '5 m', "seed = '5 m': must be a whole number, not text"),
+        ('trochlea.cam.base_radius', '5', 'leave out quotes around numbers'),
+    ],
+)
+def test_a_scene_refuses_what_does_not_fit(key: str, value: str, said: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        tauto_core.load('involute_weight_at_sea', **{key: value})
+    assert len(caught.value.problems) == 1
+    assert said in str(caught.value)
+    assert 'Write `' in str(caught.value)
+
+
+def test_editors_take_a_scene_in_words() -> None:
+    valid = Draft202012Validator(schema())
+    written = parse_scene(SCENE, 'words').model_dump(mode='json', exclude_none=True)
+    written['duration'] = '10 min'
+    assert valid.is_valid(written)
+    for wrong in ('ten minutes', '600', -600.0, '6,5 s'):
+        written['duration'] = wrong
+        assert not valid.is_valid(written)
+
+
+def test_every_number_in_brackets_is_a_unit_that_is_known() -> None:
+    """Each key whose meaning ends in a bracket takes a text; one is tried through the schema."""
+    found = schema()['$defs'] | {'Scene': schema()}
+    units = [
+        (name, key)
+        for name, model in found.items()
+        for key, each in model.get('properties', {}).items()
+        if '[' in each.get('description', '') and 'number' in json.dumps(each)
+    ]
+    silent = [
+        (name, key)
+        for name, key in units
+        if '"pattern"' not in json.dumps(found[name]['properties'][key])
+    ]
+    # a list of places, of mappings, and mappings; what is in them is asked by itself
+    assert {key for _, key in silent} <= {'entries', 'waypoints', 'temperature', 'components'}
+    assert len(units) > 100
+
+
+@pytest.mark.parametrize(
+    ('line', 'said'),
+    [
+        ('axle --depth 5min --gyration-radius 1', "'5min' must be a length [m], not a time"),
+        ('axle --depth x --gyration-radius 1', "'x' must be a number [m]"),
+        ('sail ideal --duration 5mm', "'5mm' must be a time [s], not a length"),
+    ],
+)
+def test_an_option_refuses_what_does_not_fit(line: str, said: str) -> None:
+    result = CliRunner().invoke(app, line.split())
+    assert result.exit_code == 2
+    assert said in ' '.join(result.stderr.split())
+
+
+def test_an_option_takes_a_number_with_a_unit() -> None:
+    def sailed(*words: str) -> dict[str, object]:
+        result = CliRunner().invoke(app, ['axle', '--json', '--push-spin', '0.1', *words])
+        found: dict[str, object] = json.loads(result.stdout)
+        return found
+
+    assert sailed('--depth', '30 cm', '--gyration-radius', '150mm', '--duration', '0.2 s') == (
+        sailed('--depth', '0.3', '--gyration-radius', '0.15', '--duration', '0.2')
+    )
+    scene = ('isochronism', 'ideal', '--json', '--amplitudes')
+    degrees = CliRunner().invoke(app, [*scene, '30deg'])
+    radians = CliRunner().invoke(app, [*scene, repr(math.radians(30.0))])
+    assert degrees.stdout == radians.stdout != ''
+
+
+def test_a_scene_without_words_asks_for_no_unit() -> None:
+    """The units are looked up when a text stands for a number, and then alone."""
+    program = (
+        'import sys; from tauto_core.scene import load_scene, units\n'
+        "load_scene('measured'); assert units.unit_table.cache_info().misses == 0\n"
+        "load_scene('measured', duration='1 min'); assert units.unit_table.cache_info().misses\n"
+    )
+    subprocess.run([sys.executable, '-c', program], check=True, cwd=Path(__file__).parent)
+
+
+def test_the_scene_itself_has_numbers() -> None:
+    scene: Scene = parse_scene(SCENE, 'words')
+    assert isinstance(scene.duration, float)
