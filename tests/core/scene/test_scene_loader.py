@@ -46,6 +46,7 @@ def test_the_scenes_that_ship() -> None:
         'clock_sully_lever',
         'coach_1724',
         'companion_in_oil',
+        'condensed_air_at_sea',
         'convoy_1779_consort',
         'convoy_1779_el_fenix',
         'esperance_to_the_cape',
@@ -56,6 +57,7 @@ def test_the_scenes_that_ship() -> None:
         'measured',
         'portsmouth_jamaica',
         'second_cam_at_sea',
+        'stretched_chord_at_sea',
         'sully_lever_at_sea',
         'suspended_weight_at_sea',
     ]

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import ClassVar, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -38,6 +38,9 @@ from tauto_core.curves.numerics import (
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
 from tauto_core.scene.sections import Kind
+
+if TYPE_CHECKING:
+    from tauto_core.curves.force_law import ForceLaw
 
 # -----------------------------------------------------------------------------
 # Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
@@ -567,12 +570,16 @@ class FitError(TautoError):
     """A lever arm that no polynomials represent, since it is not smooth."""
 
 
-def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> SmoothLever:
-    """Return an odd analytic lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
+def smooth_lever(
+    arm: ArrayFunction, lift: ArrayFunction, edge: float, joints: ArrayLike = ()
+) -> SmoothLever:
+    """Return an odd lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
 
-    The two functions give t and h [m] of angles to rounding. FitError: pieces of 2⁻⁴⁸ of the range
-    do not resolve the lever arm.
+    The two functions give t and h [m] of angles to rounding. t is analytic but at the joints
+    [rad], which increase between 0 and the edge; there pieces end. FitError: pieces of 2⁻⁴⁸ of
+    the range do not resolve the lever arm.
     """
+    ends = np.append(joints, edge)
 
     def ratio(u: FloatArray) -> FloatArray:
         angle = first * np.sqrt(u)
@@ -582,7 +589,7 @@ def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> Smooth
         return arm(np.minimum(left + span * x, edge))
 
     # the first piece: t/ϑ in u = (ϑ/knot)²
-    first = edge
+    first = float(ends[0])
     while (even := _interpolated(ratio, TERMS)) is None:
         first *= 0.8
         if not first > SHORTEST * edge:
@@ -594,10 +601,11 @@ def smooth_lever(arm: ArrayFunction, lift: ArrayFunction, edge: float) -> Smooth
     # the others, in ϑ less their left end
     left, width = first, first
     while left < edge:
-        width = min(1.5 * width, edge - left)
+        end = float(ends[np.searchsorted(ends, left, side='right')])
+        width = min(1.5 * width, end - left)
         while True:
-            # the last piece ends exactly at the edge
-            right = edge if width >= (1.0 - 1e-9) * (edge - left) else left + width
+            # the last piece ends exactly at the edge, or at a joint
+            right = end if width >= (1.0 - 1e-9) * (end - left) else left + width
             span = right - left
             found = _interpolated(piece, 2 * TERMS, 4.0 * 2.0**-52 * right / span)
             if found is not None:
@@ -653,12 +661,14 @@ class Pull(NamedTuple):
         pulling_mass: mass whose weight pulls [kg].
         force: constant pull, or that of a spring at zero draw [N].
         stiffness: stiffness of a spring [N/m].
+        law: of a force that depends on the lift in another way, F(0) = force; None: there is none.
     """
 
     carried_mass: float = 0.0
     pulling_mass: float = 0.0
     force: float = 0.0
     stiffness: float = 0.0
+    law: ForceLaw | None = None
 
     def at_rest(self, gravity: float) -> float:
         """Return F(0) on land [N]."""

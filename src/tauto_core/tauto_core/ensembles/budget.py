@@ -21,6 +21,7 @@ from tauto_core.bags.write import BUDGET
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.dial import at_departure, nominal_period_s
+from tauto_core.curves.force_law import Evened, Pulled
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.workers import Crew, run_each
 from tauto_core.files import check_place, write_output
@@ -613,9 +614,13 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
             lever_inertia=machine.lever_inertia * part**2 + spared,
             tail=(machine.tail[0] * part, machine.tail[1]),
         )
-    # a pull on a larger lever arm is a larger pull, and what it carries moves more
     at = min(1.0, 0.999 * machine.range_rad)
-    part = 1.0 + more_m * at / float(machine.cam.lever_arm(at))
+    cam = machine.cam
+    if isinstance(cam, Pulled | Evened):
+        part = 1.0 + more_m * at / float(cam.cam.lever_arm(at))
+        return replace(machine, cam=Pulled(cam.cam, cam.law, part))
+    # a pull on a larger lever arm is a larger pull, and what it carries moves more
+    part = 1.0 + more_m * at / float(cam.lever_arm(at))
     return replace(
         machine,
         carried_mass=machine.carried_mass * part**2,

@@ -643,11 +643,13 @@ _PARAGRAPHS = (
         (
             'tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5',
             'tauto isochronism clock_own_cam_spring --amplitudes 0.5,1,1.5',
+            'tauto sail condensed_air_at_sea',
+            'tauto sail stretched_chord_at_sea',
             'tauto sail sully_lever_at_sea',
         ),
         ('III',),
-        lacks='Air and a stretched chord have no law in the text. A spring is linear, force + '
-        'stiffness × draw, and pulls a vertical thread or one through a hole.',
+        lacks="Air and a stretched chord have no law in the text: Boyle's, and that of a chord "
+        'drawn aside, are ours. Both pull a vertical thread or one through a hole.',
     ),
     Paragraph(
         'VI',

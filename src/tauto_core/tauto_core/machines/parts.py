@@ -261,7 +261,7 @@ class PowerKind(Kind):
     """What pulls the thread. Each kind is a module of `machines/powers` that names its `KIND`.
 
     Its mechanics, in Python and compiled, are its `pull`, whose form covers weights, springs,
-    constant forces and their sums.
+    constant forces and their sums, and forces without mass that depend on the lift in any way.
 
     Attributes:
         words: name of the power in messages.
@@ -275,6 +275,10 @@ class PowerKind(Kind):
     def pull(self) -> Pull:
         """The pull in the thread."""
         raise NotImplementedError
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield what is wrong between its keys."""
+        return iter(())
 
     @property
     def acts_as(self) -> str:

@@ -202,6 +202,7 @@ class Trochlea(Section):
             )
         if self.cam.corrects not in ('', self.power.acts_as):
             yield self._not_corrected(gravity)
+        yield from self._power_problems()
         yield from self.thread.problems(self.power, drag, escapement)
         if self.imbalance is not None and self.thread.moves_the_weight:
             yield Problem(
@@ -231,6 +232,33 @@ class Trochlea(Section):
                 'leaves the wheel at rest for ever on a ship that lies still',
                 'Release it at an angle other than 0 rad'
                 + (f', or give it a recoil above {friction!r} N m.' if recoil else '.'),
+            )
+
+    def _power_problems(self) -> Iterator[Problem]:
+        """Yield what is wrong with the power, or not compatible with a force given by points."""
+        yield from self.power.problems()
+        if self.power.pull.law is None:
+            return
+        if self.cam.kind in ('circular_arc', 'synthesised'):
+            yield Problem(
+                'trochlea.cam.kind',
+                self.cam.kind,
+                f'does not go with trochlea.power.kind {self.power.kind}: '
+                + (
+                    'its lever arm has a kink at rest'
+                    if self.cam.kind == 'circular_arc'
+                    else 'it is made of polynomials, which have no joints'
+                ),
+                'Use cam kind force_table_corrected, involute, hole, table or measured.',
+            )
+        if self._heat(None).cam:
+            own = self.cam.material
+            yield Problem(
+                'trochlea.material' if own is None else 'trochlea.cam.material',
+                material(self.material if own is None else own).expansion,
+                f'1/K does not go with trochlea.power.kind {self.power.kind}, whose force is that '
+                'on a cam that does not grow',
+                'Give cam.material: {expansion: 0.0}.',
             )
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:

@@ -510,6 +510,11 @@ class ThreadKind(Kind):
             SceneError: a cam that cannot be made.
         """
         pull, cam = parts.power.pull, self.cam(parts)
+        if pull.law is not None:
+            # slow to import, and needed by few
+            from tauto_core.curves.force_law import pulled
+
+            cam = pulled(cam, pull.law)
         if parts.imbalance is not None:
             most = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
             # one that hangs straight down is a pendulum, and needs no thread to hold it
