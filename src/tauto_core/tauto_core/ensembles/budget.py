@@ -611,6 +611,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
         return replace(
             machine,
             mass=machine.mass * part,
+            force=machine.force * part,
             lever_inertia=machine.lever_inertia * part**2 + spared,
             tail=(machine.tail[0] * part, machine.tail[1]),
         )
@@ -632,6 +633,8 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
 
 def _heavier(machine: AnyMachine, more_kg: float) -> AnyMachine:
     """Return a machine with a heavier weight, or with a pull that is larger by as much."""
+    if isinstance(machine, LeverMachine) and machine.force:
+        return replace(machine, force=machine.force + more_kg * machine.gravity)
     if not isinstance(machine, Machine):
         return replace(machine, mass=machine.mass + more_kg)
     if not machine.pulling_mass:

@@ -464,12 +464,14 @@ class ThreadKind(Kind):
         upright: whether a weight keeps it along the apparent vertical.
         grows_alike: whether the parts of the machine must be of one material.
         compensable: whether a compensation may act on its pull.
+        takes_a_force: whether a constant force may take the place of the weight that it moves.
     """
 
     moves_the_weight: ClassVar[bool] = False
     upright: ClassVar[bool] = False
     grows_alike: ClassVar[bool] = False
     compensable: ClassVar[bool] = True
+    takes_a_force: ClassVar[bool] = False
 
     kind: str
 
@@ -549,12 +551,16 @@ class ThreadKind(Kind):
         if not self.moves_the_weight:
             return
         if not power.pull.pulling_mass:
-            yield Problem(
-                'trochlea.power.kind',
-                power.kind,
-                f'does not go with trochlea.thread.kind {self.kind}, which carries a weight',
-                'Use power kind weight, or thread kind vertical.',
-            )
+            if power.acts_as != 'force' or not self.takes_a_force:
+                yield Problem(
+                    'trochlea.power.kind',
+                    power.kind,
+                    f'does not go with trochlea.thread.kind {self.kind}, which carries a weight'
+                    + (' or is pulled by a constant force' if self.takes_a_force else ''),
+                    f'Use power kind {"weight or force" if self.takes_a_force else "weight"}, or '
+                    'thread kind vertical or hole: a thread without mass is straight between cam '
+                    'and hole, where it may be anchored.',
+                )
         elif not power.pull.carried_mass:
             yield Problem(
                 'trochlea.power.massless',

@@ -182,18 +182,18 @@ class RealThreads(SlackThread):
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces, with the machine's numbers where heat changes them.
 
-        Their channels are constants where the ship lies still.
+        Their channels are constants where the ship lies still, and of what a force feels.
         """
         still = np.zeros((len(forcing.length_s), 1))
-        pieces = (
-            ForcingPieces(forcing.length_s, still, still, still + self._machine.gravity)
-            if forcing.neutral is None
-            else super()._outside(forcing)
-        )
+        if forcing.neutral is None or forcing.tilt is None:
+            case = still if forcing.neutral is None else forcing.neutral
+            pieces = ForcingPieces(forcing.length_s, case, still, still + self._machine.gravity)
+        else:
+            pieces = super()._outside(forcing)
         heat, system = self._machine.heat, self._model.system
         if not heat.acts:
             return pieces
-        # both draw by a weight: κ of the lever, m r/I of the swinging thread
+        # both draw by a weight, or the lever by a force: κ of the lever, m r/I of the thread
         swings = isinstance(system, Hanging)
         drawn, radius = (system.ratio, system.radius) if swings else (system.kappa, 0.0)
         viscous, given = system.on_wheel.viscous, forcing.temperatures
@@ -205,7 +205,8 @@ class RealThreads(SlackThread):
                 carried=radius * np.sqrt(factors.carried),
                 force=widening,
                 stiffness=0.0,
-                weight=share * drawn * factors.weight,
+                # of a weight the same, since only the force of a spring changes with heat
+                weight=share * drawn * factors.force,
                 viscous=share * viscous * factors.viscous,
                 share=share,
                 growth=growth,
@@ -292,11 +293,12 @@ class RealThreads(SlackThread):
 
 def _case(forcing: Forcing) -> CaseAtStart:
     """Return the case at the beginning of the first span."""
-    if forcing.neutral is None or forcing.tilt is None:
-        return CaseAtStart(0.0, 0.0, 0.0, 0.0)
     x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
     parts: list[float] = []
     for channel in (forcing.neutral, forcing.tilt):
+        if channel is None:
+            parts += [0.0, 0.0]
+            continue
         series = np.polynomial.Polynomial(channel[0])
         parts += [float(series(x)), float(series.deriv()(x)) * per_s]
     return CaseAtStart(*parts)

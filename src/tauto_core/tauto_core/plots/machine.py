@@ -205,6 +205,7 @@ def draw_machine(scene: Scene) -> Drawing:
         assumed += ['length of the arc'] * (thread.arc is not None)
         assumed.append('thickness of the lever')
         low -= 0.5 * high
+        parts += [] if high else _power(pull, low, outer, _end_of_lever(thread))
     else:
         if isinstance(thread, HoleThread):
             width, end = 0.06 * outer, low - 0.4 * outer - 0.5 * high
@@ -236,6 +237,12 @@ def _lever_ends(thread: LeverThread) -> tuple[float, float]:
     return MM * thread.pulled_at, MM * (thread.pulled_at + tail)
 
 
+def _end_of_lever(thread: LeverThread) -> float:
+    """Return the place of the weight or the force on the lever [mm]."""
+    side = 1.0 if thread.fulcrum == 'starboard' else -1.0
+    return float(side * MM * (thread.weight_arm - thread.pulled_at))
+
+
 def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Part]:
     """Return the level lever from its tail to the end of its longer arm, and what is on it.
 
@@ -246,8 +253,10 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
     parts = [
         _path('lever', [(-side * tail, y), (side * max(far - arm, 0.0), y)], 'green', 'lever'),
         _area('fulcrum', _circle(-side * arm, y, radius), 'green'),
-        _area('weight', weight + np.array([[side * (far - arm)], [0.0]]), 'orange', 'lever'),
     ]
+    if np.ptp(weight[0]):
+        hung = weight + np.array([[_end_of_lever(thread)], [0.0]])
+        parts.append(_area('weight', hung, 'orange', 'lever'))
     if thread.tail is not None:
         small = _box(-side * tail, y, *weight_mm(thread.tail.mass))
         parts.append(_area('tail weight', small, 'orange', 'lever'))
@@ -258,11 +267,15 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
     return parts
 
 
-def _power(pull: Pull, end: float, outer: float) -> list[Part]:
-    """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force."""
+def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Part]:
+    """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force.
+
+    The arrow may stand aside of the axle, at the end of a lever.
+    """
     if not (pull.pulling_mass or pull.stiffness):
         tail, head = end - 0.6 * outer, 0.08 * outer
         arrow = [(0.0, end), (0.0, tail), (-head, tail + head), (0.0, tail), (head, tail + head)]
+        arrow = [(at + x, y) for x, y in arrow]
         return [_path('pull', arrow, 'orange', 'weight')]
     parts = []
     if pull.pulling_mass:

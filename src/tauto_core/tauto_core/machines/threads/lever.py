@@ -40,8 +40,8 @@ class LeverMachine:
 
     Attributes:
         inertia: I of the wheel about its axle [kg m2], > 0.
-        mass: m of the weight [kg], > 0.
-        weight_arm: AD, from the fulcrum to the weight [m], > 0.
+        mass: m of the weight [kg]; 0 where a force pulls the lever.
+        weight_arm: AD, from the fulcrum to the weight or to the force [m], > 0.
         lever_inertia: moment of inertia of the lever itself about its fulcrum, at which it is
             balanced [kg m2], ≥ 0.
         geometry: cam, thread and lever.
@@ -53,6 +53,8 @@ class LeverMachine:
         heat: how the numbers change with temperature and age; wheel, cam, lever and thread grow
             alike.
         stops_when_slack: whether the motion ends where the thread goes slack.
+        force: P, a pull without mass from far off in the case, along its vertical [N]; 0 for a
+            weight.
     """
 
     inertia: float
@@ -67,10 +69,19 @@ class LeverMachine:
     tail: tuple[float, float] = (0.0, 0.0)
     heat: Heat = NO_HEAT
     stops_when_slack: bool = False
+    force: float = 0.0
 
-    follows_apparent_vertical = True
-    feels_gravity = True
     limited_by = 'what the thread allows,'
+
+    @property
+    def follows_apparent_vertical(self) -> bool:
+        """Whether the direction of the apparent vertical acts on it: on a weight."""
+        return self.mass > 0.0
+
+    @property
+    def feels_gravity(self) -> bool:
+        """Whether the strength of the apparent gravity acts on it: on a weight."""
+        return self.mass > 0.0
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> LeverMachine:
         """Return the machine as it is at a temperature [°C], a time after the start [s].
@@ -91,6 +102,7 @@ class LeverMachine:
             drag=None if self.drag is None else self.drag.thinned(float(factors.viscous)),
             tail=(kept * self.tail[0], grown * self.tail[1]),
             heat=Heat(celsius),
+            force=float(factors.force) / grown * self.force,
         )
 
     @property
@@ -101,14 +113,16 @@ class LeverMachine:
 
     @property
     def moment(self) -> float:
-        """m AD − m′AE, of the weight less that of the tail weight [kg m]."""
-        return self.mass * self.weight_arm - self.tail[0] * self.tail[1]
+        """m AD − m′AE, of the weight less that of the tail weight; P AD/g of a force [kg m]."""
+        moment = self.mass * self.weight_arm - self.tail[0] * self.tail[1]
+        return moment + self.force * self.weight_arm / self.gravity
 
     @property
     def weight_torque(self) -> float:
-        """Torque about the fulcrum with the lever level, on land: (m AD − m′AE) g [N m]."""
+        """Torque about the fulcrum, the lever level: (m AD − m′AE) g on land, or P AD [N m]."""
         mass, distance = self.tail
-        return self.mass * self.gravity * self.weight_arm - mass * self.gravity * distance
+        torque = self.mass * self.gravity * self.weight_arm - mass * self.gravity * distance
+        return torque + self.force * self.weight_arm
 
     @property
     def frequency(self) -> float:
@@ -267,7 +281,7 @@ class Tail(Section):
 
 
 class LeverThread(ThreadKind):
-    """Thread that pulls a lever, which carries the weight and is level at rest.
+    """Thread that pulls a lever, level at rest, which carries the weight or is pulled by a force.
 
     With `arc` it lies on an arc of the lever, as Sully built it (1724); with `arm` it is tied to a
     point, as Euler reports it (1727, V).
@@ -275,6 +289,7 @@ class LeverThread(ThreadKind):
 
     moves_the_weight = True
     grows_alike = True
+    takes_a_force = True
     rank = 3
     starter = {'arm': 0.1, 'weight_arm': 0.1, 'length': 0.3}
 
@@ -318,6 +333,23 @@ class LeverThread(ThreadKind):
                 'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
                 'lies on an arc about the fulcrum (Sully).',
             )
+        if power.acts_as == 'force' and not power.pull.pulling_mass:
+            if self.inertia == 0.0:
+                yield Problem(
+                    'trochlea.thread.inertia',
+                    0.0,
+                    f'does not go with trochlea.power.kind {power.kind}: then only the lever '
+                    'itself has inertia',
+                    "Give the lever's moment of inertia about the fulcrum, such as 1.0e-6.",
+                )
+            if self.tail is not None:
+                yield Problem(
+                    'trochlea.thread.tail.mass',
+                    self.tail.mass,
+                    f'does not go with trochlea.power.kind {power.kind}, which feels no gravity',
+                    'Leave out trochlea.thread.tail, or use power kind weight.',
+                )
+            return
         if self.tail is not None:
             moment = power.pull.carried_mass * self.weight_arm
             if not self.tail.mass * self.tail.distance < moment:
@@ -331,12 +363,12 @@ class LeverThread(ThreadKind):
 
     def machine(self, parts: Parts) -> LeverMachine:
         """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
-        mass, tail = parts.power.pull.carried_mass, self.tail
+        mass, force, tail = parts.power.pull.carried_mass, parts.power.pull.force, self.tail
         beyond = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
         balance = beyond[0] * parts.gravity * beyond[1]
         lever = LeverSetting(
             inertia=parts.inertia,
-            weight_torque=mass * parts.gravity * self.weight_arm - balance,
+            weight_torque=(mass * parts.gravity + force) * self.weight_arm - balance,
             turned_inertia=mass * self.weight_arm**2 + self.inertia + beyond[0] * beyond[1] ** 2,
             arm=self.pulled_at,
             length=self.length,
@@ -355,6 +387,7 @@ class LeverThread(ThreadKind):
             release_angle=parts.release_angle,
             tail=beyond,
             heat=parts.heat,
+            force=force,
         )
 
 
