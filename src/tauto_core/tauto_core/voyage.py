@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from tauto_core.checks.cost import accuracy_reached, missed_words
 from tauto_core.checks.readiness import check_known, check_scene, oddities
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
@@ -528,10 +527,13 @@ def sail(
             if progress is not None:
                 progress(source.produced / source.total)
     warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
-    judged = judge and scene.states_accuracy
-    asked = accuracy_reached(scene, machine, motion) if judged else None
-    if asked is not None and not asked['holds']:
-        warnings.append(missed_words(asked))
+    asked = None
+    if judge and scene.states_accuracy:
+        from tauto_core.checks.cost import accuracy_reached, missed_words
+
+        asked = accuracy_reached(scene, machine, motion)
+        if asked is not None and not asked['holds']:
+            warnings.append(missed_words(asked))
     result = {
         **summary.result(),
         **({} if asked is None else {'accuracy': asked}),

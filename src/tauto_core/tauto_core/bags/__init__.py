@@ -1,10 +1,18 @@
-"""Bags: the topic table, CDR payloads, reading and writing MCAP."""
+"""Bags: the topic table, CDR payloads, reading and writing MCAP.
 
-from tauto_core.bags.check import Recovered, Soundness, check_bag, is_cut_short, recover_bag
+The check of bags is loaded at its first use.
+"""
+
+from typing import TYPE_CHECKING
+
 from tauto_core.bags.codec import decode, decode_as, encode, header_stamp_ns
 from tauto_core.bags.read import Bag, Message, read_bag
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.bags.write import BagWriter, check_folder
+from tauto_core.first_use import loaded_from
+
+if TYPE_CHECKING:
+    from tauto_core.bags.check import Recovered, Soundness, check_bag, is_cut_short, recover_bag
 
 __all__ = [
     'TOPICS',
@@ -25,3 +33,7 @@ __all__ = [
     'read_bag',
     'recover_bag',
 ]
+
+_OF_THE_CHECK = ('Recovered', 'Soundness', 'check_bag', 'is_cut_short', 'recover_bag')
+
+__getattr__ = loaded_from(__name__, dict.fromkeys(_OF_THE_CHECK, 'check'))

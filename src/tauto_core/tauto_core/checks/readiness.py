@@ -14,7 +14,6 @@ import numpy as np
 from tauto_core.curves.numerics import that_work
 from tauto_core.machines import (
     AnyMachine,
-    FluidPendulum,
     HangingMachine,
     InPlaceOfWheel,
     LeverMachine,
@@ -40,6 +39,7 @@ from tauto_core.ship.imu import attitude
 from tauto_core.wording import span
 
 if TYPE_CHECKING:
+    from tauto_core.machines import FluidPendulum
     from tauto_core.scene.loader import Scene
 
 
@@ -183,7 +183,11 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
 def _comparison(value: float, sizes: _Sizes) -> str:
     beyond = abs(value) > sizes.most
     limit = sizes.most if beyond else sizes.least
-    said = f'{_turns(value, sizes)}{"more" if beyond else "less"} than {_size(limit, sizes.unit)}'
+    if sizes.unit == 's' and limit >= 60.0:
+        size = span(limit)
+    else:
+        size = f'{limit:.3g}{" " if sizes.unit else ""}{sizes.unit}'
+    said = f'{_turns(value, sizes)}{"more" if beyond else "less"} than {size}'
     return f'{said}, the {"most" if beyond else "least"} that any known machine or voyage has'
 
 
@@ -205,12 +209,6 @@ def _turns(value: float, sizes: _Sizes) -> str:
     if sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:
         return f'{span(abs(value))}, '
     return ''
-
-
-def _size(limit: float, unit: str) -> str:
-    if unit == 's' and limit >= 60.0:
-        return span(limit)
-    return f'{limit:.3g}{" " if unit else ""}{unit}'
 
 
 # -----------------------------------------------------------------------------
@@ -244,6 +242,8 @@ def check_scene(scene: Scene) -> Built:
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
     if isinstance(machine, InPlaceOfWheel):
+        from tauto_core.machines import FluidPendulum  # few scenes have one
+
         if isinstance(machine, FluidPendulum):
             _check_swing(scene, machine)
         return Built(machine, ShipMotion(scene))

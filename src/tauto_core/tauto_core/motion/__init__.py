@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Protocol, cast
 
 from tauto_core.machines import (
     AnyMachine,
-    AxleClock,
-    FluidPendulum,
     InPlaceOfWheel,
     LeverMachine,
     Machine,
@@ -166,6 +164,8 @@ def make_propagator(
 
 def _in_place_of_wheel(machine: InPlaceOfWheel) -> Propagator:
     """Return the propagator for a regulator without a wheel."""
+    from tauto_core.machines import AxleClock, FluidPendulum
+
     if isinstance(machine, AxleClock):
         from tauto_core.motion.axle import AxleSwings
 

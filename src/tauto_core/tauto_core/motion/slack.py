@@ -282,15 +282,6 @@ class SlackThread(Stepped):
     def _loosened(self, taut: Moved) -> Moved | None:
         """Return the system with a slack thread; None where the thread never lets go."""
 
-    def _inertia_at(self, pieces: ForcingPieces, x: float) -> float:
-        """Return I at x of the first piece [kg m2]."""
-        hot = pieces.hot
-        if hot is None:
-            return self._inertia
-        first, u = HEAT_POWERS * hot.interval[0], hot.begin[0] + hot.size[0] * x
-        share = hot.terms[first : first + HEAT_POWERS, HotNumbers._fields.index('share')]
-        return float(self._inertia / polyval(u, share))
-
     def tautened(self) -> list[Tautening]:
         """Return what has tautened since the last call."""
         found, self._tautened = self._tautened, []
@@ -310,9 +301,15 @@ class SlackThread(Stepped):
         left, stays, went_s = forcing, 0, -math.inf
         while len(left.begin):
             moved = self._moved(left)
-            loose = self._loosened(moved) if self._goes_on else None
-            if self._is_slack and loose is not None:
-                rows, code, k, x = self._fall(left, loose)
+            # made where it is needed: it is slow to import
+            loose = self._loosened(moved) if self._is_slack else None
+            if loose is not None:
+                # it tautens with the code SLACK
+                free, work = self._records(loose)
+                longest_s = min(LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
+                rows, code, k, x = Stepped._run(
+                    self, left, loose, self._slack_tolerance, longest_s, free, work
+                )
             else:
                 rows, code, k, x = self._run(left, moved, self._tolerance, self.longest_step_s)
             parts.append(rows)
@@ -322,22 +319,23 @@ class SlackThread(Stepped):
             time_s = float(left.end_ns[k] * 1e-9 - behind_s)
             stays = stays + 1 if time_s - went_s < IN_PLACE_S else 0
             went_s = time_s
+            if code == SLACK and self._goes_on and loose is None:
+                loose = self._loosened(moved)
             if code != SLACK or loose is None or stays > MOST_IN_PLACE:
                 raise self._failure(NO_CONVERGENCE if stays > MOST_IN_PLACE else code, time_s)
             left = rest_of(left, k, x)
             self._change(left, moved, loose, time_s)
             if x >= left.end[0]:
-                # that is the end of the span, whose row nobody has written
-                parts.append(self._row_at(left, moved, loose, x))
+                # that is the end of the span, whose row nobody has written, if it is logged
+                row = np.empty(int(left.logged[0]), ROW)
+                if len(row):
+                    free, work = self._records(loose)
+                    now, state = (loose, free) if self._is_slack else (moved, self._state)
+                    write_one(*now, self._outside(left), x, state, work, row.reshape(()))
+                parts.append(row)
                 left = rest_of(left, 1, float(left.begin[1]) if len(left.begin) > 1 else 0.0)
         rows = np.concatenate(parts) if parts else np.empty(0, ROW)
         return self._motion(rows) if len(rows) else no_motion()
-
-    def _fall(self, forcing: Forcing, loose: Moved) -> tuple[NDArray[np.void], int, int, float]:
-        """Advance while the thread is slack, as `_run`; it tautens with the code SLACK."""
-        free, work = self._records(loose)
-        longest_s = min(LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
-        return Stepped._run(self, forcing, loose, self._slack_tolerance, longest_s, free, work)
 
     def _change(self, forcing: Forcing, taut: Moved, loose: Moved, time_s: float) -> None:
         """Let the thread go slack or tauten where the forcing begins."""
@@ -348,21 +346,17 @@ class SlackThread(Stepped):
             target[name] = source[name]
         if self._is_slack:
             lost = tauten(*loose, *taut, pieces, x, free, self._state, work)
-            joule = 0.5 * self._inertia_at(pieces, x) * lost
+            inertia, hot = self._inertia, pieces.hot
+            if hot is not None:
+                first, u = HEAT_POWERS * hot.interval[0], hot.begin[0] + hot.size[0] * x
+                share = hot.terms[first : first + HEAT_POWERS, HotNumbers._fields.index('share')]
+                inertia = float(inertia / polyval(u, share))
+            joule = 0.5 * inertia * lost
             self._tautened.append(Tautening(time_s, time_s - self._slack_since_s, joule))
         else:
             let_go(*loose, *taut, pieces, x, self._state, free, work)
             self._slack_since_s = time_s
         self._is_slack = not self._is_slack
-
-    def _row_at(self, forcing: Forcing, taut: Moved, loose: Moved, x: float) -> NDArray[np.void]:
-        """Return the row at the end of the first span, or none if it is not logged."""
-        rows = np.empty(int(forcing.logged[0]), ROW)
-        if len(rows):
-            free, work = self._records(loose)
-            moved, state = (loose, free) if self._is_slack else (taut, self._state)
-            write_one(*moved, self._outside(forcing), x, state, work, rows.reshape(()))
-        return rows
 
     def _records(self, loose: Moved) -> tuple[NDArray[np.void], NDArray[np.void]]:
         """Return the running state of the slack motion and its workspace, made once."""

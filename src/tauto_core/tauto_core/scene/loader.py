@@ -52,7 +52,6 @@ from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.airs import RecordAir
 from tauto_core.ship.gravity import normal_gravity
-from tauto_core.ship.logbook import with_log_read
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
@@ -529,8 +528,13 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
     except _RefusedError as error:
         raise SceneError(origin, '', text, error.problem, error.remedy) from None
     except yaml.YAMLError as error:
-        problem, remedy = _syntax(error), 'Correct the YAML there.'
-        raise SceneError(origin, '', text, problem, remedy) from None
+        mark = getattr(error, 'problem_mark', None)
+        what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
+        context = getattr(error, 'context', None)
+        said = f'{context}, {what}' if context else what
+        where = '' if mark is None else f', line {mark.line + 1}, column {mark.column + 1}'
+        problem = f'YAML syntax{where}: {said}'
+        raise SceneError(origin, '', text, problem, 'Correct the YAML there.') from None
     if not isinstance(content, dict):
         names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
         found = 'nothing' if content is None else f'a {names[type(content)]}'
@@ -597,16 +601,6 @@ def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
         # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
         return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
     return float(re.sub(r'^([-+]?)\.(inf|nan)$', r'\1\2', text.lower()))
-
-
-def _syntax(error: yaml.YAMLError) -> str:
-    mark = getattr(error, 'problem_mark', None)
-    what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
-    context = getattr(error, 'context', None)
-    said = f'{context}, {what}' if context else what
-    if mark is None:
-        return f'YAML syntax: {said}'
-    return f'YAML syntax, line {mark.line + 1}, column {mark.column + 1}: {said}'
 
 
 DEFAULT_SCENE = 'measured'
@@ -803,8 +797,11 @@ def checked_scene(
                 content = content | {'ship': model.with_files_read(ship, origin)}
     if isinstance(content.get('air'), dict):
         content = content | {'air': RecordAir.with_file_read(content['air'], origin)}
-    if isinstance(content.get('voyage'), dict):
-        content = content | {'voyage': with_log_read(content['voyage'], origin)}
+    voyage = content.get('voyage')
+    if isinstance(voyage, dict) and isinstance(voyage.get('log'), dict):
+        from tauto_core.ship.logbook import with_log_read  # few scenes have a log
+
+        content = content | {'voyage': with_log_read(voyage, origin)}
     try:
         return Scene.model_validate(content)
     except ValidationError as error:
