@@ -9,7 +9,6 @@ import os
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,8 +99,9 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
         handle = os.open(lock, flags, 0o666)
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if _is_still(lock, handle):
-                break
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.stat(lock, follow_symlinks=False), os.fstat(handle)):
+                    break
         except BaseException:
             os.close(handle)
             raise
@@ -112,14 +112,6 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
         with suppress(OSError):
             lock.unlink()
         os.close(handle)
-
-
-def _is_still(lock: Path, handle: int) -> bool:
-    """Whether an open file is the one that has this name now."""
-    try:
-        return os.path.samestat(os.stat(lock, follow_symlinks=False), os.fstat(handle))
-    except FileNotFoundError:
-        return False
 
 
 def put_in_place(new: Path, place: Path, aside: Path) -> Path:
@@ -146,9 +138,12 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
 
 def _exchange(one: Path, other: Path) -> bool:
     """Exchange two names in one step; False where this system or file system cannot."""
-    renameat2 = _renameat2()
+    # renameat2(2) of the C library: macOS and old glibc have none
+    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
     if renameat2 is None:
         return False
+    path = ctypes.c_char_p
+    renameat2.argtypes = [ctypes.c_int, path, ctypes.c_int, path, ctypes.c_uint]
     names = os.fsencode(one), os.fsencode(other)
     if renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0:
         return True
@@ -156,23 +151,6 @@ def _exchange(one: Path, other: Path) -> bool:
     if code in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
         return False
     raise OSError(code, os.strerror(code), str(one), None, str(other))
-
-
-@cache
-def _renameat2() -> Callable[..., int] | None:
-    """Return renameat2(2) of the C library; None where it has none (macOS, old glibc)."""
-    found: Callable[..., int] | None = getattr(
-        ctypes.CDLL(None, use_errno=True), 'renameat2', None
-    )
-    if found is not None:
-        found.argtypes = [  # type: ignore[attr-defined]
-            ctypes.c_int,
-            ctypes.c_char_p,
-            ctypes.c_int,
-            ctypes.c_char_p,
-            ctypes.c_uint,
-        ]
-    return found
 
 
 # -----------------------------------------------------------------------------

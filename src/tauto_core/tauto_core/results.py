@@ -186,6 +186,13 @@ class Summary:
         machine = self._machine
         in_fluid = isinstance(machine, InPlaceOfWheel)
         place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
+        slack: dict[str, float] = {}
+        if SLACK in self._last:
+            slack = {
+                'slacks': round(_named(self._last[SLACK])['slacks']),
+                'slack_s': self._slack_s,
+                'slack_lost_joule': self._lost_joule,
+            }
         return {
             'period_s': machine.small_period,
             place: float(wheel.position[-1, 0]),
@@ -193,17 +200,7 @@ class Summary:
             'phase_rad': _named(phase)['phase'],
             'beats': round(_named(phase)['beats']),
             **self._swings.result(),
-            **self._slack(),
-        }
-
-    def _slack(self) -> dict[str, float]:
-        last = self._last.get(SLACK)
-        if last is None:
-            return {}
-        return {
-            'slacks': round(_named(last)['slacks']),
-            'slack_s': self._slack_s,
-            'slack_lost_joule': self._lost_joule,
+            **slack,
         }
 
     def drift(self) -> dict[str, float]:
@@ -289,7 +286,11 @@ def _named(samples: JointSamples) -> dict[str, float]:
 
 def answer(result: Mapping[str, Any]) -> str:
     """Return the answer as a sentence; of a bag that is not whole, after one that says so."""
-    said = f'{_answer(result)}{_of_a_slack_thread(result)}{_of_a_cork(result)}'
+    slack, trochlea = '', result.get('trochlea') or {}
+    if slacks := trochlea.get('slacks'):
+        times = 'once' if slacks == 1 else f'{slacks:,} times'
+        slack = f' The thread went slack {times}, for {figure(trochlea["slack_s"], "s")} s in all.'
+    said = f'{_answer(result)}{slack}{_of_a_cork(result)}'
     return f'The bag is not whole. {said}' if result.get('damage') else said
 
 
@@ -302,16 +303,6 @@ def _of_a_cork(result: Mapping[str, Any]) -> str:
         ' The ship is a cork: she heaves as the waves do, and their sideways half is left out; '
         'ship.hull gives her a hull.'
     )
-
-
-def _of_a_slack_thread(result: Mapping[str, Any]) -> str:
-    """Return a sentence about a thread that was slack; empty where it stayed taut."""
-    trochlea = result.get('trochlea') or {}
-    slacks = trochlea.get('slacks')
-    if not slacks:
-        return ''
-    times = 'once' if slacks == 1 else f'{slacks:,} times'
-    return f' The thread went slack {times}, for {figure(trochlea["slack_s"], "s")} s in all.'
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
@@ -512,11 +503,19 @@ def _verdict_rows(longitude: _Section) -> list[_Row]:
     """Return what the Act of 1714 pays; for a shorter voyage that it pays nothing, and the
     projected errors.
     """
-    if longitude.get('prize_pounds') is None:
-        none = ('none: unchecked for less than six weeks', '', '')
-        return [none, *_projection_rows(longitude)]
-    where = 'landfall' if longitude['landfalls'] else 'the end'
     rows = []
+    if longitude.get('prize_pounds') is None:
+        rows.append(('none: unchecked for less than six weeks', '', ''))
+        for row in longitude.get('projection') or []:
+            days = f'projected to {row["days"]:g} days unchecked'
+            for clock, prefix in (('by the dial', 'raw_'), ('corrected', '')):
+                if row[f'{prefix}error_nmi'] is not None:
+                    error = _with_sigma(row, f'{prefix}error_nmi', f'{prefix}sigma_nmi')
+                    rows.append((f'{days}, {clock}', error, 'nmi'))
+        if reason := longitude.get('not_projected'):
+            rows.append((reason, '', ''))
+        return rows
+    where = 'landfall' if longitude['landfalls'] else 'the end'
     for landfall in (longitude['landfalls'] or [longitude])[:-1]:
         rows += _prize_rows(landfall, f'landfall after {span(landfall["at_s"])}')
     return rows + _prize_rows(longitude, f'{where} after {span(longitude["at_s"])}')
@@ -528,23 +527,6 @@ def _prize_rows(judged: _Section, where: str) -> list[_Row]:
         for clock, prize in (('corrected', 'prize_pounds'), ('by the dial', 'raw_prize_pounds'))
         if judged[prize] is not None
     ]
-
-
-def _projection_rows(longitude: _Section) -> list[_Row]:
-    rows = []
-    for row in longitude.get('projection') or []:
-        days = f'projected to {row["days"]:g} days unchecked'
-        rows += [
-            (
-                f'{days}, {clock}',
-                _with_sigma(row, f'{prefix}error_nmi', f'{prefix}sigma_nmi'),
-                'nmi',
-            )
-            for clock, prefix in (('by the dial', 'raw_'), ('corrected', ''))
-            if row[f'{prefix}error_nmi'] is not None
-        ]
-    reason = longitude.get('not_projected')
-    return [*rows, (reason, '', '')] if reason else rows
 
 
 def _with_sigma(section: _Section, value: str, sigma: str) -> str:

@@ -184,7 +184,8 @@ def launch_plan() -> None:
         environment = local_discovery() if live else graph_middleware()
         nodes = live_nodes(given) if live else voyage_nodes(given)
     except TautoError as error:
-        sys.exit(_refused(spelled(error.message, as_parameter)))
+        sys.stderr.write(spelled(error.message, as_parameter) + '\n')
+        sys.exit(ParameterError.exit_code)
     executor = {'executor': given['executor']}
     whole = {name: {**executor, **held} for name, held in nodes.items()}
     write_parameters(folder, given['namespace'], whole)
@@ -199,8 +200,3 @@ def launch_plan() -> None:
         'remappings': remappings,
     }
     sys.stdout.write(json.dumps(answer) + '\n')
-
-
-def _refused(words: str) -> int:
-    sys.stderr.write(words + '\n')
-    return ParameterError.exit_code

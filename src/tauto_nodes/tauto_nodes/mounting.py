@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -80,21 +81,16 @@ class Mounting:
             self.trouble = ''
             return samples
         if frame != self._frame or self._mount is None:
-            self._mount = self._looked_up(frame)
-            self._refuse(frame) if self._mount is None else self._take(frame)
+            if self._transforms is None:
+                with suppress(ImportError):
+                    self._transforms = StaticTransforms(self._node)
+            self._mount = None if self._transforms is None else self._transforms.to_clock(frame)
+            if self._mount is None:
+                self._refuse(frame)
+            else:
+                self._frame, self.trouble = frame, ''
+                self._node.get_logger().info(f'{SHIP_IMU}: frame {frame!r} is turned as tf2 says')
         return None if self._mount is None else mounted(samples, self._mount)
-
-    def _looked_up(self, frame: str) -> FloatArray | None:
-        if self._transforms is None:
-            try:
-                self._transforms = StaticTransforms(self._node)
-            except ImportError:
-                return None
-        return self._transforms.to_clock(frame)
-
-    def _take(self, frame: str) -> None:
-        self._frame, self.trouble = frame, ''
-        self._node.get_logger().info(f'{SHIP_IMU}: frame {frame!r} is turned as tf2 says')
 
     def _refuse(self, frame: str) -> None:
         asked = (

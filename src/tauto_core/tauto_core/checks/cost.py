@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -44,11 +44,6 @@ from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
-
-if TYPE_CHECKING:
-    from tauto_core.motion.real_threads import RealThreads
-    from tauto_core.motion.wheel import Collocation
-
 
 # -----------------------------------------------------------------------------
 # The error of a scene's reading, found by running its beginning more than once.
@@ -818,7 +813,10 @@ def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str
         return name, None
     engine = make_collocation(machine, tolerance(scene, machine))
     piece_s = samples_a_piece(scene, steps_in(engine)) * felt_step_ns(scene) / NS_PER_S
-    return name, _steps(scene, machine, engine, swing_s, piece_s)
+    step_s = piece_s / math.ceil(piece_s / engine.longest_step_s)
+    kinked = isinstance(machine, Machine) and machine.cam.kinked
+    events = 2 * (int(kinked) + int(scene.escapement is not None))
+    return name, _Steps(swing_s / step_s, events)
 
 
 @dataclass(frozen=True)
@@ -828,18 +826,6 @@ class _Steps:
 
     a_swing: float
     events: int
-
-
-def _steps(
-    scene: Scene,
-    machine: AnyMachine,
-    engine: Collocation | RealThreads,
-    swing_s: float,
-    piece_s: float,
-) -> _Steps:
-    step_s = piece_s / math.ceil(piece_s / engine.longest_step_s)
-    kinked = isinstance(machine, Machine) and machine.cam.kinked
-    return _Steps(swing_s / step_s, 2 * (int(kinked) + int(scene.escapement is not None)))
 
 
 def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:

@@ -286,14 +286,20 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'sea', sea_words(facts['sea'])
     if 'weather' in facts:
         yield 'weather', weather_words(facts['weather'])
-    yield from _hull_rows(facts.get('sea') or facts.get('weather') or {})
+    sea = facts.get('sea') or facts.get('weather') or {}
+    if 'hull' in sea:
+        yield 'hull', sea['hull']
+    elif sea.get('heave') and 'operator' not in sea:
+        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
     if hung := facts['suspension']:
         periods = ' and '.join(f'{period:.4g} s' for period in hung['periods_s'])
         angles = 'any angles' if hung['large_angles'] else 'small angles'
+        shift = hung.get('turned_by_wheel_s_per_day')
+        turned = '' if shift is None else f'; the wheel turns it, and gains {shift:+,.1f} s/day'
         yield (
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {periods}, '
-            f'sampled every {hung["step_s"]:g} s' + _departs(hung) + _turned(hung),
+            f'sampled every {hung["step_s"]:g} s{_departs(hung)}{turned}',
         )
     if hanging := facts['thread']:
         low, high = hanging['fair_lengths_m']
@@ -348,13 +354,6 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f'coefficient of {name}', f'{said}, {source}'
 
 
-def _hull_rows(sea: Section) -> Iterator[tuple[str, str]]:
-    if 'hull' in sea:
-        yield 'hull', sea['hull']
-    elif sea.get('heave') and 'operator' not in sea:
-        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
-
-
 def _left_out_words(row: Section) -> str:
     """Return something that is left out as a sentence, after the key that brings it in."""
     why = row['why'] if row['worth'] is None else f'{row["why"][:-1]} ({row["worth"]}).'
@@ -374,12 +373,6 @@ def _swing_words(swing: dict[str, Any]) -> str:
         f'{said} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
         f'departure falls e-fold in {span(swing["time_constant_s"])}'
     )
-
-
-def _turned(hung: dict[str, Any]) -> str:
-    """Return what the case's answer does to the rate of the wheel that turns it."""
-    shift = hung.get('turned_by_wheel_s_per_day')
-    return '' if shift is None else f'; the wheel turns it, and gains {shift:+,.1f} s/day'
 
 
 def _departs(hung: dict[str, Any]) -> str:

@@ -460,13 +460,14 @@ class Companion:
         flat = np.ravel(root)
         inner = self.own.roots[1:-1]
         total = np.zeros_like(flat)
+
+        def rise(root: FloatArray) -> FloatArray:
+            return 2.0 * root * np.exp(-self._growth * self._arc(root))
+
         for low, high in zip([0.0, *inner], [*inner, self.own.roots[-1]], strict=True):
             part = np.clip(flat, low, high)
-            total += integrate(self._rise, np.full_like(flat, low), part)
+            total += integrate(rise, np.full_like(flat, low), part)
         return np.asarray(total.reshape(root.shape) / self.gamma)
-
-    def _rise(self, root: FloatArray) -> FloatArray:
-        return 2.0 * root * np.exp(-self._growth * self._arc(root))
 
     def _slope(self, root: FloatArray) -> FloatArray:
         spread = self._whole - self.own.spread(root)

@@ -6,7 +6,7 @@ Every number of the tables is at room temperature and has its source beside it.
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 from pydantic import (
@@ -60,23 +60,24 @@ MATERIALS = {
 }
 
 
-def unknown_name(what: str, name: str, names: Iterable[str]) -> PydanticCustomError:
-    """Return the error of a name that is in no table, with the nearest one."""
-    known = list(names)
-    near = difflib.get_close_matches(name, known, 1)
-    said = f'is an unknown {what}'
-    said += f'; did you mean {near[0]}?' if near else ''
-    return PydanticCustomError('unknown', '{said} (there are {known})', {
-        'said': said, 'known': ', '.join(sorted(known))
-    })  # fmt: skip
+def by_name(what: str, table: Mapping[str, object]) -> WrapValidator:
+    """Return a validator that takes a name of a table, or else the numbers of a section.
 
+    The error of an unknown name gives the nearest one.
+    """
 
-def _named(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
-    if not isinstance(value, str):
-        return numbers(value)
-    if value not in MATERIALS:
-        raise unknown_name('material', value, MATERIALS)
-    return value
+    def known(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
+        if not isinstance(value, str):
+            return numbers(value)
+        if value in table:
+            return value
+        near = difflib.get_close_matches(value, list(table), 1)
+        said = f'is an unknown {what}'
+        said += f'; did you mean {near[0]}?' if near else ''
+        names = {'said': said, 'known': ', '.join(sorted(table))}
+        raise PydanticCustomError('unknown', '{said} (there are {known})', names)
+
+    return WrapValidator(known)
 
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ if TYPE_CHECKING:
 else:
     NamedMaterial = Annotated[
         Material,
-        WrapValidator(_named),
+        by_name('material', MATERIALS),
         PlainSerializer(
             lambda value: (
                 value

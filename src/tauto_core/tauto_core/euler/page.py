@@ -127,18 +127,16 @@ def claims_page(claims: Sequence[Claim]) -> str:
     for edition in EDITIONS:
         head = ['| § | run it | what no command does, and why |', '|---|---|---|']
         parts.append(f'### {edition.paper}. {edition.short}\n')
-        parts.append('\n'.join([*head, *_run_rows(edition)]) + '\n')
+        rows = []
+        # a row for each run of paragraphs with the same commands
+        for (runs, lacks), alike in groupby(
+            edition.paragraphs, lambda each: (each.runs, each.lacks)
+        ):
+            numbers = [each.number for each in alike]
+            ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
+            rows.append(f'| {ends} | {"<br>".join(f"`{each}`" for each in runs)} | {lacks} |')
+        parts.append('\n'.join([*head, *rows]) + '\n')
     return '\n'.join(parts)
-
-
-def _run_rows(edition: Edition) -> list[str]:
-    """Return a row for each run of paragraphs with the same commands."""
-    rows = []
-    for (runs, lacks), alike in groupby(edition.paragraphs, lambda each: (each.runs, each.lacks)):
-        numbers = [each.number for each in alike]
-        ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
-        rows.append(f'| {ends} | {"<br>".join(f"`{each}`" for each in runs)} | {lacks} |')
-    return rows
 
 
 def off_by(claim: Claim) -> str:

@@ -17,12 +17,10 @@ from pydantic import (
     Field,
     PlainSerializer,
     Strict,
-    ValidatorFunctionWrapHandler,
     WithJsonSchema,
-    WrapValidator,
 )
 
-from tauto_core.curves.materials import unknown_name
+from tauto_core.curves.materials import by_name
 from tauto_core.samples import FloatArray
 from tauto_core.scene.sections import Number, Section
 from tauto_core.scene.times import DAY_S
@@ -60,20 +58,12 @@ OILS = {
 }
 
 
-def _named(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
-    if not isinstance(value, str):
-        return numbers(value)
-    if value not in OILS:
-        raise unknown_name('oil', value, OILS)
-    return value
-
-
 if TYPE_CHECKING:
     NamedOil: TypeAlias = str | Oil
 else:
     NamedOil = Annotated[
         Oil,
-        WrapValidator(_named),
+        by_name('oil', OILS),
         PlainSerializer(lambda value: value if isinstance(value, str) else value.model_dump()),
         WithJsonSchema(
             {

@@ -160,7 +160,10 @@ class AxleMotion:
             again = self._collocate(at, size, support)
             step = step if again is None else again
         self._check(at, size, step, support)
-        end = self._at_end(size, step)
+        begin = self.now.numbers
+        rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
+        places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
+        end = np.concatenate([places, rates])
         if visit is not None:
             times = at + size * np.append(_GAUSS.nodes, 1.0)
             visit(times, np.column_stack([step.states, end]), support(times))
@@ -196,21 +199,12 @@ class AxleMotion:
                 return None
             if moved <= SETTLED or (moved < 1e-13 and moved >= last):
                 states = np.concatenate([places, rates])
-                return self._resolved(Step(bends, states, found))
+                # the last Legendre coefficients must be rounding
+                terms = np.abs(bends @ _GAUSS.projection.T)
+                scale = np.maximum(np.max(terms, axis=1), 1e-300)
+                resolved = np.all(terms[:, -2:] <= 1e-10 * scale[:, None])
+                return Step(bends, states, found) if resolved else None
         return None
-
-    def _resolved(self, step: Step) -> Step | None:
-        """Return a step whose last Legendre coefficients are rounding, or None."""
-        terms = np.abs(step.bends @ _GAUSS.projection.T)
-        scale = np.maximum(np.max(terms, axis=1), 1e-300)
-        return step if np.all(terms[:, -2:] <= 1e-10 * scale[:, None]) else None
-
-    def _at_end(self, size: float, step: Step) -> FloatArray:
-        """Return the state at the end of a step."""
-        begin = self.now.numbers
-        rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
-        places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
-        return np.concatenate([places, rates])
 
     def _check(
         self, at: float, size: float, step: Step, support: Callable[[FloatArray], SupportMotion]
@@ -250,7 +244,10 @@ class AxleMotion:
 
         def margin(share: float) -> float:
             """Return what is positive while the contact stays as it is."""
-            state = self._within(size, step, share)
+            powers = (2.0 * share - 1.0) ** np.arange(STAGES)
+            gained = share * size * ((step.bends @ _POWERS.T) @ powers)
+            moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
+            state = (self.now.numbers + np.concatenate([moved, gained]))[:, None]
             there = support(np.array([at + size * share]))
             if slips:
                 return slips * float(self._slip(state, there)[0])
@@ -269,13 +266,6 @@ class AxleMotion:
                 return size * float(brentq(margin, low, share, xtol=1e-15, rtol=1e-15))
             before = share
         return None
-
-    def _within(self, size: float, step: Step, share: float) -> FloatArray:
-        """Return the state within a step, (4, 1)."""
-        powers = (2.0 * share - 1.0) ** np.arange(STAGES)
-        gained = share * size * ((step.bends @ _POWERS.T) @ powers)
-        moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
-        return (self.now.numbers + np.concatenate([moved, gained]))[:, None]
 
     def _change(self, there: SupportMotion) -> None:
         """Let an axle that slid roll, or one that rolled slide, or slide the other way."""

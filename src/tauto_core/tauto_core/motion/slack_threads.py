@@ -97,18 +97,12 @@ class LooseOnWheel(LooseSystem):
         self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum of the wheel alone: ½ I θ̇² grows by its energy."""
-        energy, plane = _on_wheel_now(self.on_wheel, at).energy, state.planes[0]
-        struck = mode.direction * math.sqrt(now.rate * now.rate + energy)
+        on_wheel, plane = self.on_wheel, state.planes[0]
+        if on_wheel.heat is not None and at.hot is not None:
+            on_wheel = hot_on_wheel(on_wheel, at.hot)
+        struck = mode.direction * math.sqrt(now.rate * now.rate + on_wheel.energy)
         plane.y += (struck - now.rate) / omega[0]
         plane.y_rest = 0.0
-
-
-@inlined
-def _on_wheel_now(on_wheel: OnWheel, at: Outside) -> OnWheel:
-    """Return what acts on the wheel at an instant."""
-    if on_wheel.heat is None or at.hot is None:
-        return on_wheel
-    return hot_on_wheel(on_wheel, at.hot)
 
 
 @inlined

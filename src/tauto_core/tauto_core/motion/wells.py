@@ -400,18 +400,6 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
     return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
 
 
-@compiled
-def _arc(lever: ArcLever, side: float, q: Numeric) -> Arm:
-    """Return the arm of a cheek of circular arc; `side` is the sign of ϑ that is felt."""
-    sine, versine = sine_versine(q)
-    cosine = 1.0 - versine
-    return Arm(
-        lever.root_depth * sine + (side * lever.radius) * versine,
-        lever.root_depth * cosine + (side * lever.radius) * sine,
-        lever.root_depth * versine + (side * lever.radius) * (q - sine),
-    )
-
-
 @inlined
 def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
     """Return the arm at the cam angle q.
@@ -422,7 +410,14 @@ def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
     if isinstance(lever, LinearLever):
         return Arm(lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
     if isinstance(lever, ArcLever):
-        return _arc(lever, side, q)
+        # `side` is the sign of ϑ that is felt
+        sine, versine = sine_versine(q)
+        cosine = 1.0 - versine
+        return Arm(
+            lever.root_depth * sine + (side * lever.radius) * versine,
+            lever.root_depth * cosine + (side * lever.radius) * sine,
+            lever.root_depth * versine + (side * lever.radius) * (q - sine),
+        )
     if isinstance(lever, SpringLever):
         # a spring's own cam: t = q·rate/√(1 + bend·q²)
         square = q * q

@@ -808,14 +808,6 @@ def disturbance_on_land(
 # of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
 
 
-def _imbalance(machine: Machine, *, still: bool) -> UnbalancedWheel | None:
-    if machine.imbalance is None:
-        return None
-    share = machine.imbalance.moment / machine.inertia
-    at_rest = share * machine.gravity if still else None
-    return UnbalancedWheel(at_rest, None if still else share, machine.imbalance.direction)
-
-
 class Collocation(SlackThread):
     """Propagator of any machine with one degree of freedom."""
 
@@ -855,6 +847,12 @@ class Collocation(SlackThread):
         if forcing.gravity is None:
             force, weight = force + weight * machine.gravity, 0.0
         drag, escapement = machine.drag or Drag(), machine.escapement
+        imbalance = None
+        if machine.imbalance is not None:
+            off = machine.imbalance.moment / machine.inertia
+            at_rest = off * machine.gravity if forcing.gravity is None else None
+            swung = None if forcing.gravity is None else off
+            imbalance = UnbalancedWheel(at_rest, swung, machine.imbalance.direction)
         per_inertia = PerInertia(
             carried=share(machine.carried_mass),
             force=share(force),
@@ -868,7 +866,7 @@ class Collocation(SlackThread):
             else None,
             recoil=share(escapement.recoil) if escapement else None,
             law=drag.law(inertia),
-            imbalance=_imbalance(machine, still=forcing.gravity is None),
+            imbalance=imbalance,
         )
         channels = forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean, self._hot or None
         wheel = Wheel(

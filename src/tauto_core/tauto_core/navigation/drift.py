@@ -508,7 +508,12 @@ class DriftStage:
             said.append(self._release(AFTER_ALL, final=True))
             self._begin_again(run)
             self._accept_readings(run)
-        said.append(self._release(self._next_scheduled_ns()))
+        due_ns = AFTER_ALL
+        if self._schedule is not None:
+            place = int(np.searchsorted(self._schedule, self._last_observation_ns, 'right'))
+            if place < len(self._schedule):
+                due_ns = int(self._schedule[place])
+        said.append(self._release(due_ns))
         return merged(said)
 
     def _begin_again(self, reading: TimeSamples) -> None:
@@ -662,12 +667,6 @@ class DriftStage:
             return False
         self._health['observations_delayed'] += 1
         return True
-
-    def _next_scheduled_ns(self) -> int:
-        if self._schedule is None:
-            return AFTER_ALL
-        place = int(np.searchsorted(self._schedule, self._last_observation_ns, 'right'))
-        return int(self._schedule[place]) if place < len(self._schedule) else AFTER_ALL
 
     def _release(self, before_ns: int, *, final: bool = False) -> Batches:
         """Use the observations, and publish the readings with stamp < before_ns.

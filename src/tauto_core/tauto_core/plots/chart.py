@@ -126,8 +126,13 @@ class Chart:
         said = [f'{self.title}.'] if self.title else []
         for panel in self.panels:
             said.append(f'{panel.y_label} against {panel.x_label}.')
-            if not panel.equal and not panel.is_map:
-                said += [_described(line) for line in panel.lines if line.kind != 'band']
+            for line in panel.lines if not panel.equal and not panel.is_map else ():
+                y = line.y[np.isfinite(line.y)]
+                if line.kind == 'band' or not len(y):
+                    continue
+                name = f'{line.name}: ' if line.name else ''
+                low, high, end = (significant(float(each)) for each in (y.min(), y.max(), y[-1]))
+                said.append(f'{name}{low} to {high}, at the end {end}.')
             said += [f'{mark.name} at {mark.x:.3g}.' for mark in panel.marks if mark.name]
             said += [f'{name}.' for name, _, _ in panel.names]
         return ' '.join(filter(None, said))
@@ -136,16 +141,6 @@ class Chart:
         """Return the frame of a map, which holds all lines; see `coast.frame`."""
         x = np.concatenate([line.x for line in self.lines])
         return frame(x, np.concatenate([line.y for line in self.lines]), ratio)
-
-
-def _described(line: Line) -> str:
-    """Return a line in words."""
-    y = line.y[np.isfinite(line.y)]
-    if not len(y):
-        return ''
-    name = f'{line.name}: ' if line.name else ''
-    low, high = (significant(float(each)) for each in (y.min(), y.max()))
-    return f'{name}{low} to {high}, at the end {significant(float(y[-1]))}.'
 
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}

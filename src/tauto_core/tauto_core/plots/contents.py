@@ -346,13 +346,17 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
         passage = Passage(scene, scene.voyage)
         named = [(passage.sails_ns, 'sails'), (passage.arrives_ns, 'arrives')]
         named += [(at_ns, 'landfall') for at_ns in passage.landfalls_ns[:-1]]
-    highest = _storm(scene)
+    met = weather(scene)
+    highest = max(met, key=lambda state: state.height) if len(met) > 2 else None
+    # a storm is twice as high as the median
+    if highest is not None and highest.height < 2.0 * median(each.height for each in met):
+        highest = None
     if highest is not None:
         named.append((highest.at_ns, 'storm'))
     found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
     changes = [
         Mark((after.at_ns + shift_ns) / NS_PER_S)
-        for before, after in pairwise(weather(scene))
+        for before, after in pairwise(met)
         if after is not highest and not after.goes_on(before)
     ]
     inside = [each for each in changes if from_s < each.x < to_s]
@@ -364,15 +368,6 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
         note = 'Dotted: the sea has changed.'
     # sailing at the start of a scene is no event on it
     return [each for each in found if from_s < each.x <= to_s], note
-
-
-def _storm(scene: Scene) -> WeatherState | None:
-    """Return the highest sea, if it is twice as high as the median of several."""
-    met = weather(scene)
-    if len(met) < 3:
-        return None
-    highest = max(met, key=lambda state: state.height)
-    return highest if highest.height >= 2.0 * median(each.height for each in met) else None
 
 
 def _error(voyage: Voyage) -> Chart:

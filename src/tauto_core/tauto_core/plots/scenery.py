@@ -86,7 +86,9 @@ class MapView:
     def path(self, longitude: FloatArray, latitude: FloatArray) -> str:
         """Return a line as the data of a path, to a tenth of a unit."""
         x, y = self.place(longitude, latitude)
-        return _path(x, y)
+        points = [f'{a:.1f},{b:.1f}' for a, b in zip(x.tolist(), y.tolist(), strict=True)]
+        kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+        return 'M' + ' '.join(kept)
 
     def ground(self) -> str:
         """Return sea, land, and lines of longitude and latitude with their degrees."""
@@ -100,7 +102,11 @@ class MapView:
                 outlines.append(f'M{steps[0, 0]},{steps[1, 0]}l{tail}z')
         lines, words = [], []
         west, south, east, north = self.frame
-        step = _round_step(max(east - west, north - south) / 5.0)
+        # the greatest of 1, 2, 5 or 10 times a power of ten that gives five lines or more
+        most = max(east - west, north - south) / 5.0
+        power = 10.0 ** math.floor(math.log10(most))
+        round_steps = (each * power for each in (10.0, 5.0, 2.0, 1.0))
+        step = next(each for each in round_steps if each <= most * 1.0001)
         for at in np.arange(math.ceil(west / step), math.floor(east / step) + 1) * step:
             x = float(self.place(at, south)[0])
             lines.append(f'M{x:.1f},0V{self.height:.1f}')
@@ -144,18 +150,6 @@ class MapView:
                 f'text-anchor="{anchor}">{escape(name)}</text>'
             )
         return ''.join(drawn)
-
-
-def _path(x: FloatArray, y: FloatArray) -> str:
-    points = [f'{a:.1f},{b:.1f}' for a, b in zip(x.tolist(), y.tolist(), strict=True)]
-    kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-    return 'M' + ' '.join(kept)
-
-
-def _round_step(size: float) -> float:
-    """Return the greatest step of 1, 2, 5 or 10 times a power of ten up to a size."""
-    power = 10.0 ** math.floor(math.log10(size))
-    return next(each * power for each in (10.0, 5.0, 2.0, 1.0) if each * power <= size * 1.0001)
 
 
 def _degrees(x: float, y: float, at: float, plus: str, minus: str) -> str:

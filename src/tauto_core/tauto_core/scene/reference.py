@@ -369,9 +369,23 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
     Kinds wanted that are not compatible are a `UsageError`, with kinds that are.
     """
     found = _completed(wanted)
-    if found is None:
-        raise _misfit(wanted)
-    return found
+    if found is not None:
+        return found
+    # the smallest set of options that are not compatible
+    for key, other in product(wanted, wanted):
+        pair = {each: wanted[each] for each in (key, other)}
+        if key != other and _completed(pair) is None:
+            wanted = pair
+            break
+    others: list[str | Argument] = []
+    for key in wanted:
+        rest = {each: kind for each, kind in wanted.items() if each != key}
+        fits = {row[key] for row in all_that_go() if rest.items() <= row.items()}
+        kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
+        if kinds:
+            others += ['; or ', Argument(key, ' or '.join(kinds))]
+    typed = [part for key, kind in wanted.items() for part in (' and ', Argument(key, kind))]
+    raise UsageError(*typed[1:], ': do not go together. Use ', *others[1:])
 
 
 def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
@@ -416,24 +430,6 @@ def all_that_go() -> tuple[dict[str, str], ...]:
 def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
     fits = (row for row in all_that_go() if wanted.items() <= row.items())
     return next(fits, None)
-
-
-def _misfit(wanted: Mapping[str, str]) -> UsageError:
-    """Return the error for the smallest set of options that are not compatible."""
-    for key, other in product(wanted, wanted):
-        pair = {each: wanted[each] for each in (key, other)}
-        if key != other and _completed(pair) is None:
-            wanted = pair
-            break
-    others: list[str | Argument] = []
-    for key in wanted:
-        rest = {each: kind for each, kind in wanted.items() if each != key}
-        fits = {row[key] for row in all_that_go() if rest.items() <= row.items()}
-        kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
-        if kinds:
-            others += ['; or ', Argument(key, ' or '.join(kinds))]
-    typed = [part for key, kind in wanted.items() for part in (' and ', Argument(key, kind))]
-    return UsageError(*typed[1:], ': do not go together. Use ', *others[1:])
 
 
 def _model(key: str, kind: str) -> type[Kind]:

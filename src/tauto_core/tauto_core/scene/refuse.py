@@ -302,12 +302,16 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
     for key, value in _numbers('', content):
         size = abs(value)
         if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:
+            end = '.'
+            if size <= 360.0:
+                radians = f'{math.radians(value):.4g}'
+                end = f': if {value:g} is in degrees, write release_angle: {radians}.'
             yield Problem(
                 key,
                 value,
                 f'must be at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} '
                 'turns: no thread winds farther',
-                'Angles are in radians, 90° = 1.571' + _if_degrees(value),
+                f'Angles are in radians, 90° = 1.571{end}',
             )
             continue
         if size > LARGEST_SIZE:
@@ -327,13 +331,6 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
                 f'must be at least {LEAST_SIZE:g} in size, or what follows vanishes',
                 'Check its unit.',
             )
-
-
-def _if_degrees(value: float) -> str:
-    """Return the release in radians if degrees were meant, as the end of a sentence."""
-    if abs(value) > 360.0:
-        return '.'
-    return f': if {value:g} is in degrees, write release_angle: {math.radians(value):.4g}.'
 
 
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
@@ -428,21 +425,18 @@ def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
             f'Use a rate that divides 1e9, for example {_near_rate(times)} Hz.',
         )
     elif step > MAX_GAP_S * NS_PER_S:
+        two_a_wave_hz = 2.0 / times.shortest_wave_s
+        works = f'{1.0 / MAX_GAP_S!r} Hz or more'
+        if two_a_wave_hz >= 1.0 / MAX_GAP_S:
+            wave = f'a wave of {times.shortest_wave_s!r} s'
+            works = f'more than {two_a_wave_hz:.6g} Hz, two samples in {wave}'
         yield Problem(
             'ship.rate',
             times.rate,
             f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
             f'{MAX_GAP_S:g} s are interpolated',
-            f'Use {_least_rate(times.shortest_wave_s)}.',
+            f'Use {works}.',
         )
-
-
-def _least_rate(shortest_wave_s: float) -> str:
-    """Return in words the rates at which the motion can be interpolated."""
-    least_hz, two_a_wave_hz = 1.0 / MAX_GAP_S, 2.0 / shortest_wave_s
-    if two_a_wave_hz >= least_hz:
-        return f'more than {two_a_wave_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
-    return f'{least_hz!r} Hz or more'
 
 
 def _near_rate(times: Times) -> float:

@@ -36,7 +36,6 @@ from pydantic import (
     SerializerFunctionWrapHandler,
     Strict,
     ValidationError,
-    ValidatorFunctionWrapHandler,
     WithJsonSchema,
     WrapValidator,
     model_serializer,
@@ -67,17 +66,13 @@ Longitude: TypeAlias = Annotated[float, Strict(), Field(ge=-180.0, le=180.0)]
 Position: TypeAlias = tuple[Latitude, Longitude]
 
 
-def _number_or_normal(value: object, number: ValidatorFunctionWrapHandler) -> object:
-    return value if value == 'normal' else number(value)
-
-
 if TYPE_CHECKING:
     Gravity: TypeAlias = float | Literal['normal']
 else:
     # A union would report what is wrong with a value for each of its members.
     Gravity = Annotated[
         Positive,
-        WrapValidator(_number_or_normal),
+        WrapValidator(lambda value, number: value if value == 'normal' else number(value)),
         PlainSerializer(lambda value: value),
         WithJsonSchema(
             {'anyOf': [{'type': 'number', 'exclusiveMinimum': 0.0}, {'const': 'normal'}]}

@@ -708,11 +708,15 @@ class Hull:
         hull = self.coefficients
         size = np.abs(w)
         found = np.zeros((len(w), 6, 6), np.complex128)
+        # beyond the last row damping falls as 1/omega^2
+        rows = hull.frequency
+        within, far = np.minimum(size, rows[-1]), np.maximum(size / rows[-1], 1.0) ** -2
         for j, k in zip(*np.nonzero(_PAIRS), strict=True):
             if k < j:
                 continue
             mass = _added_mass(hull, size, j, k)
-            found[:, j, k] = -(w**2) * mass - 1j * w * _damping(hull, size, j, k)
+            damping = spline(rows, hull.damping[:, j, k], within) * far
+            found[:, j, k] = -(w**2) * mass - 1j * w * damping
             found[:, k, j] = found[:, j, k]
         found[:, 3, 3] -= (
             1j * w * (2.0 * self.roll_damping_ratio * self._roll_rate * self._roll_inertia())
@@ -788,13 +792,6 @@ def _added_mass(hull: HullCoefficients, at: FloatArray, j: int, k: int) -> Float
     inside = spline(rows, values[:-1], np.minimum(at, rows[-1]))
     far = np.maximum(at / rows[-1], 1.0) ** -2
     return np.asarray(values[-1] + (inside - values[-1]) * far)
-
-
-def _damping(hull: HullCoefficients, at: FloatArray, j: int, k: int) -> FloatArray:
-    """Return a damping: a spline, and beyond the last row as 1/omega^2 to 0."""
-    rows, values = hull.frequency, hull.damping[:, j, k]
-    far = np.maximum(at / rows[-1], 1.0) ** -2
-    return np.asarray(spline(rows, values, np.minimum(at, rows[-1])) * far)
 
 
 def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray]:

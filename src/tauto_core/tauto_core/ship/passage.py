@@ -197,7 +197,10 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
     eastward = math.remainder(end[1] - start[1], 360.0)
 
     part = _part_of_turn(first, turn, 0.5 * (chebyshev_nodes(_RHUMB_NODES) + 1.0))
-    gained = chebyshev.chebint(_series(1.0 / _parallel_m(first + turn * part)), lbnd=-1)
+    latitude_rad = first + turn * part
+    squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
+    parallel_m = EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed)
+    gained = chebyshev.chebint(_series(1.0 / parallel_m), lbnd=-1)
     over_all = float(chebyshev.chebval(1.0, gained))
     meridian = float(_mean_curvature_m(first, turn, np.ones(1))[0]) * turn
     departure = math.radians(eastward) * 2.0 / over_all
@@ -241,12 +244,6 @@ def _curvature_m(latitude_rad: FloatArray) -> FloatArray:
     """Return the meridian's radius of curvature [m]: a (1 − e²)/(1 − e² sin²φ)^(3/2)."""
     squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
     return np.asarray(EQUATOR_M * (1.0 - SQUARED_ECCENTRICITY) / (squeezed * np.sqrt(squeezed)))
-
-
-def _parallel_m(latitude_rad: FloatArray) -> FloatArray:
-    """Return the radius of a parallel [m]: a cos φ/√(1 − e² sin²φ)."""
-    squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
-    return np.asarray(EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed))
 
 
 class Passage:

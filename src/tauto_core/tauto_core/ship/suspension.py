@@ -207,24 +207,21 @@ def _first_root(a: float, first: float, second: float, third: float) -> float | 
     if a <= 0.0:
         return 0.0
     low = 0.0
-    # between two extremes the cubic is monotonic
-    for place in (*sorted(_roots(first, 2.0 * second, 3.0 * third)), 1.0):
+    # it is monotonic between extremes, where 3·third·x² + 2·second·x + first = 0
+    twice, thrice = 2.0 * second, 3.0 * third
+    square = twice * twice - 4.0 * thrice * first
+    extremes: list[float] = []
+    if square >= 0.0:
+        q = -0.5 * (twice + math.copysign(math.sqrt(square), twice))
+        quotients = (q, thrice), (first, q)
+        extremes = [above / below for above, below in quotients if abs(above) < abs(below)]
+    for place in (*sorted(root for root in extremes if root > 0.0), 1.0):
         if value(place) <= 0.0:
             from scipy.optimize import brentq  # slow to import
 
             return float(brentq(value, low, place))
         low = place
     return None
-
-
-def _roots(c: float, b: float, a: float) -> list[float]:
-    """Return the roots within (0, 1) of ax² + bx + c, without cancellation."""
-    square = b * b - 4.0 * a * c
-    if square < 0.0:
-        return []
-    q = -0.5 * (b + math.copysign(math.sqrt(square), b))
-    found = [above / below for above, below in ((q, a), (c, q)) if abs(above) < abs(below)]
-    return [root for root in found if root > 0.0]
 
 
 SMALL_ANGLE = 0.5

@@ -504,20 +504,6 @@ def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
     return SceneError(scene.name, f'ship.{key}', found.value, found.problem, found.remedy)
 
 
-def _hull_of(scene: Surroundings, ship: SeaShip) -> Hull:
-    """Return the hull of a ship that has one."""
-    assert ship.hull is not None
-    assert ship.roll is not None
-    return _made_hull(ship.hull, ship.roll, scene.g)
-
-
-def _place_of_clock(ship: SeaShip) -> ClockPlace:
-    from tauto_core.ship.hull import ClockPlace
-
-    clock = ship.clock or ClockSection()
-    return ClockPlace(clock.forward, clock.port, ship.height)
-
-
 def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> None:
     """Refuse the heading or speed in a state of the weather for which the ship has no answer."""
     from tauto_core.ship.hull import HullError
@@ -527,8 +513,8 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
     try:
         if ship.rao is not None:
             check_operator(ship.rao, ship.relative_heading, ship.speed)
-        elif ship.hull is not None:
-            _hull_of(scene, ship).check_speed(ship.speed)
+        elif ship.hull is not None and ship.roll is not None:
+            _made_hull(ship.hull, ship.roll, scene.g).check_speed(ship.speed)
     except HullError as error:
         found, voyage = error.problem, scene.voyage
         if found.key not in ('speed', 'heading'):
@@ -581,10 +567,11 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
     if ship.roll is not None and ship.hull is None:
         roll = roll_answer(waves, ship.roll, course)
         return SeaMotion(met, roll, met if ship.heave else None)
-    from tauto_core.ship.hull import HullError, Response
+    from tauto_core.ship.hull import ClockPlace, HullError, Response
     from tauto_core.ship.operator import operator_answer
 
-    place = _place_of_clock(ship)
+    clock = ship.clock or ClockSection()
+    place = ClockPlace(clock.forward, clock.port, ship.height)
     try:
         if ship.hull is not None and ship.roll is not None:
             sea = (ship.sea, scene.seed, stream)
