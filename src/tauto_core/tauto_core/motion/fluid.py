@@ -300,7 +300,10 @@ class HalfSwings:
         machine, curve = self._machine, self._machine.curve
         omega, slope = machine.frequency, curve.slope(arc)
         drag = curve.kappa * rate * np.abs(rate)
-        middle, pull, widest = np.zeros_like(arc), slope, start
+        if machine.viscous:
+            drag = drag + machine.viscous * rate
+        # a resistance ∝ v takes so much from each swing that the arc underflows one day
+        middle, pull, widest = np.zeros_like(arc), slope, np.where(start == 0.0, 1.0, start)
         if machine.friction:
             middle, pull = self._law.with_friction(start, slope)
             widest = np.where(start == middle, 1.0, start - middle)
@@ -324,7 +327,8 @@ class HalfSwings:
         """Return the half swing after the one under way."""
         if math.isinf(course.excess):  # friction holds it for ever
             return _Now(now.count + 1, course.end, _NEVER_NS, 0.0)
-        rest = now.begin_rest + self._half_rest + course.excess * self._half_ns
+        excess = course.excess * (self._half_ns + self._half_rest)
+        rest = now.begin_rest + self._half_rest + excess
         whole = math.floor(rest)
         begin = now.begin_ns + self._half_ns + whole
         return _Now(now.count + 1, course.end, begin, rest - whole)
