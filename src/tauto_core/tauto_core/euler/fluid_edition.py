@@ -248,9 +248,10 @@ _PARAGRAPHS = (
         'The cycloid is the tautochrone in a vacuum, and Newton showed that it stays one where '
         'the resistance is proportional to the speed. For any other resistance nobody has found '
         'one.',
-        ('tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.fluid_density=0',),
-        lacks='A resistance proportional to the speed is not a kind of the regulator in a fluid. '
-        "Newton's case is linear, and `drag.viscous` is the same law for a wheel.",
+        (
+            'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.fluid_density=0 '
+            '--set regulator.curve=cycloid --set regulator.viscous=0.3',
+        ),
     ),
     Paragraph(
         '2',
@@ -485,9 +486,11 @@ _PARAGRAPHS = (
         (
             'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.friction=0.02',
             'tauto sail globe_in_oil --set regulator.friction=0.02',
+            'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.viscous=0.3',
         ),
-        lacks='Powers of the speed other than the square have no tautochrone here, for the reason '
-        'that Euler gives.',
+        lacks='A term linear in the speed beside the square leaves the half swings forward equal '
+        'on the same curve: z is then a damped harmonic swing. Other powers have no tautochrone '
+        'here, for the reason that Euler gives.',
     ),
 )
 EDITION = Edition(

@@ -552,6 +552,7 @@ class FluidPendulum(InPlaceOfWheel):
         gravity: g [m/s2].
         release_arc: arc of the release at rest [m], < 0 on the branch of ascent.
         friction: μ, constant friction over the weight in the fluid.
+        viscous: λ, linear resistance over the speed and the mass that moves [1/s].
     """
 
     curve: Curve
@@ -559,18 +560,28 @@ class FluidPendulum(InPlaceOfWheel):
     gravity: float
     release_arc: float
     friction: float = 0.0
+    viscous: float = 0.0
 
     propagator = 'half_swings'
 
     @property
     def frequency(self) -> float:
-        """Angular frequency of small swings, ω = √(g/f) [rad/s]."""
+        """Angular frequency of small swings without λ, ω = √(g/f) [rad/s]."""
         return math.sqrt(self.gravity / self.curve.pendulum_length)
+
+    @property
+    def small_period(self) -> float:
+        """Period of small swings, 2π/√(ω² − λ²/4) [s]."""
+        omega, slower = self.frequency, 0.5 * self.viscous
+        if not slower:
+            return math.tau / omega
+        return math.tau / math.sqrt((omega - slower) * (omega + slower))
 
     @property
     def why_so(self) -> str:
         """Why it is moved half swing by half swing."""
         how = 'in closed form' if self.is_euler else 'by quadrature'
+        how = 'by collocation' if self.viscous else how
         return (
             'the fluid takes a known part of the arc from each half swing: one after the other, '
             f'any instant in them {how}'
@@ -584,16 +595,17 @@ class FluidPendulum(InPlaceOfWheel):
     @property
     def is_euler(self) -> bool:
         """Whether the curve is Euler's, on which half swings have closed forms."""
-        return isinstance(self.curve, FluidTautochrone) and self.friction == 0.0
+        return isinstance(self.curve, FluidTautochrone) and not (self.friction or self.viscous)
 
     @property
     def is_even(self) -> bool:
         """Whether half swings in both directions are alike."""
-        return isinstance(self.curve, Cycloid | SymmetricCurve) and self.friction == 0.0
+        even = isinstance(self.curve, Cycloid | SymmetricCurve)
+        return even and not (self.friction or self.viscous)
 
     def both_ways(self, start: float) -> BothWays:
         """Return the half swings from a start on; DescentError: the body would leave the curve."""
-        return BothWays(self.curve, self.gravity, self.friction, start)
+        return BothWays(self.curve, self.gravity, self.friction, start, self.viscous)
 
     def branch(self, start: float) -> DescentCurve:
         """Return the curve as seen by a half swing that starts at an arc of this sign."""
@@ -621,8 +633,8 @@ class FluidPendulum(InPlaceOfWheel):
     def period(self, amplitude: float) -> float:
         """Return the duration of a swing from rest to the other side and back [s].
 
-        The sign of the amplitude [m] is its branch; 0 gives the limit 2π/ω. DescentError: one
-        beyond the cusp, or so small that friction holds the body.
+        The sign of the amplitude [m] is its branch; 0 gives `small_period`.
+        DescentError: one beyond the cusp, or so small that friction holds the body.
         """
         if amplitude == 0.0:
             return self.small_period
@@ -634,18 +646,18 @@ class FluidPendulum(InPlaceOfWheel):
                 f'the body at {amplitude if math.isinf(there) else end!r} m, so that it does not '
                 'come back; give a larger amplitude, or less friction'
             )
-        return self.small_period * (1.0 + 0.5 * (there + back))
+        return math.tau / self.frequency * (1.0 + 0.5 * (there + back))
 
     def half_swing(self, amplitude: float) -> float:
         """Return the duration of the half swing from rest at a signed arc [m] to rest [s]."""
-        return 0.5 * self.small_period * (1.0 + self.swing(amplitude)[0])
+        return math.pi / self.frequency * (1.0 + self.swing(amplitude)[0])
 
     def descent(self, amplitude: float) -> float:
         """Return the time from rest on the branch of descent to where nothing pulls it along [s].
 
         Without friction that is A. The amplitude [m] is > 0.
         """
-        if self.friction == 0.0:
+        if not (self.friction or self.viscous):
             return descent_time(self.curve, self.gravity, amplitude)
         return self.both_ways(amplitude).fall_time(amplitude)
 

@@ -6,7 +6,7 @@ On Euler's curve and on symmetric ones `fluid_pendulum` has shorter ways.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from tauto_core.curves.branches import Quarter
 from tauto_core.curves.fluid import DescentCurve
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
+
+if TYPE_CHECKING:
+    from tauto_core.machines.linear_resistance import ResistedWay
 
 _PLACES_AT_ONCE = 2**19
 """Numbers held at once to compute places within half swings."""
@@ -154,16 +157,22 @@ class BothWays:
         gravity: g in vacuum [m/s2].
         friction: μ, constant friction over the weight in the fluid.
         release: signed arc of the first start [m].
+        viscous: λ, linear resistance over the speed and the mass that moves [1/s].
 
     Raises:
-        DescentError: the body would come beyond the end of a branch.
+        DescentError: the body would come beyond the end of a branch, or does not swing.
     """
 
     def __init__(
-        self, curve: DescentCurve, gravity: float, friction: float, release: float
+        self,
+        curve: DescentCurve,
+        gravity: float,
+        friction: float,
+        release: float,
+        viscous: float = 0.0,
     ) -> None:
         self._curve, self._gravity, self._friction = curve, gravity, friction
-        self._ways: dict[int, OneWay] = {}
+        self._ways: dict[int, OneWay | ResistedWay] = {}
         start = release
         for _ in range(2):
             if self.holds(start):
@@ -171,7 +180,12 @@ class BothWays:
             way = self._direction(start)
             if way in self._ways:
                 break
-            self._ways[way] = OneWay(curve, friction, way, start)
+            if viscous:
+                from tauto_core.machines.linear_resistance import ResistedWay
+
+                self._ways[way] = ResistedWay(curve, friction, viscous, gravity, way, start)
+            else:
+                self._ways[way] = OneWay(curve, friction, way, start)
             start = self._ways[way].course(start, gravity).end
 
     def holds(self, arc: float) -> bool:

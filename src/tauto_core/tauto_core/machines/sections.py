@@ -489,6 +489,11 @@ class FluidTautochroneRegulator(Section):
         description="constant friction, over the body's weight in the fluid; Euler's curve allows "
         'for it',
     )
+    viscous: NonNegative = Field(
+        default=0.0,
+        description='resistance ∝ v, as Newton has it, over the speed and the mass that moves '
+        '[1/s]; on the curves euler and cycloid',
+    )
     release_arc: Number = Field(
         description='arc from the lowest point to the release, at rest [m]; negative on the '
         'branch of ascent'
@@ -552,6 +557,14 @@ class FluidTautochroneRegulator(Section):
                 self.friction,
                 'does not go with regulator.curve companion, which is found without friction',
                 'Leave it out, or use curve euler, which allows for it.',
+            )
+        joined = self.ascent_length is not None or self.curve not in ('euler', 'cycloid')
+        if self.viscous and joined:
+            yield Problem(
+                'regulator.viscous',
+                self.viscous,
+                'does not go with a curve whose branches meet in a corner of its curvature',
+                'Leave it out, or use curve euler without ascent_length, or curve cycloid.',
             )
         if self.release_arc == 0.0:
             yield Problem(
@@ -677,7 +690,15 @@ def compile_fluid_pendulum(
             'Give less friction, or release the body farther from A.',
         )
     weight = regulator.immersed.sunk_mass * gravity
-    machine = FluidPendulum(curve, weight, gravity, start, regulator.friction)
+    machine = FluidPendulum(curve, weight, gravity, start, regulator.friction, regulator.viscous)
+    if not regulator.viscous < 2.0 * machine.frequency:
+        raise SceneError(
+            name,
+            'regulator.viscous',
+            regulator.viscous,
+            'is so much that the body creeps back to A and does not swing',
+            f'Give less than {2.0 * machine.frequency:.6g} 1/s, or a shorter pendulum_length.',
+        )
     if not (machine.is_euler or machine.is_even):
         try:
             ways = machine.both_ways(start)

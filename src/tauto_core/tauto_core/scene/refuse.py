@@ -282,6 +282,7 @@ _MAY_VANISH = frozenset(
         'regulator.release_arc',
         'regulator.fluid_density',
         'regulator.added_mass',
+        'regulator.viscous',
         'drag.viscous',
         'drag.quadratic',
         'drag.coulomb',
