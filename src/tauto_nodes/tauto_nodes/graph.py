@@ -52,6 +52,13 @@ class Child:
     process: subprocess.Popen[bytes]
     log: Path
 
+    def ended(self) -> str:
+        """Return how it ended, in words; empty while it runs."""
+        code = self.process.poll()
+        if code is None:
+            return ''
+        return f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
+
     def said(self) -> str:
         """Return the last lines that it wrote."""
         return '\n'.join(self.lines()[-TAIL_LINES:])
@@ -73,6 +80,7 @@ class Supervisor:
     environment: Mapping[str, str]
     children: list[Child] = field(default_factory=list)
     run: int = field(default_factory=time.time_ns)
+    _read: tuple[int, tuple[str, ...]] = (0, ())
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
         """Start `python -m tauto_nodes NAME` with these arguments."""
@@ -100,22 +108,41 @@ class Supervisor:
     def died(self, name: str) -> GraphError:
         """Return the error that says how a node ended, with its last output."""
         child = next(child for child in self.children if child.name == name)
-        code = child.process.returncode
-        how = f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
+        said = child.said() or 'nothing'
         return GraphError(
-            f'node {name} ended {how} before the voyage did. It said:\n{child.said() or "nothing"}'
+            f'node {name} ended {child.ended()} before the voyage did. It said:\n{said}'
         )
 
     def exit_code(self, name: str) -> int | None:
         """Return a node's exit code; None while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
 
+    def nodes(self, heard_s: Mapping[str, float]) -> dict[str, str]:
+        """Return how each node is, in words, with when the recorder heard it last [s].
+
+        Nodes of one process end together.
+        """
+        ended = {child.name: child.ended() for child in self.children}
+        now_s, found = time.monotonic(), {}
+        for name in NODE_NAMES:
+            how = ended.get(name) or ended.get('compose') or ''
+            silent_s = now_s - heard_s.get(name, now_s)
+            if how:
+                found[name] = f'ended {how}'
+            elif name not in heard_s:
+                found[name] = 'starting'
+            else:
+                found[name] = UNDER_WAY if silent_s < UNHEARD_S else f'silent for {silent_s:.0f} s'
+        return found
+
     def complaints(self) -> tuple[str, ...]:
         """Return the warnings and errors that the nodes and the middleware wrote, each once."""
-        lines = (line for child in self.children for line in child.lines())
-        return tuple(
-            dict.fromkeys(_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
-        )
+        written = sum(child.log.stat().st_size for child in self.children)
+        if written != self._read[0]:
+            lines = (line for child in self.children for line in child.lines())
+            said = (_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
+            self._read = written, tuple(dict.fromkeys(said))
+        return self._read[1]
 
     def stop(self) -> list[Child]:
         """End all nodes by SIGTERM; return those that did not end within TERM_S and were killed.
@@ -146,6 +173,10 @@ class Supervisor:
 
 
 NODE_NAMES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
+UNDER_WAY = 'under way'
+UNHEARD_S = 5.0
+"""Time after which who watches is told that a node is silent [s]."""
+
 SILENT_S = 120.0
 """Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
@@ -284,12 +315,29 @@ class Watchdog:
             )
 
 
-def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
+@dataclass(frozen=True)
+class Standing:
+    """How a voyage stands at a moment.
+
+    Args:
+        share: part of the readings that is recorded, from 0 to 1.
+        said: the last report of the recorder; None: it has not reported yet.
+        nodes: how each node is, in words; those that are well are `UNDER_WAY`.
+        complaints: warnings and errors that the nodes and the middleware have written so far.
+    """
+
+    share: float = 0.0
+    said: RecorderReport | None = None
+    nodes: Mapping[str, str] = field(default_factory=dict)
+    complaints: tuple[str, ...] = ()
+
+
+def run_graph(plan: GraphPlan, scene: Scene, tell: Callable[[Standing], None]) -> Outcome:
     """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
 
     The scene and the folder of the plan have been checked; `scene` is the same one, loaded.
-    `progress` is called with the fraction that is recorded, from 0 to 1. GraphError: a node died
-    or would not end, the graph stood still for STALL_S, or readings are missing from the bag.
+    `tell` is called with how the voyage stands. GraphError: a node died or would not end, the
+    graph stood still for STALL_S, or readings are missing from the bag.
     """
     born_s = time.monotonic()
     with (
@@ -313,9 +361,13 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
             watch = Watchdog(report)
             while not signals.came and supervisor.exit_code(names[0]) is None:
                 watch.look()
-                progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
-                supervisor.check(ended=names[:1])
-                watch.check()
+                try:
+                    supervisor.check(ended=names[:1])
+                    watch.check()
+                finally:  # of the node that ended, too
+                    share = min(watch.recorded(s.READING) / scene.log_count, 1.0)
+                    nodes = supervisor.nodes(watch.said.heard_s if watch.said else {})
+                    tell(Standing(share, watch.said, nodes, supervisor.complaints()))
             killed = supervisor.stop()
         if killed:
             raise GraphError(
