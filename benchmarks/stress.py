@@ -24,6 +24,7 @@ from typing import Any
 
 import stress_forecast
 import stress_hull
+import stress_live
 import stress_motion
 import stress_search
 from stress_cases import Row
@@ -60,6 +61,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     'search': (partial(stress_search.search, 200),),
     'counting': (stress_search.recoil,),
     'hull': (stress_hull.direct_runs,),
+    'live': (stress_live.live,),
 }
 
 

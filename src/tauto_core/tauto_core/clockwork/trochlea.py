@@ -232,11 +232,17 @@ class TrochleaStage:
         if self._origin_ns is None:
             first_ns, starts_at = int(imu.stamp_ns[0]), self._scene.starts_at_ns
             if self._anchor == 'scene' and first_ns != starts_at:
+                missed_s = (first_ns - starts_at) * 1e-9
+                late = (
+                    f', and the swing depends on all of the {missed_s:g} s between. Start the '
+                    'ship last, or let it wait'
+                )
                 raise PropagationError(
                     f'the first motion sample is stamped {first_ns} ns, the scene starts at '
-                    f'{starts_at} ns. Send the motion from its start, or let its first stamp '
-                    'be the start: source:=foreign for every node, LiveTrochlea in Python',
-                    (first_ns - starts_at) * 1e-9,
+                    f'{starts_at} ns{late if missed_s > 0.0 else ""}. Send the motion from its '
+                    'start, or let its first stamp be the start: source:=foreign for every node, '
+                    'LiveTrochlea in Python',
+                    missed_s,
                 )
             self._origin_ns = first_ns
         self._last_stamp = int(imu.stamp_ns[-1])
