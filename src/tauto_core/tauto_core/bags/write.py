@@ -769,6 +769,16 @@ def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> De
     return DeclaredTopic(name, ros_type, text.encode(), qos, type_hash)
 
 
+_DEFAULTS = {
+    'float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n': (
+        'float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n'
+    ),
+    'int8 status\nuint16 service\n': 'int8 status -2\nuint16 service\n',
+}
+"""Fields of Quaternion and NavSatStatus, and the same with the default values that Jazzy gives
+them, which rosbags leaves out of its definitions."""
+
+
 @cache
 def definition_of(ros_type: str) -> tuple[str, str]:
     """Return the text of a message definition with its dependencies, and its RIHS01 hash."""
@@ -776,4 +786,6 @@ def definition_of(ros_type: str) -> tuple[str, str]:
 
     store = get_typestore(Stores.ROS2_JAZZY)
     text, _ = store.generate_msgdef(ros_type, ros_version=2)
+    for fields, defaults in _DEFAULTS.items():
+        text = text.replace(fields, defaults)
     return text, store.hash_rihs01(ros_type)
