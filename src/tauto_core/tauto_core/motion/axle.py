@@ -1,11 +1,11 @@
 """A body on an axle, by Gauss–Legendre collocation; the axle may slide, roll, or both in turn.
 
 The state is s, φ, ṡ and φ̇ of `axle_pendulum`. A step of 16 stages is iterated to rounding with
-the law of `axle_pendulum.forces`; it is at most a radian of the fast mode, and halved where the
-iteration does not settle. In a step the accelerations are a polynomial, so that places and rates
-are known at any instant of it. Steps end where a span does, so the result does not depend on how
-spans are divided into calls. Where friction is limited, a step ends where the axle begins or
-ceases to slip.
+the law of `axle_pendulum.forces` (`axle_steps`); it is at most a radian of the fast mode, and
+halved where the iteration does not settle. In a step the accelerations are a polynomial, so that
+places and rates are known at any instant of it. Steps end where a span does, so the result does
+not depend on how spans are divided into calls. Where friction is limited, a step ends where the
+axle begins or ceases to slip.
 """
 
 from __future__ import annotations
@@ -21,11 +21,21 @@ from tauto_core.machines.axle_clock import AxleClock
 from tauto_core.machines.axle_pendulum import (
     STILL,
     AxleContact,
-    AxleForces,
     AxleState,
     SupportMotion,
     forces,
     small_motion,
+)
+from tauto_core.motion.axle_steps import (
+    ALONG,
+    ARC,
+    ARC_RATE,
+    PRESSED,
+    TILT,
+    TILT_RATE,
+    TURN,
+    AxleLaw,
+    collocate,
 )
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.gauss_step import gauss_constants
@@ -44,8 +54,10 @@ MOST_EVENTS = 1000
 """Changes between rolling and sliding in a step of the span, at most."""
 
 _GAUSS = gauss_constants(STAGES)
-_INNER = _GAUSS.columns.T
+_INNER = np.ascontiguousarray(_GAUSS.columns.T)
 """a_ij: values at the nodes to integrals up to them."""
+_ENDS = np.append(_GAUSS.nodes, 1.0)
+"""The nodes, and the end of a step."""
 _POWERS = _GAUSS.integral
 
 
@@ -75,14 +87,26 @@ class Step(NamedTuple):
     """A step as computed.
 
     Attributes:
-        bends: s̈ and φ̈ at the nodes, (2, stages).
-        states: s, φ, ṡ, φ̇ at the nodes, (4, stages).
-        found: the forces at the nodes.
+        rows: `axle_steps.ARC_BEND` to ALONG at the nodes, (8, stages).
+        times: those of the nodes and of the end [s], (stages + 1,).
+        there: motion of the support at these times.
+        turn: ρ there [rad].
     """
 
-    bends: FloatArray
-    states: FloatArray
-    found: AxleForces
+    rows: FloatArray
+    times: FloatArray
+    there: SupportMotion
+    turn: FloatArray
+
+    @property
+    def bends(self) -> FloatArray:
+        """s̈ and φ̈ at the nodes, (2, stages)."""
+        return self.rows[:2]
+
+    @property
+    def states(self) -> FloatArray:
+        """s, φ, ṡ, φ̇ at the nodes, (4, stages)."""
+        return self.rows[2:6]
 
 
 Visit: TypeAlias = Callable[[FloatArray, FloatArray, SupportMotion], None]
@@ -159,14 +183,13 @@ class AxleMotion:
             size = shorter
             again = self._collocate(at, size, support)
             step = step if again is None else again
-        self._check(at, size, step, support)
+        self._check(step)
         begin = self.now.numbers
         rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
         places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
         end = np.concatenate([places, rates])
         if visit is not None:
-            times = at + size * np.append(_GAUSS.nodes, 1.0)
-            visit(times, np.column_stack([step.states, end]), support(times))
+            visit(step.times, np.column_stack([step.states, end]), step.there)
         now = self.now
         now.arc, now.tilt, now.arc_rate, now.tilt_rate = end.tolist()
         if shorter is not None:
@@ -177,56 +200,52 @@ class AxleMotion:
         self, at: float, size: float, support: Callable[[FloatArray], SupportMotion]
     ) -> Step | None:
         """Return the step; None where its iteration does not settle."""
-        now, touch = self.now, self.touch()
-        times = size * _GAUSS.nodes
-        there = support(at + times)
-        begin = now.numbers
-        first = forces(self.clock.body, AxleState(*begin[:, None]), support(np.array([at])), touch)
-        guess = np.stack([np.ravel(first.arc_acceleration), np.ravel(first.tilt_acceleration)])
-        bends = np.repeat(guess, STAGES, axis=1)
-        moved = np.inf
-        for _ in range(MOST_SWEEPS):
-            rates = begin[2:, None] + size * (bends @ _INNER.T)
-            places = begin[:2, None] + size * (rates @ _INNER.T)
-            found = forces(
-                self.clock.body, AxleState(places[0], places[1], rates[0], rates[1]), there, touch
-            )
-            before, last = bends, moved
-            bends = np.stack(np.broadcast_arrays(found.arc_acceleration, found.tilt_acceleration))
-            scale = np.maximum(np.max(np.abs(bends), axis=1), 1e-300)
-            moved = float(np.max(np.max(np.abs(bends - before), axis=1) / scale))
-            if not math.isfinite(moved):
-                return None
-            if moved <= SETTLED or (moved < 1e-13 and moved >= last):
-                states = np.concatenate([places, rates])
-                # the last Legendre coefficients must be rounding
-                terms = np.abs(bends @ _GAUSS.projection.T)
-                scale = np.maximum(np.max(terms, axis=1), 1e-300)
-                resolved = np.all(terms[:, -2:] <= 1e-10 * scale[:, None])
-                return Step(bends, states, found) if resolved else None
-        return None
+        body, touch = self.clock.body, self.touch()
+        law = AxleLaw(
+            body.curvature,
+            body.depth,
+            body.gyration_radius,
+            body.gravity,
+            touch.radius,
+            touch.friction,
+            touch.rolls,
+        )
+        times = at + size * _ENDS
+        there = support(times)
+        motion, rows = np.empty((5, STAGES + 1)), np.zeros((8, STAGES))
+        for row, values in zip(
+            motion,
+            (there.turn, there.turn_rate, there.turn_acceleration, there.down, there.lateral),
+            strict=True,
+        ):
+            row[:] = values
+        begin = self.now.numbers
+        if not collocate(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
+            return None
+        # the last Legendre coefficients must be rounding
+        terms = np.abs(rows[:2] @ _GAUSS.projection.T)
+        scale = np.maximum(np.max(terms, axis=1), 1e-300)
+        if not np.all(terms[:, -2:] <= 1e-10 * scale[:, None]):
+            return None
+        return Step(rows, times, there, motion[TURN])
 
-    def _check(
-        self, at: float, size: float, step: Step, support: Callable[[FloatArray], SupportMotion]
-    ) -> None:
+    def _check(self, step: Step) -> None:
         """Raise a PropagationError where the axle lifts off, or the body turns over."""
-        lifts = np.flatnonzero(~(step.found.contact > 0.0))
+        lifts = np.flatnonzero(~(step.rows[PRESSED] > 0.0))
         if len(lifts):
-            first = at + size * float(_GAUSS.nodes[lifts[0]])
             raise PropagationError(
                 'the axle lifted off its support (the contact force fell to 0 N). Release the '
                 'body nearer to rest, push it less, or choose a calmer sea',
-                first,
+                float(step.times[lifts[0]]),
             )
-        sigma = self.clock.body.curvature * step.states[0]
-        turn = np.broadcast_to(support(at + size * _GAUSS.nodes).turn, sigma.shape)
-        apart = np.maximum(np.abs(step.states[1] - turn - sigma), np.abs(sigma))
-        over = np.flatnonzero(apart > OVER)
+        sigma = self.clock.body.curvature * step.rows[ARC]
+        apart = np.abs(step.rows[TILT] - step.turn[:-1] - sigma)
+        over = np.flatnonzero(np.maximum(apart, np.abs(sigma)) > OVER)
         if len(over):
             raise PropagationError(
                 f'the body turned over (more than {OVER:g} rad from its support). Release it '
                 'nearer to rest, or push it less',
-                at + size * float(_GAUSS.nodes[over[0]]),
+                float(step.times[over[0]]),
             )
 
     def _slip(self, state: FloatArray, support: SupportMotion) -> FloatArray:
@@ -254,10 +273,15 @@ class AxleMotion:
             found = forces(self.clock.body, AxleState(*state), there, self.touch())
             return float(np.min(mu * found.contact - np.abs(found.along)))
 
-        places = [*_GAUSS.nodes.tolist(), 1.0]
+        if slips:
+            turning = np.broadcast_to(step.there.turn_rate, step.times.shape)[:-1]
+            rates = step.rows[ARC_RATE] + self.clock.radius * (step.rows[TILT_RATE] - turning)
+            inside = slips * rates
+        else:
+            inside = mu * step.rows[PRESSED] - np.abs(step.rows[ALONG])
         before = 0.0
-        for share in places:
-            if margin(share) < 0.0:
+        for share, left in zip(_ENDS.tolist(), [*inside.tolist(), margin(1.0)], strict=True):
+            if left < 0.0:
                 from scipy.optimize import brentq  # slow to import
 
                 low = before if before > 0.0 else 1e-9
