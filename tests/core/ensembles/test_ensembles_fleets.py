@@ -427,6 +427,8 @@ def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
 
         with pytest.raises(WorkerError, match=r'other versions .*: numpy 0\.0\.1 against'):
             sailed(start=('-c', OF_OTHER_VERSIONS))
+        with pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'):
+            sailed(start=('-c', WITHOUT_TAUTO))
         assert lasting(sailed()) == lasting(alone.rows)
 
 
