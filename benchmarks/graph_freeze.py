@@ -1,11 +1,13 @@
-"""The effect on a voyage of one node that is frozen for a while (SIGSTOP, SIGCONT).
+"""The effect on a voyage of one node that is frozen for a while (SIGSTOP, SIGCONT), or killed.
 
     .venv/bin/python benchmarks/graph_freeze.py [--seconds 5 14 25 60] [--paces 100 max] [--jobs 4]
 
 Each row is a voyage of `tauto graph`, at a pace or flat out, where its messages go in packs, in
 which one node was frozen once. It must end well with nothing lost and every message in the bag,
 or within 5 s of the thaw with an error that names the node. DDS by itself forgets a participant
-after 20 s. Results: benchmarks/graph_freeze.json; the exit code is 1 if a row fails.
+after 20 s. Last, each node is killed once (SIGKILL): the voyage must end with the name of the
+node, and what was sailed until then must be read from the bag. Results:
+benchmarks/graph_freeze.json; the exit code is 1 if a row fails.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from pathlib import Path
 from typing import Any
+
+from tauto_core.bags import read_bag
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 PACES = {'100': ('measured', 600.0), 'max': ('second_cam_at_sea', 7200.0)}
@@ -44,7 +48,7 @@ def node_of(supervisor: int, node: str) -> int | None:
             words = status.with_name('cmdline').read_bytes()
         except OSError:
             continue
-        if parent == supervisor and f'tauto_nodes.{node}'.encode() in words:
+        if parent == supervisor and f'\0tauto_nodes\0{node}\0'.encode() in words:
             return int(status.parent.name)
     return None
 
@@ -58,8 +62,8 @@ def wait_for_messages(bag: Path, process: subprocess.Popen[str]) -> None:
         time.sleep(0.05)
 
 
-def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
-    """Return what became of a voyage with this node frozen for so long."""
+def strike(node: str, seconds: float | None, pace: str) -> dict[str, Any]:
+    """Return what became of a voyage with this node frozen for so long, or killed (None)."""
     code = 'from tauto_core.cli import main; main()'
     with tempfile.TemporaryDirectory(prefix='tauto_freeze_') as folder:
         bag = Path(folder) / 'bag'
@@ -74,13 +78,15 @@ def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
         wait_for_messages(bag, process)
         pid = node_of(process.pid, node)
         assert pid is not None, process.communicate()[1]
-        os.kill(pid, signal.SIGSTOP)
-        time.sleep(seconds)
+        os.kill(pid, signal.SIGKILL if seconds is None else signal.SIGSTOP)
+        time.sleep(seconds or 0.0)
         ended = process.poll() is not None
         thawed_s = time.monotonic()
-        os.kill(pid, signal.SIGCONT)
+        if seconds is not None:
+            os.kill(pid, signal.SIGCONT)
         said, words = process.communicate(timeout=PATIENCE_S)
         after_s = time.monotonic() - thawed_s
+        kept = sum(read_bag(bag).counts.values())
     row: dict[str, Any] = {'node': node, 'frozen_s': seconds, 'pace': pace}
     row['exit_code'] = process.returncode
     if process.returncode == 0:
@@ -89,15 +95,23 @@ def freeze(node: str, seconds: float, pace: str) -> dict[str, Any]:
         row['lost'] = sum(numbers['lost'] for numbers in topics.values())
     else:
         row['ended_s_after_thaw'] = 0.0 if ended else round(after_s, 1)
-        row['names_the_node'] = node in words
+        row['names_the_node'] = f'node {node} ended by SIGKILL' in words or (
+            seconds is not None and node in words
+        )
+        row['kept'] = kept
         row['said'] = words.strip()[-SAID_CHARACTERS:]
     return row
 
 
 def is_fine(row: dict[str, Any], whole: int) -> bool:
-    """Whether a voyage ended complete, or ended soon with the name of the node."""
+    """Whether a voyage ended complete, or ended soon with the name of the node.
+
+    A voyage whose node was killed must end so, and keep what was sailed.
+    """
     if row['exit_code'] == 0:
         return bool(row['lost'] == 0 and row['written'] == whole)
+    if row['frozen_s'] is None:
+        return bool(row['names_the_node'] and row['kept'])
     return bool(row['names_the_node'] and row['ended_s_after_thaw'] <= ENDS_S)
 
 
@@ -110,9 +124,9 @@ def main() -> int:
     parser.add_argument('--jobs', type=int, default=4, help='voyages side by side')
     asked = parser.parse_args()
     with ThreadPoolExecutor(asked.jobs) as pool:
-        rows = list(
-            pool.map(lambda case: freeze(*case), product(asked.nodes, asked.seconds, asked.paces))
-        )
+        frozen = product(asked.nodes, asked.seconds, asked.paces)
+        killed = product(asked.nodes, [None], ['100'])
+        rows = list(pool.map(lambda case: strike(*case), [*frozen, *killed]))
     whole = {
         pace: max(row.get('written', 0) for row in rows if row['pace'] == pace)
         for pace in asked.paces

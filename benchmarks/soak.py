@@ -69,9 +69,8 @@ class Memory:
                     pages = int(status.with_name('statm').read_text().split()[1])
                 except (OSError, IndexError):
                     continue
-                names = [word for word in words if word.startswith('tauto_nodes.')]
-                if parent == os.getpid() and names:
-                    node = names[0].partition('.')[2]
+                if parent == os.getpid() and 'tauto_nodes' in words[:-1]:
+                    node = words[words.index('tauto_nodes') + 1]
                     self.seen.setdefault(node, []).append((at_s, pages * page_mb))
 
     def bands(self, warm_s: float) -> dict[str, dict[str, Any]]:

@@ -267,8 +267,8 @@ def graph_in(namespace: str, scene: str, duration_s: float, folder: Path) -> lis
     ]
 
 
-def test_two_clocks_in_two_namespaces(bench: Bench, tmp_path: Path) -> None:
-    names = {'ours': ('measured', 30.0), 'theirs': ('ideal', 3600.0)}
+def test_three_clocks_in_three_namespaces(bench: Bench, tmp_path: Path) -> None:
+    names = {'ours': ('measured', 30.0), 'theirs': ('ideal', 3600.0), 'yours': ('measured', 20.0)}
     graphs = {n: graph_in(f'/{n}', *what, tmp_path / n) for n, what in names.items()}
     bench.add(*(node for nodes in graphs.values() for node in nodes))
     bench.until(lambda: all(nodes[0].over for nodes in graphs.values()))
