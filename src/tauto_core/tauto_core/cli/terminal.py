@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 import typer
 
 from tauto_core.scene.errors import ABSENT, Argument, SceneError, UsageError, spelled
-from tauto_core.scene.units import in_unit, misfit
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -38,7 +37,7 @@ def measured(unit: str) -> Callable[[str | float], float]:
         try:
             return float(text)
         except ValueError:
-            pass
+            from tauto_core.scene.units import in_unit, misfit
         found = in_unit(text, unit)
         if isinstance(found, float):
             return found

@@ -21,17 +21,16 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
+from typing import NamedTuple
 
 RHENISH_FOOT_M = 0.31385
 PARIS_FOOT_M = 0.32484
 PARIS_POUND_KG = 0.4895
 
 
-@dataclass(frozen=True)
-class Unit:
+class Unit(NamedTuple):
     """A unit, as a factor to SI units and radians.
 
     Attributes:
@@ -51,14 +50,13 @@ class Unit:
         powers = tuple(power * each for each in self.powers)
         return Unit(self.scale**power, powers, power * self.degrees)  # type: ignore[arg-type]
 
-    def times(self, other: Unit) -> Unit:
+    def by(self, other: Unit) -> Unit:
         """Return the product of two units."""
         powers = tuple(map(sum, zip(self.powers, other.powers, strict=True)))
         degrees = self.degrees + other.degrees
         return Unit(self.scale * other.scale, powers, degrees)  # type: ignore[arg-type]
 
 
-_ONE = Unit(Fraction(1), (0, 0, 0, 0, 0))
 _KINDS = {
     (1, 0, 0, 0, 0): 'length',
     (0, 1, 0, 0, 0): 'mass',
@@ -137,8 +135,9 @@ def unit_table() -> dict[str, Unit]:
 
 NUMBER = r'[-+−]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?'
 """The number in front of a unit, as a regular expression."""
-_MEASURE = re.compile(rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})')
-_FACTOR = re.compile(r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?')
+_MEASURE = rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})'
+_FIRST = frozenset('+-−.0123456789')
+_FACTOR = r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?'
 _LONGEST = 80
 """Characters of a text that are read."""
 
@@ -151,7 +150,7 @@ def unit_of(text: str) -> Unit | None:
     if text in table:
         return table[text]
     product, *divisors = text.split('/')
-    found = _ONE
+    found = Unit(Fraction(1), (0, 0, 0, 0, 0))
     for sign, part in ((1, product), *((-1, each) for each in divisors)):
         factors = re.split(r'\s*[·*]\s*|\s+', part.strip().replace('**', '^'))
         if sign < 0 and len(factors) > 1:
@@ -159,11 +158,11 @@ def unit_of(text: str) -> Unit | None:
         for factor in factors:
             if factor == '1' and sign > 0 and len(factors) == 1 and divisors:
                 continue
-            match = _FACTOR.fullmatch(factor)
+            match = re.fullmatch(_FACTOR, factor)
             unit = table.get(match[1]) if match else None
             if match is None or unit is None or unit.zero:
                 return None
-            found = found.times(unit.to(sign * int(match[2] or 1)))
+            found = found.by(unit.to(sign * int(match[2] or 1)))
     return found
 
 
@@ -179,7 +178,9 @@ def declared(description: str | None) -> str | None:
 def in_words(value: object) -> bool:
     """Return whether a value is a text that begins as a number with a unit, or has such in it."""
     if isinstance(value, str):
-        return _MEASURE.fullmatch(value.strip()[: _LONGEST + 1]) is not None
+        text = value.strip()[: _LONGEST + 1]
+        # most texts are words, for which no expression need be compiled
+        return text[:1] in _FIRST and re.fullmatch(_MEASURE, text) is not None
     if isinstance(value, list | tuple) and not {str, list, tuple}.isdisjoint(map(type, value)):
         return any(map(in_words, value))
     return False
@@ -200,7 +201,7 @@ def in_unit(value: object, asked: str) -> object:
 
 def _number(text: str, asked: str) -> float | None:
     """Return the number in a unit; None where the text is none of its kind."""
-    match = _MEASURE.fullmatch(text.strip()[: _LONGEST + 1])
+    match = re.fullmatch(_MEASURE, text.strip()[: _LONGEST + 1])
     given, wanted = unit_of(match[2]) if match else None, unit_of(asked)
     if match is None or given is None or wanted is None or given.powers != wanted.powers:
         return None
@@ -216,7 +217,7 @@ def _number(text: str, asked: str) -> float | None:
 
 def has_unit(text: str) -> bool:
     """Return whether a text is a number with a unit that is known."""
-    match = _MEASURE.fullmatch(text.strip())
+    match = re.fullmatch(_MEASURE, text.strip())
     return match is not None and unit_of(match[2]) is not None
 
 
@@ -230,7 +231,7 @@ def misfit(value: str, asked: str) -> tuple[str, str] | None:
     point = value.replace(',', '.', 1)
     if point != value and not isinstance(in_unit(point, asked), str):
         return 'has a decimal comma', f'Write {point}.'
-    match, wanted = _MEASURE.fullmatch(value.strip()[: _LONGEST + 1]), unit_of(asked)
+    match, wanted = re.fullmatch(_MEASURE, value.strip()[: _LONGEST + 1]), unit_of(asked)
     if match is None or wanted is None:
         return None
     given, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), _fitting(wanted)
