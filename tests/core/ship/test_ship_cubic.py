@@ -24,6 +24,15 @@ def test_the_spline_is_scipys(n, gaps):
     np.testing.assert_allclose(spline(x, y, at), expected, rtol=0, atol=rounding)
 
 
+def test_splines_through_columns_have_the_bits_of_each():
+    x, _, at = points(20, (0.001, 3.0))
+    y = RANDOM.normal(size=(20, 2, 3))
+    found = spline(x, y, at)
+    assert found.shape == (len(at), 2, 3)
+    for j, k in np.ndindex(2, 3):
+        assert np.array_equal(found[:, j, k], spline(x, y[:, j, k], at))
+
+
 @pytest.mark.parametrize('n', [2, 3, 4, 5, 500])
 @pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
 def test_akimas_curve_is_scipys(n, gaps):

@@ -18,6 +18,7 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -31,7 +32,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
 from tauto_core.scene.tables import read_data
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
-from tauto_core.ship.sea import spline
+from tauto_core.ship.sea import hermite, spline, spline_slopes
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
@@ -219,6 +220,14 @@ class HullCoefficients:
             problem = f'makes a block coefficient of {block:.3g}; it must lie in (0.05, 1]'
             yield Problem('volume', self.volume, problem, remedy)
         check_proportions(self.length, self.beam, self.draught)
+
+    @cached_property
+    def slopes(self) -> tuple[FloatArray, FloatArray]:
+        """Slopes of the splines through added masses and dampings at the frequencies."""
+        return (
+            spline_slopes(self.frequency, self.added_mass[:-1]),
+            spline_slopes(self.frequency, self.damping),
+        )
 
     @property
     def block(self) -> float:
@@ -569,13 +578,11 @@ class Hull:
         unit = math.sqrt(self.gravity / self.coefficients.length)
         return 2.0 * math.pi / self.roll_period / unit
 
+    @cached_property
     def _rolled_mass(self) -> tuple[float, float, float]:
-        """Return A44, A24 and A22 at the natural frequency, in the units of the tables."""
-        at = np.array([self._roll_rate])
-        a = [
-            float(_added_mass(self.coefficients, at, j, k)[0]) for j, k in ((3, 3), (1, 3), (1, 1))
-        ]
-        return a[0], a[1], a[2]
+        """A44, A24 and A22 at the natural frequency, in the units of the tables."""
+        a = _added_mass(self.coefficients, np.array([self._roll_rate]))[0]
+        return float(a[3, 3]), float(a[1, 3]), float(a[1, 1])
 
     @property
     def z_g(self) -> float:
@@ -589,7 +596,7 @@ class Hull:
         hull = self.coefficients
         unit = hull.length
         volume = hull.volume / unit**3
-        a44, a24, a22 = (a / volume for a in self._rolled_mass())
+        a44, a24, a22 = (a / volume for a in self._rolled_mass)
         c = self._roll_rate**2
         # c a22 z^2 + (1 + 2 c a24) z + c (k_xx^2 + a44) - metacentre = 0, in units of length
         middle = 1.0 + 2.0 * c * a24
@@ -620,7 +627,7 @@ class Hull:
     def _roll_inertia(self) -> float:
         """Return I44 + A44 about the centre of gravity, in the units of the tables."""
         hull = self.coefficients
-        a44, a24, a22 = self._rolled_mass()
+        a44, a24, a22 = self._rolled_mass
         z = self.z_g / hull.length
         own = hull.volume / hull.length**3 * (self._k_xx / hull.length) ** 2
         return own + a44 + 2.0 * z * a24 + z**2 * a22
@@ -695,8 +702,9 @@ class Hull:
         held = np.maximum(np.abs(met), LEAST_ENCOUNTER * own)
         matrix = self._fluid(met, froude * met / held**2) + self._ship(met)
         mass = hull.volume / hull.length**3 * np.array([1.0, 1.0, self._k_zz**2])
+        added = _added_mass(hull, np.abs(met))
         for j, own_mass in zip((0, 1, 5), mass, strict=True):
-            moved = own_mass + _added_mass(hull, np.abs(met), j, j)
+            moved = own_mass + added[:, j, j]
             matrix[:, j, j] -= (held**2 - met**2) * moved
         force = self._force(own, heading)[:, :, None]
         motions = np.array(np.linalg.solve(matrix, force)[:, :, 0].conj(), np.complex128)
@@ -707,16 +715,15 @@ class Hull:
         """Return -w^2 A - i w B with the speed terms for U/w, (n, 6, 6)."""
         hull = self.coefficients
         size = np.abs(w)
-        found = np.zeros((len(w), 6, 6), np.complex128)
+        found, rows = np.zeros((len(w), 6, 6), np.complex128), hull.frequency
         # beyond the last row damping falls as 1/omega^2
-        rows = hull.frequency
-        within, far = np.minimum(size, rows[-1]), np.maximum(size / rows[-1], 1.0) ** -2
+        far = np.maximum(size / rows[-1], 1.0) ** -2
+        dampings = hermite(rows, hull.damping, hull.slopes[1], np.minimum(size, rows[-1]))
+        masses, dampings = _added_mass(hull, size), dampings * far[:, None, None]
         for j, k in zip(*np.nonzero(_PAIRS), strict=True):
             if k < j:
                 continue
-            mass = _added_mass(hull, size, j, k)
-            damping = spline(rows, hull.damping[:, j, k], within) * far
-            found[:, j, k] = -(w**2) * mass - 1j * w * damping
+            found[:, j, k] = -(w**2) * masses[:, j, k] - 1j * w * dampings[:, j, k]
             found[:, k, j] = found[:, j, k]
         found[:, 3, 3] -= (
             1j * w * (2.0 * self.roll_damping_ratio * self._roll_rate * self._roll_inertia())
@@ -779,19 +786,23 @@ class Hull:
         inside = np.clip(own, rows[0], last)
         tail = np.minimum(last / own, 1.0) ** 2
         found = np.empty((len(own), 6), np.complex128)
+        ratio = (at_heading[1:] - static) / (rows**2)[:, None]
+        parts = spline(rows, np.stack((ratio.real, ratio.imag), axis=1), inside)
         for j in range(6):
-            ratio = (at_heading[1:, j] - static[j]) / rows**2
-            read = spline(rows, ratio.real, inside) + 1j * spline(rows, ratio.imag, inside)
+            read = parts[:, 0, j] + 1j * parts[:, 1, j]
             found[:, j] = np.where(own > last, at_heading[-1, j] * tail, static[j] + read * own**2)
         return found
 
 
-def _added_mass(hull: HullCoefficients, at: FloatArray, j: int, k: int) -> FloatArray:
-    """Return an added mass: a spline, and beyond the last row as 1/omega^2 to its limit."""
-    rows, values = hull.frequency, hull.added_mass[:, j, k]
-    inside = spline(rows, values[:-1], np.minimum(at, rows[-1]))
+def _added_mass(hull: HullCoefficients, at: FloatArray) -> FloatArray:
+    """Return the added masses, (n, 6, 6): splines, and beyond the last row to their limits.
+
+    They go there as 1/omega^2.
+    """
+    rows, limit = hull.frequency, hull.added_mass[-1]
+    inside = hermite(rows, hull.added_mass[:-1], hull.slopes[0], np.minimum(at, rows[-1]))
     far = np.maximum(at / rows[-1], 1.0) ** -2
-    return np.asarray(values[-1] + (inside - values[-1]) * far)
+    return np.asarray(limit + (inside - limit) * far[:, None, None])
 
 
 def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray]:

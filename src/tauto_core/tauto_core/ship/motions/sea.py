@@ -6,7 +6,7 @@ import math
 from base64 import b64decode
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeAlias
 
@@ -16,7 +16,7 @@ from pydantic import Field, Strict, field_validator, model_validator
 from tauto_core.curves.numerics import trapezoid
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
-from tauto_core.scene.sections import Flag, KindIn, key_of_place
+from tauto_core.scene.sections import Flag, Itinerary, KindIn, key_of_place
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.motion_kind import (
     Channels,
@@ -97,6 +97,25 @@ class SeaMotion:
     heave: Harmonics | None
     outside: tuple[float, float] = (0.0, 0.0)
     six: SixMotions[Harmonics] | None = None
+
+
+@dataclass(frozen=True)
+class _Around:
+    """`Surroundings` that are equal where the weather is the same; errors alone say the name."""
+
+    name: str = field(compare=False)
+    seed: int
+    g: float
+    duration: float
+    duration_ns: int
+    log_interval_ns: int
+    voyage: Itinerary | None
+
+
+@lru_cache(maxsize=16)  # a scene asks for them a dozen times, and so does each clock in one sea
+def _states(setting: WeatherSetting) -> tuple[WeatherState, ...]:
+    """Return the states of a weather; a `SceneError` where it does not go with the scene."""
+    return checked(setting.weather.resolved(setting), setting.scene)
 
 
 class SeaShip(ShipKind):
@@ -224,13 +243,23 @@ class SeaShip(ShipKind):
 
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
         """Return the states of the weather; a `SceneError` where it does not go with the scene."""
-        setting = self.setting(scene)
-        return checked(setting.weather.resolved(setting), scene)
+        return _states(self.setting(scene))
 
     def setting(self, scene: Surroundings) -> WeatherSetting:
         """Return scene and ship for which the weather is resolved."""
         assert self.weather is not None
-        return WeatherSetting(scene, self.weather, self.relative_heading, self.speed, self._length)
+        around = _Around(
+            name=scene.name,
+            seed=scene.seed,
+            g=scene.g,
+            duration=scene.duration,
+            duration_ns=scene.duration_ns,
+            log_interval_ns=scene.log_interval_ns,
+            voyage=scene.voyage,
+        )
+        return WeatherSetting(
+            around, self.weather, self.relative_heading, self.speed, self._length
+        )
 
     def in_state(self, state: WeatherState) -> Self:
         """Return the ship in the sea of one state."""
