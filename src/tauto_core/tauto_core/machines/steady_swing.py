@@ -7,8 +7,9 @@ swing, 0 at the turning point, and R the recoil,
     dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ + R |A − θ|,   V = h cos²W,   h = V(A).
 
 The swing is steady if all arcs together lose as much as the escapement gives: two impulses, and
-4 R α of the recoil. In an even well that is exact for any drag. For the lever, V + R |θ| is taken
-to be the same at both turning points, which errs by the square of the loss. All on land.
+4 R α of the recoil. In an even well that is exact for any drag. For the lever and an unbalanced
+wheel, V + R |θ| is taken to be the same at both turning points, which errs by the square of the
+loss. V counts from the place of rest. All on land.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ class SteadySwing:
     """The swing that repeats, on land.
 
     Attributes:
-        amplitude: A; for the lever, the turning point on the positive side [rad].
+        amplitude: A; for the lever and an unbalanced wheel, the turning point on the positive
+            side [rad].
         period: period of the swing with drag and impulses [s].
         free_period: period of a free swing of the same amplitude [s].
         time_constant: time in which a small departure of the energy from the steady one falls
@@ -129,8 +131,6 @@ def _driven(
             f'the clock stops: the impulses give {impulses:.6g} J in a swing, and recoil that '
             f'begins before the middle takes {impulses - work:.6g} J'
         )
-    if isinstance(machine, Machine) and machine.imbalance is not None:
-        hindered = 'it is not computed for an unbalanced wheel, whose well is not even'
     if hindered or drag is None:
         return NoSteadySwing(hindered or _GROWS)
     # the loss of a swing of 0 rad has no logarithm
@@ -146,12 +146,13 @@ def _driven(
             f'of {least:.6g} rad'
         )
     top = edge
-    if math.isinf(edge):
-        top = abs(start)
+    # next to where an unbalanced wheel would stand on its head a swing takes for ever
+    if math.isinf(edge) or _is_uneven(machine):
+        top = min(max(abs(start), least), edge)
         for _ in range(200):
-            if loss(top) > work:
+            if loss(top) > work or top == edge:
                 break
-            top *= 2.0
+            top = min(2.0 * top, edge)
     if loss(top) < work:
         return NoSteadySwing(
             f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
@@ -188,10 +189,28 @@ def _driven(
     return SteadySwing(amplitude, period, machine.period(amplitude), settling)
 
 
+def _is_uneven(machine: Machine | LeverMachine) -> bool:
+    """Return whether the wheel is unbalanced."""
+    return isinstance(machine, Machine) and machine.imbalance is not None
+
+
 def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]:
     """Return the least amplitude that reaches ±angle on both sides, and the largest possible."""
     if isinstance(machine, Machine):
-        return abs(angle), machine.range_rad * (1.0 - _SHORT_OF_EDGE)
+        edge = machine.range_rad * (1.0 - _SHORT_OF_EDGE)
+        if machine.imbalance is None:
+            return abs(angle), edge
+        least = abs(angle)
+        # beyond the side that is higher, and as far as both sides go
+        if machine.potential(-least) > machine.potential(least):
+            least = machine.angle_of_potential(float(machine.potential(-least)))
+        # as far as V rises on both sides
+        ways = np.linspace(0.0, min(edge - abs(machine.rest_angle), 2.0 * math.tau), 2000)[1:]
+        sides = [machine.raised(machine.rest_angle + side * ways) for side in (-1.0, 1.0)]
+        heights = [side[: np.argmax(np.append(np.diff(side) <= 0.0, True)) + 1] for side in sides]
+        lowest = min(float(side[-1]) for side in heights)
+        there = np.searchsorted(heights[1], lowest, side='right') - 1
+        return least, float(machine.rest_angle + ways[there])
     geometry, (low, high) = machine.geometry, machine.geometry.edges
     both = geometry.tau_of(np.array([abs(angle), -abs(angle)]))
     ends = np.array([np.max(np.abs(both)), min(-low, high) * (1.0 - _SHORT_OF_EDGE)])
@@ -230,7 +249,7 @@ def _legs(
     machine: Machine | LeverMachine, torques: _Torques, angle: float, amplitude: float
 ) -> list[_Leg]:
     """Return the four arcs of a swing: to and from the impulse, there and back."""
-    if isinstance(machine, Machine):
+    if isinstance(machine, Machine) and not _is_uneven(machine):
         pair = [
             _leg(machine, torques, -amplitude, angle, -1.0),
             _leg(machine, torques, amplitude, angle, 1.0),
@@ -265,9 +284,14 @@ def _leg(
 
     The sign is −1 where the turning point comes first, 1 where it comes last.
     """
-    top = float(machine.potential(turning))
-    across = math.sqrt(min(float(machine.potential(end)) / top, 1.0))
-    last = math.acos(math.copysign(across, end * turning))
+    rest, here = 0.0, np.array([turning, end])
+    if isinstance(machine, Machine) and _is_uneven(machine):
+        rest = machine.rest_angle
+        top, passed = machine.raised(here).tolist()
+    else:
+        top, passed = machine.potential(here).tolist()
+    across = math.sqrt(min(passed / top, 1.0))
+    last = math.acos(math.copysign(across, (end - rest) * (turning - rest)))
     if last == 0.0:
         return _Leg(0.0, 0.0)
     edges, w, mass, slowness = _free_swing(machine, turning, last)
@@ -294,7 +318,15 @@ def _free_swing(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing."""
     cuts = [0.5 * math.pi]
-    if isinstance(machine, Machine):
+    uneven = _is_uneven(machine)
+    if isinstance(machine, Machine) and uneven:
+        cam, rest = machine.cam, machine.rest_angle
+        ends = sorted((turning, machine.far_turning(turning)))
+        joints = np.concatenate([-cam.joints, [0.0] * cam.kinked, cam.joints])
+        joints = joints[(joints > ends[0]) & (joints < ends[1])]
+        inner = np.sqrt(machine.raised(joints) / machine.raised(np.array([turning])))
+        cuts += np.arccos(np.copysign(inner, (joints - rest) * (turning - rest))).tolist()
+    elif isinstance(machine, Machine):
         joints = machine.cam.joints[machine.cam.joints < abs(turning)]
         inner = np.sqrt(machine.potential(joints) / machine.potential(turning))
         cuts += [*np.arccos(inner), *np.arccos(-inner)]
@@ -306,6 +338,9 @@ def _free_swing(
             tau, slowness = machine.swing(turning, w)
             ratio = machine.geometry.slopes(tau)[0]
             mass = machine.inertia + machine.turned_inertia * ratio * ratio
+        elif uneven:
+            angle, slowness = machine.uneven_swing(turning, w)
+            mass = machine.mass(angle)
         else:
             angle, slowness = machine.swing(abs(turning), np.abs(0.5 * math.pi - w))
             mass = machine.mass(angle)

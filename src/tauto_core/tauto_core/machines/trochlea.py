@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
-from tauto_core.curves.numerics import gauss_sums, integrate
+from tauto_core.curves.numerics import bracketed_newton, gauss_sums, integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, Imbalance, PowerKind, Regulator
 from tauto_core.samples import FloatArray
@@ -332,21 +332,10 @@ class Machine:
 
         T = 2 ∫ √(M/(2(V(A) − V))) dϑ from end to end. That the thread is taut is not looked at.
         """
-        from scipy.optimize import brentq  # slow to import
-
-        rest, top = self.rest_angle, float(self.potential(amplitude))
-        if abs(amplitude - rest) < 1e-7:
+        top = float(self.potential(amplitude))
+        if abs(amplitude - self.rest_angle) < 1e-7:
             return self.small_period
-        edge = math.copysign(self.cam.range_rad, rest - amplitude)
-        far = rest - (amplitude - rest)
-        while self.potential(np.clip(far, -abs(edge), abs(edge))) < top:
-            if abs(far) > abs(edge):
-                raise CamRangeError(
-                    f'a swing from {amplitude!r} rad goes beyond the cam on the other side, at '
-                    f'{edge:.6g} rad: the wheel is unbalanced. Use a smaller amplitude'
-                )
-            far += 0.5 * (far - rest)
-        far = brentq(lambda angle: float(self.potential(angle)) - top, rest, far, xtol=1e-15)
+        far = self.far_turning(amplitude)
         middle, half = 0.5 * (amplitude + far), 0.5 * (amplitude - far)
 
         def integrand(w: FloatArray) -> FloatArray:
@@ -364,6 +353,63 @@ class Machine:
         inner = (joints - middle) / half
         edges = np.sort(np.arccos(np.array([1.0, *inner[np.abs(inner) < 1.0], 0.0, -1.0])))
         return 2.0 * float(np.sum(integrate(integrand, edges[:-1], edges[1:])))
+
+    def far_turning(self, amplitude: float) -> float:
+        """Return ϑ at the other end of a free swing of an unbalanced wheel on land [rad].
+
+        CamRangeError: the swing goes beyond the cam there.
+        """
+        from scipy.optimize import brentq  # slow to import
+
+        rest, top = self.rest_angle, float(self.potential(amplitude))
+        edge = math.copysign(self.cam.range_rad, rest - amplitude)
+        far = rest - (amplitude - rest)
+        while self.potential(np.clip(far, -abs(edge), abs(edge))) < top:
+            if abs(far) > abs(edge):
+                raise CamRangeError(
+                    f'a swing from {amplitude!r} rad goes beyond the cam on the other side, at '
+                    f'{edge:.6g} rad: the wheel is unbalanced. Use a smaller amplitude'
+                )
+            far += 0.5 * (far - rest)
+        far = float(np.clip(far, -abs(edge), abs(edge)))
+        return float(
+            brentq(lambda angle: float(self.potential(angle)) - top, rest, far, xtol=1e-15)
+        )
+
+    def raised(self, angle: ArrayLike) -> FloatArray:
+        """Return V(ϑ) − V(rest) of an unbalanced wheel, on land [J], to its digits at rest too."""
+        angle, rest = np.asarray(angle, np.float64), self.rest_angle
+        found = np.asarray(self.potential(angle) - self.potential(rest))
+        # from there counted along the slope, where no joint can be
+        near = np.abs(angle - rest) < 0.05 * (0.0 if self.cam.joints.size else 1.0)
+        near &= (angle * rest >= 0.0) | (not self.cam.kinked)
+        way = (angle - rest)[near]
+        found[near] = gauss_sums(self._slope, np.full(way.shape, rest), way)
+        return found
+
+    def uneven_swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return ϑ and dt/dW of a free swing of an unbalanced wheel on land, 0 < W < π, W ≠ π/2.
+
+        `raised` is that of the amplitude times cos²W, so that W runs from the amplitude to the
+        other end. With Y² = `raised`, dt/dW = √(M/2)/(dY/dϑ), dY/dϑ = V′/2Y.
+        """
+        rest, far = self.rest_angle, self.far_turning(amplitude)
+        goal = math.sqrt(float(self.raised(np.array([amplitude]))[0])) * np.cos(w)
+        ends = np.where(goal > 0.0, amplitude, far) - rest
+
+        def excess(way: FloatArray) -> tuple[FloatArray, FloatArray]:
+            angle = rest + np.sign(ends) * way
+            root = np.sqrt(np.maximum(self.raised(angle), 0.0))
+            slope = np.abs(self._slope(angle))
+            return root - np.abs(goal), np.divide(
+                slope, 2.0 * root, np.zeros_like(root), where=root > 0.0
+            )
+
+        start = np.abs(ends) * np.abs(np.cos(w))
+        found = bracketed_newton(excess, start, (0.0, np.abs(ends)), relative=4e-16)
+        angle = rest + np.sign(ends) * found
+        slowness = np.sqrt(0.5 * self.mass(angle)) * 2.0 * np.abs(goal)
+        return angle, slowness / np.abs(self._slope(angle))
 
     def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land, for any u in (0, π/2].

@@ -495,8 +495,8 @@ def _warm_rate(scene: Scene, machine: AnyMachine, first: AnyMachine, nominal_s: 
     """Return the rate of a dial at the temperature of a machine, released as `first` is.
 
     It is that of the steady swing. A wheel without drag or drive keeps its action instead, as it
-    does while the temperature changes slowly, but for a lever. One that is unbalanced, on a thread
-    that swings, or whose swing dies away, is run.
+    does while the temperature changes slowly, but for a lever. One on a thread that swings, or
+    whose swing dies away, is run; an unbalanced one, too, where it has no steady swing.
     """
     steady = isinstance(machine, LeverMachine) or (
         isinstance(machine, Machine) and machine.imbalance is None
