@@ -12,6 +12,7 @@ CORE = Path(__file__).parents[1] / 'src' / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'allantools',
     'bokeh',
+    'build123d',
     'capytaine',
     'distributed',
     'ezdxf',

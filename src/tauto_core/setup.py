@@ -50,6 +50,8 @@ FLEET = ['pyarrow>=16.0']
 CLUSTER = ['distributed>=2024.8']
 # The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
 HULL = ['capytaine>=3.0']
+# Wheel, cheeks and axle as solids, for `tauto plate`.
+CAD = ['build123d>=0.13']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = [f'tauto_nodes[ros]=={VERSION}']
 
@@ -112,6 +114,7 @@ setup(
         'zstandard>=0.22',
     ],
     extras_require={
+        'cad': CAD,
         'cluster': CLUSTER,
         'test': TEST,
         'dev': TEST + LINT + DOCS,

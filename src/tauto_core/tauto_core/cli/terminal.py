@@ -140,13 +140,14 @@ def listed(option: str, text: str, unit: str, words: str, example: str) -> list[
         ) from None
 
 
-_OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll', 'thread_mm': '--thread'}
+_OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll'}
 """Options that are not called as the argument in Python."""
 
 
 def option(argument: Argument) -> str:
     """Return an argument as one writes it on the command line."""
-    name = _OPTIONS.get(argument.name, f'--{argument.name.replace("_", "-")}')
+    plain = argument.name.removesuffix('_mm').replace('_', '-')
+    name = _OPTIONS.get(argument.name, f'--{plain}')
     if argument.value is None or argument.value is True:
         return name
     return f'{name}{" = " if argument.spaced else " "}{argument.value}'

@@ -1,0 +1,144 @@
+"""`tauto plate`: the cam as a plate to cut, to print, and to build a wheel with."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, TypeAlias
+
+import typer
+
+from tauto_core.cli.terminal import (
+    AsJson,
+    SceneName,
+    Settings,
+    given_values,
+    progress_bar,
+    say,
+)
+from tauto_core.scene.errors import UsageError, naming
+from tauto_core.wording import significant
+
+Size: TypeAlias = float | None
+File: TypeAlias = Path | None
+
+
+def plate(
+    scene: SceneName,
+    dxf: Annotated[
+        File, typer.Option(metavar='FILE', help='Draw it for the machine; replaces the file.')
+    ] = None,
+    template: Annotated[
+        File,
+        typer.Option(metavar='FILE', help='Draw it to scale on A4 (.svg); replaces the file.'),
+    ] = None,
+    step: Annotated[
+        File,
+        typer.Option(
+            metavar='FILE', help='Write wheel, cheeks and axle as solids; replaces the file.'
+        ),
+    ] = None,
+    stl: Annotated[
+        File,
+        typer.Option(
+            metavar='DIR', help='Write DIR/wheel.stl, cheeks.stl and axle.stl; replaces them.'
+        ),
+    ] = None,
+    thread: Annotated[
+        float,
+        typer.Option(metavar='MM', help='Thickness of the thread, and width of its slot.'),
+    ] = 0.5,
+    cutter: Annotated[
+        float,
+        typer.Option(
+            metavar='MM',
+            help='Diameter of the cutter, or kerf; 0: without the path of its centre.',
+        ),
+    ] = 0.25,
+    tolerance: Annotated[
+        float, typer.Option(metavar='MM', help='Greatest distance between arcs and cheeks.')
+    ] = 1e-5,
+    reach: Annotated[
+        Size, typer.Option(metavar='RAD', help='Largest angle of the cheeks; default: as `cam`.')
+    ] = None,
+    bore: Annotated[
+        Size, typer.Option(metavar='MM', help='Diameter of the bore; default: half the cusp.')
+    ] = None,
+    pins: Annotated[
+        Size, typer.Option(metavar='MM', help='Diameter of the pin holes; default: 0.3 cusps.')
+    ] = None,
+    pin_circle: Annotated[
+        Size,
+        typer.Option(metavar='MM', help='Distance of pins from the axle; default: 0.65 cusps.'),
+    ] = None,
+    slot: Annotated[
+        Size, typer.Option(metavar='MM', help='Depth of the slot; default: 0.3 cusps.')
+    ] = None,
+    thickness: Annotated[
+        float, typer.Option(metavar='MM', help='Thickness of the plate, for --step and --stl.')
+    ] = 2.0,
+    settings: Settings = None,
+    as_json: AsJson = False,
+) -> None:
+    """Make the cam a plate that one can cut and print.
+
+    Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
+    thread, a bore and two pin holes. Lengths that are left out go by the distance of the cusp from
+    the axle. Printed are its sizes and its cost in s/day at several amplitudes, on land.
+
+    --step and --stl need the extra `cad`. The rim of the wheel is such that all three solids have
+    the moment of inertia of the scene, in brass.
+    """
+    from tauto_core.files import check_place
+    from tauto_core.plots import plate as plates
+    from tauto_core.scene import load_scene
+
+    for name, file, ending in (
+        ('dxf', dxf, '.dxf'),
+        ('template', template, '.svg'),
+        ('step', step, '.step'),
+    ):
+        if file is not None:
+            if file.suffix.lower() not in ('', ending):
+                raise UsageError(f'--{name} {file}: must end in {ending}. Name another file')
+            check_place(file, name)
+    if step is not None or stl is not None:
+        from tauto_core.plots import solids
+
+        solids.check_solids(thickness)
+    loaded = load_scene(scene, **given_values(settings))
+    with naming(scene, loaded.name), progress_bar(f'plate of {loaded.name}'):
+        made = plates.plate_of(
+            loaded,
+            reach,
+            thread_mm=thread,
+            cutter_mm=cutter,
+            tolerance_mm=tolerance,
+            bore_mm=bore,
+            pins_mm=pins,
+            pin_circle_mm=pin_circle,
+            slot_mm=slot,
+        )
+        written = []
+        # refusals of any file come before the first is written
+        if template is not None:
+            plates.write_template(template, made)
+            written.append(template)
+        if step is not None or stl is not None:
+            written += solids.write_solids(made, thickness, step, stl)
+        if dxf is not None:
+            plates.write_plate_dxf(dxf, made)
+            written.append(dxf)
+    for file in written:
+        say(f'wrote {file}')
+    if as_json:
+        typer.echo(json.dumps(made.facts(), allow_nan=False))
+        return
+    typer.echo('\n'.join(made.words()))
+    rates = made.rates
+    typer.echo('amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]')
+    for amplitude, *cost in zip(
+        rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
+    ):
+        cells = [significant(each, 2, signed=True) for each in cost]
+        typer.echo('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))

@@ -1,0 +1,487 @@
+"""A closed plate with both cheeks, of arcs and lines, and what its making costs the clock.
+
+The frame is the wheel's: origin at the axle, +y along the thread at rest. Lengths are millimetres.
+The cheeks are approximated by biarcs, pairs of arcs that share a tangent. Both curves are convex,
+so the greatest distance between them is the greatest difference of their support functions. Half
+a thread is between support function and lever arm: the tolerance of the outline bounds the error
+of the lever arm.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tauto_core.curves.cam import Cam, Setting
+from tauto_core.curves.drawing import MM_PER_M, Circle, cheeks, cheeks_meet_rad
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import Argument, UsageError
+
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+WALL_MM = 0.2
+"""Least material between a hole and any other edge."""
+
+FINEST_MM, COARSEST_MM = 1e-6, 1.0
+"""Tolerances of an outline that make sense: a rounding of its numbers, and a coarse saw."""
+
+BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
+"""Diameter of the bore, of the pin holes, radius of their circle and depth of the slot over the
+distance of the cusp from the axle. They lie within a circle through the cusp, in which no cheek
+cuts."""
+
+PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
+"""Directions of the pin holes from the axle: turned by half a turn the plate does not fit."""
+
+_LARGEST_ARC = math.radians(120.0)
+_SAMPLES = 33
+_MOST_HALVINGS = 20
+_SWING_NODES = 20_001
+
+
+class ArcPath(NamedTuple):
+    """A closed path of arcs and lines, each array of shape (n,).
+
+    Attributes:
+        x: vertices [mm].
+        y: vertices [mm].
+        bulge: tan(α/4) of the arc from each vertex to the next, α its angle, positive
+            counter-clockwise; 0 is a line.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    bulge: FloatArray
+
+    def polygon(self, sagitta: float) -> tuple[FloatArray, FloatArray]:
+        """Return points (x, y) on the path, chords of which leave it by at most a sagitta [mm]."""
+        points = self.x + 1j * self.y
+        parts = []
+        for start, end, bulge in zip(points, np.roll(points, -1), self.bulge, strict=True):
+            angle = 4.0 * math.atan(bulge)
+            if angle == 0.0 or start == end:
+                parts.append(np.array([start]))
+                continue
+            # the centre sees the chord under the angle
+            turn = np.exp(1j * angle)
+            centre = (end - turn * start) / (1.0 - turn)
+            step = 2.0 * math.acos(max(1.0 - sagitta / abs(start - centre), 0.0))
+            count = max(math.ceil(abs(angle) / step), 1)
+            part = np.exp(1j * angle * np.arange(count) / count)
+            parts.append(centre + (start - centre) * part)
+        found = np.concatenate(parts)
+        return found.real, found.imag
+
+
+@dataclass(frozen=True)
+class CheekArcs:
+    """One cheek, for positive angles, as arcs that share tangents.
+
+    Attributes:
+        psi: directions ψ of the normal at the n + 1 vertices [rad], increasing.
+        vertex: vertices as x + iy, shape (n + 1,) [mm].
+        centre: centres of the arcs, shape (n,) [mm].
+        radius: radii of the arcs, shape (n,) [mm].
+        thread: thickness of the thread [mm].
+    """
+
+    psi: FloatArray
+    vertex: ComplexArray
+    centre: ComplexArray
+    radius: FloatArray
+    thread: float
+
+    def lever_arm(self, psi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return t and dt/dψ [mm] of the thread's centre line in a direction ψ ≥ 0.
+
+        Before the first normal the thread bends round the edge at which the cheek begins.
+        """
+        # a circle about the centre; about the edge its radius is 0
+        centre = np.concatenate([self.vertex[:1], self.centre])
+        radius = np.concatenate([[0.0], self.radius])
+        which = np.minimum(np.searchsorted(self.psi, psi, side='right'), len(self.radius))
+        along = centre[which] * np.exp(-1j * psi)
+        return along.real + radius[which] + 0.5 * self.thread, along.imag
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A plate that carries both cheeks.
+
+    Attributes:
+        outline: edge of the plate, counter-clockwise from the edge of the slot on the left.
+        holes: bore and pin holes.
+        tool: path of the centre of the cutter outside the plate; None without a cutter.
+        tool_holes: paths of the centre of the cutter inside the holes.
+        cheek: cheek on the left, on which the thread lies at positive angles.
+        reach_rad: angle of the wheel at which the cheeks end [rad].
+        acts_from_rad: angle of the wheel from which on the thread lies on the cheeks [rad].
+        slot: width of the slot between the cheeks [mm].
+        tolerance: greatest distance between the outline and the cheeks [mm].
+        cutter: diameter of the cutter, or width of the kerf [mm].
+    """
+
+    outline: ArcPath
+    holes: tuple[Circle, ...]
+    tool: ArcPath | None
+    tool_holes: tuple[Circle, ...]
+    cheek: CheekArcs
+    reach_rad: float
+    acts_from_rad: float
+    slot: float
+    tolerance: float
+    cutter: float
+
+
+def cam_plate(
+    cam: Cam,
+    reach_rad: float,
+    *,
+    thread_mm: float,
+    cutter_mm: float = 0.0,
+    tolerance_mm: float = 1e-4,
+    bore_mm: float | None = None,
+    pins_mm: float | None = None,
+    pin_circle_mm: float | None = None,
+    slot_mm: float | None = None,
+) -> Plate:
+    """Return a plate with both cheeks of a cam, closed by an arc about the axle.
+
+    The thread is held in a slot between the cheeks, as wide as the thread where these begin. From
+    the end of each cheek the thread leads away from the axle, and so from the closing arc.
+
+    Args:
+        cam: the cam.
+        reach_rad: angle of the wheel at which the cheeks end [rad], > 0, within the range.
+        thread_mm: thickness of the thread [mm], > 0: its centre line follows the curve of the cam.
+        cutter_mm: diameter of the cutter, or width of the kerf [mm], ≥ 0.
+        tolerance_mm: greatest distance between arcs and cheeks [mm], FINEST_MM to COARSEST_MM.
+        bore_mm: diameter of the bore for the axle [mm], > 0; None: BORE times the distance of the
+            cusp.
+        pins_mm: diameter of the two pin holes [mm], > 0; None: PINS times that.
+        pin_circle_mm: distance of the pin holes from the axle [mm], > 0; None: PIN_CIRCLE times.
+        slot_mm: depth of the slot below the edges of the cheeks [mm], > 0; None: SLOT times.
+
+    Raises:
+        UsageError: arguments out of range, cheeks that cross or turn back to the axle, a hole that
+            is not inside the plate with WALL_MM of material about it, or a cutter wider than the
+            slot or a hole.
+        CamRangeError: a reach beyond the range of the cam.
+    """
+    tip = MM_PER_M * float(cam.p(0.0))
+    bore = _size('bore_mm', bore_mm, BORE * tip)
+    pins = _size('pins_mm', pins_mm, PINS * tip)
+    pin_circle = _size('pin_circle_mm', pin_circle_mm, PIN_CIRCLE * tip)
+    depth = _size('slot_mm', slot_mm, SLOT * tip)
+    thread = _size('thread_mm', thread_mm, 0.0)
+    if not 0.0 <= cutter_mm < math.inf:
+        raise UsageError(
+            Argument('cutter_mm', cutter_mm, spaced=True),
+            ': must be ≥ 0 mm. Give the diameter of the cutter or the width of the kerf, or leave '
+            'it out',
+        )
+    if not FINEST_MM <= tolerance_mm <= COARSEST_MM:
+        raise UsageError(
+            Argument('tolerance_mm', tolerance_mm, spaced=True),
+            f': must be {FINEST_MM:g} to {COARSEST_MM:g} mm. Give another, or leave it out',
+        )
+    meeting = cheeks_meet_rad(cam)
+    if reach_rad > meeting:
+        raise UsageError(
+            Argument('reach_rad', f'{reach_rad:.6g} rad', spaced=True),
+            f': the cheeks cross at {meeting:.6g} rad and cannot be cut from one plate beyond it. '
+            'Give a smaller one',
+        )
+    # the first angle of the cheek, and what a thread cannot follow, as in every drawing
+    acts_from = float(cheeks(cam, 2, reach_rad, thread / MM_PER_M).angle[0])
+    looked = np.linspace(acts_from, reach_rad, 1001)
+    if np.any(cam.p(looked) <= 0.0):
+        turned = float(looked[np.argmax(cam.p(looked) <= 0.0)])
+        raise UsageError(
+            Argument('reach_rad', f'{reach_rad:.6g} rad', spaced=True),
+            f': from {turned:.6g} rad on the thread leads towards the axle and would lie on the '
+            'edge of the plate. Give a smaller one',
+        )
+    cheek = _cheek_arcs(cam, acts_from, reach_rad, thread, tolerance_mm)
+    slot = -2.0 * float(cheek.vertex[0].real)
+    radius = 0.5 * cutter_mm
+    if radius > 0.5 * slot + tolerance_mm:
+        raise UsageError(
+            Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
+            f": the cutter's radius of {radius:g} mm is larger than the smallest concave radius "
+            f'of curvature of the plate, {0.5 * slot:.4g} mm, at the end of the slot between the '
+            f'cheeks. Use a cutter of at most {slot:.4g} mm, or a thicker thread (',
+            Argument('thread_mm'),
+            ')',
+        )
+    outline = _edge(cheek, slot, depth, 0.0)
+    centres = [0j, *(pin_circle * complex(math.cos(a), math.sin(a)) for a in PIN_ANGLES)]
+    sizes = [('bore_mm', bore), ('pins_mm', pins), ('pins_mm', pins)]
+    named = list(zip(centres, sizes, strict=True))
+    edge = outline.polygon(1e-3 * tip)
+    for at, (centre, (name, size)) in enumerate(named):
+        others = [
+            abs(centre - other) - 0.5 * wide
+            for away, (other, (_, wide)) in enumerate(named)
+            if away != at
+        ]
+        room = min(_room(centre, edge), *others) - WALL_MM
+        if not 0.5 * size <= room:
+            raise UsageError(
+                Argument(name, f'{size:.4g} mm', spaced=True),
+                f': the hole at ({centre.real:.4g}, {centre.imag:.4g}) mm would not leave '
+                f'{WALL_MM:g} mm of the plate about it; there is room for '
+                f'{max(2.0 * room, 0.0):.4g} mm. '
+                + ('Give a smaller hole' if room > 0.0 else 'Give another place')
+                + ': ',
+                Argument(name),
+                ', ',
+                Argument('slot_mm' if name == 'bore_mm' else 'pin_circle_mm'),
+            )
+        if radius >= 0.5 * size:
+            raise UsageError(
+                Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
+                f': does not cut a hole of {size:.4g} mm. Use a smaller cutter, or a larger ',
+                Argument(name),
+            )
+    holes = tuple(
+        Circle('BORE' if at == 0 else 'PIN', centre.real, centre.imag, 0.5 * size)
+        for at, (centre, (_, size)) in enumerate(named)
+    )
+    return Plate(
+        outline,
+        holes,
+        _edge(cheek, slot, depth, radius) if radius else None,
+        tuple(replace(each, layer='TOOL', radius=each.radius - radius) for each in holes)
+        if radius
+        else (),
+        cheek,
+        reach_rad,
+        acts_from,
+        slot,
+        tolerance_mm,
+        cutter_mm,
+    )
+
+
+def _size(name: str, value: float | None, default: float) -> float:
+    """Return a length [mm], by default rounded to two digits; refuse one that is not positive."""
+    if value is None:
+        return float(f'{default:.2g}')
+    if not 0.0 < value < math.inf:
+        raise UsageError(
+            Argument(name, value, spaced=True), ': must be > 0 mm. Give another, or leave it out'
+        )
+    return value
+
+
+def _room(centre: complex, edge: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of a point from a polygon [mm]; negative outside."""
+    start = edge[0] + 1j * edge[1] - centre
+    side = np.roll(start, -1) - start
+    along = np.clip(-(start * side.conj()).real / np.maximum(np.abs(side) ** 2, 1e-300), 0.0, 1.0)
+    apart = float(np.min(np.abs(start + along * side)))
+    turns = float(np.sum(np.angle(np.roll(start, -1) / start))) / math.tau
+    return apart if round(turns) else -apart
+
+
+# -----------------------------------------------------------------------------
+# The cheek as arcs.
+
+
+def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: float) -> CheekArcs:
+    """Return the cheek between two angles of the wheel as biarcs within a tolerance [mm]."""
+
+    def at(angle: FloatArray) -> tuple[FloatArray, ComplexArray]:
+        x, y = cam.contact(angle)
+        psi = cam.psi(angle)
+        normal = np.exp(1j * psi)
+        return psi, MM_PER_M * (x + 1j * y) - 0.5 * thread * normal
+
+    def fitted(low: float, high: float, halvings: int) -> list[tuple[float, complex, float]]:
+        """Return (ψ at its end, centre, radius) of the arcs from low to high."""
+        ends, point = at(np.array([low, high]))
+        arcs = _biarc(ends, point)
+        if arcs is not None:
+            looked, points = at(np.linspace(low, high, _SAMPLES))
+            which = (looked > arcs[0][0]).astype(int)
+            centre = np.array([arc[1] for arc in arcs])[which]
+            radius = np.array([arc[2] for arc in arcs])[which]
+            wrong = np.abs(((centre - points) * np.exp(-1j * looked)).real + radius)
+            if np.max(wrong) <= tolerance:
+                return arcs
+        if halvings == 0:
+            raise UsageError(
+                Argument('tolerance_mm', f'{tolerance:g} mm', spaced=True),
+                f': no arcs are so near to the cheek at {low:.6g} rad. Give a larger one',
+            )
+        middle = 0.5 * (low + high)
+        return fitted(low, middle, halvings - 1) + fitted(middle, high, halvings - 1)
+
+    first, _ = at(np.array([start]))
+    arcs = fitted(start, end, _MOST_HALVINGS)
+    psi = np.array([float(first[0]), *(arc[0] for arc in arcs)])
+    centre = np.array([arc[1] for arc in arcs])
+    radius = np.array([arc[2] for arc in arcs])
+    ends = centre + radius * np.exp(1j * psi[1:])
+    begin = centre[0] + radius[0] * np.exp(1j * psi[0])
+    return CheekArcs(psi, np.concatenate([[begin], ends]), centre, radius, thread)
+
+
+def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, float]] | None:
+    """Return (ψ at its end, centre, radius) of two arcs between points with given normals.
+
+    Both arcs have tangents of equal length to the corner of their control polygon. None where the
+    curve turns back or by half a turn.
+    """
+    chord = complex(point[1] - point[0])
+    tangents = [complex(1j * np.exp(1j * each)) for each in psi]
+    # |chord − d (T₀ + T₁)| = 2 d
+    across = (chord * (tangents[0] + tangents[1]).conjugate()).real
+    turn = 2.0 * (1.0 - math.cos(float(psi[1] - psi[0])))
+    if not (across > 0.0 and psi[1] - psi[0] < math.pi):
+        return None
+    length = abs(chord) ** 2 / (across + math.sqrt(across * across + turn * abs(chord) ** 2))
+    joint = 0.5 * (complex(point[0] + point[1]) + length * (tangents[0] - tangents[1]))
+    # an arc turns by twice the angle between its first tangent and its chord
+    half = np.angle((joint - complex(point[0])) / tangents[0])
+    middle = float(psi[0]) + 2.0 * float(half)
+    if not psi[0] < middle < psi[1]:
+        return None
+    arcs = []
+    for begin, stop, one, other in (
+        (float(psi[0]), middle, complex(point[0]), joint),
+        (middle, float(psi[1]), joint, complex(point[1])),
+    ):
+        radius = abs(other - one) / (2.0 * math.sin(0.5 * (stop - begin)))
+        arcs.append((stop, one - radius * complex(math.cos(begin), math.sin(begin)), radius))
+    return arcs
+
+
+def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath:
+    """Return the edge of the plate, or its parallel curve outside at an offset [mm].
+
+    Each arc keeps its centre and angle; round convex corners the parallel curve is an arc.
+    """
+    normal = np.exp(1j * cheek.psi)
+    end, away = cheek.vertex[-1], cheek.vertex[-1] / abs(cheek.vertex[-1])
+    bottom = complex(-0.5 * slot, cheek.vertex[0].imag - depth)
+    vertices, bulges = [bottom + offset], [0.0]
+    if offset:
+        vertices.append(complex(cheek.vertex[0] + offset))
+        bulges.append(math.tan(0.25 * float(cheek.psi[0])))
+    vertices += (cheek.vertex + offset * normal).tolist()
+    bulges += np.tan(0.25 * np.diff(cheek.psi)).tolist()
+    corner = float(np.angle(away / normal[-1]))
+    if offset:
+        bulges.append(math.tan(0.25 * corner))
+        vertices.append(complex(end + offset * away))
+    # the slot is symmetric; a cutter as wide as the slot goes down its middle
+    vertices = [complex(min(each.real, 0.0), each.imag) for each in vertices]
+    closing = math.tau - 2.0 * float((np.angle(end) - 0.5 * math.pi) % math.tau)
+    parts = math.ceil(closing / _LARGEST_ARC)
+    turned = np.exp(1j * closing * np.arange(1, parts) / parts)
+    points = np.array(
+        [
+            *vertices,
+            *((end + offset * away) * turned),
+            *(-np.conj(np.array(vertices[::-1]))),
+        ]
+    )
+    bulge = [*bulges, *[math.tan(0.25 * closing / parts)] * parts, *bulges[::-1], -1.0]
+    return ArcPath(points.real, points.imag, np.array(bulge))
+
+
+# -----------------------------------------------------------------------------
+# What the plate does to the clock.
+
+
+def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
+    """Return the lever arm of the thread on the plate [m] at angles of the wheel ≥ 0 [rad]."""
+    hole = MM_PER_M * cam.hole_distance
+    psi = np.array(cam.psi(angle))
+    arm, rate = plate.cheek.lever_arm(psi)
+    if math.isinf(hole):
+        return arm / MM_PER_M
+    # ψ = ϑ + arcsin(t/a) by Newton's method from the ψ of the cam, next to which it is
+    for _ in range(8):
+        wrong = psi - angle - np.arcsin(arm / hole)
+        psi = psi - wrong / (1.0 - rate / np.sqrt(hole * hole - arm * arm))
+        arm, rate = plate.cheek.lever_arm(psi)
+    return arm / MM_PER_M
+
+
+def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
+    """Return the lever arm [m] on perfect cheeks that begin at the edges of the slot.
+
+    It differs from that of the cam only before the thread lies on the cheeks.
+    """
+    arm = cam.lever_arm(angle)
+    before = angle < plate.acts_from_rad
+    arm[before] = lever_arm_as_cut(plate, cam, angle[before])
+    return arm
+
+
+@dataclass(frozen=True)
+class PlateRates:
+    """By how much a plate changes the rate of free swings on land [s/day].
+
+    Each array has the shape of the amplitudes. Positive: the clock gains.
+
+    Attributes:
+        amplitude_rad: amplitudes [rad].
+        edge: the cusp is rounded: the thread bends round the edges of the slot.
+        outline: edge and arcs together, the plate as it is drawn.
+        one_micrometre: both cheeks are cut a micrometre too deep.
+    """
+
+    amplitude_rad: FloatArray
+    edge: FloatArray
+    outline: FloatArray
+    one_micrometre: FloatArray
+
+
+def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray) -> PlateRates:
+    """Return what a plate costs at amplitudes within its reach [rad].
+
+    The thread counts as ideal, the swings as free: ½ (I + m t²) θ̇² + F₀ h + ½ k h² is constant.
+    """
+    phase = np.linspace(0.0, 0.5 * math.pi, _SWING_NODES)
+    rows = []
+    for amplitude in amplitudes.tolist():
+        angle = amplitude * np.sin(phase)
+        arm = cam.lever_arm(angle)
+        made = (
+            edge_lever_arm(plate, cam, angle),
+            lever_arm_as_cut(plate, cam, angle),
+            arm - 1e-6,
+        )
+        period, *others = (_period(t, phase, amplitude, setting) for t in (arm, *made))
+        rows.append([86400.0 * (period / other - 1.0) for other in others])
+    edge, outline, deep = np.array(rows).T
+    return PlateRates(amplitudes, edge, outline, deep)
+
+
+def _period(arm: FloatArray, phase: FloatArray, amplitude: float, setting: Setting) -> float:
+    """Return the period of free swings [s] of lever arms at θ = A sin φ, φ evenly spaced.
+
+    T = 4 ∫ √((I + m t²)/(2 (V(A) − V(θ)))) A cos φ dφ. The energies are summed from the turning
+    point, where they are small, by the trapezoidal rule for both cams that are compared.
+    """
+    pull = setting.pull
+    # θ₂ − θ₁ = 2 A cos(mean φ) sin(half the step) has no cancellation at the turning point
+    middle, half = 0.5 * (phase[1:] + phase[:-1]), 0.5 * np.diff(phase)
+    steps = (arm[1:] + arm[:-1]) * amplitude * np.cos(middle) * np.sin(half)
+    drop = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    force = pull.at_rest(setting.gravity) + 0.5 * pull.stiffness * (2.0 * drop[0] - drop)
+    mass = setting.inertia + pull.carried_mass * arm * arm
+    integrand = np.empty_like(arm)
+    integrand[:-1] = np.sqrt(0.5 * mass[:-1] / (force[:-1] * drop[:-1])) * np.cos(phase[:-1])
+    # next to the turning point V(A) − V(θ) = F t (A − θ), and cos² φ = 2 (A − θ)/A
+    integrand[-1] = math.sqrt(mass[-1] / (force[-1] * arm[-1] * amplitude))
+    integrand[[0, -1]] *= 0.5
+    return float(4.0 * amplitude * (phase[1] - phase[0]) * np.sum(integrand))

@@ -1,0 +1,206 @@
+"""Wheel, cheeks and axle of a scene as solids: STEP and STL, by the extra `cad` (build123d).
+
+The scene gives the moment of inertia of all that turns. Cheeks, axle and a web of the thickness of
+the plate are given; the rim is a brass ring of square section, so large that the sum is right.
+Frame: x and y of the plate, z along the axle, 0 where cheeks and web touch. Lengths in
+millimetres.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from tauto_core.curves.drawing import MM_PER_M
+from tauto_core.curves.numerics import bisect
+from tauto_core.curves.plate import ArcPath, Plate
+from tauto_core.files import OutputError, write_output
+from tauto_core.plots.machine import BRASS_KG_M3, RIM_SIDE
+from tauto_core.plots.plate import ScenePlate
+from tauto_core.scene.errors import Argument, TautoError, UsageError, install
+
+KG_PER_MM3 = BRASS_KG_M3 / MM_PER_M**3
+THINNEST_MM, THICKEST_MM = 0.1, 100.0
+STUB = 5.0
+"""Length of the axle on either side of cheeks and web, over its diameter."""
+
+ROUND_MM = 1e-3
+"""Sagitta of the facets of wheel and axle; that of the cheeks is the tolerance of the plate."""
+
+
+class CadError(TautoError):
+    """Solids that cannot be made, since the extra `cad` is not installed."""
+
+
+@dataclass(frozen=True)
+class WheelSizes:
+    """Sizes of the solids [mm].
+
+    Attributes:
+        thickness: thickness of plate and web.
+        rim: mean radius of the rim.
+        side: side of its square section.
+        stub: length of the axle on either side.
+    """
+
+    thickness: float
+    rim: float
+    side: float
+    stub: float
+
+
+def check_solids(thickness_mm: float) -> None:
+    """Refuse a thickness beyond THINNEST_MM to THICKEST_MM (UsageError), and a missing library.
+
+    Without build123d it is a CadError.
+    """
+    if not THINNEST_MM <= thickness_mm <= THICKEST_MM:
+        raise UsageError(
+            Argument('thickness_mm', thickness_mm, spaced=True),
+            f': must be {THINNEST_MM:g} to {THICKEST_MM:g} mm. Give another, or leave it out',
+        )
+    try:
+        version('build123d')
+    except PackageNotFoundError:
+        raise CadError(
+            'STEP and STL need build123d, which is not installed. Run ',
+            install('cad'),
+            ', or leave out --step and --stl',
+        ) from None
+
+
+def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes:
+    """Return the sizes with which wheel, cheeks and axle have a moment of inertia [kg m2].
+
+    UsageError: cheeks and axle alone have more.
+    """
+    stub = STUB * 2.0 * plate.holes[0].radius
+    wanted = inertia * MM_PER_M**2 / KG_PER_MM3
+    # ∫ (x² + y²) over the polygon, by Green's theorem
+    x, y = plate.outline.polygon(ROUND_MM)
+    after = np.roll(x, -1), np.roll(y, -1)
+    squares = sum(a * a + a * b + b * b for a, b in zip((x, y), after, strict=True))
+    cheeks = float(np.sum((x * after[1] - after[0] * y) * squares)) / 12.0
+
+    def disc(radius: float) -> float:
+        return 0.5 * math.pi * radius**4
+
+    bore = disc(plate.holes[0].radius)
+    holes = bore + sum(
+        disc(hole.radius) + math.pi * (hole.radius * math.hypot(hole.x, hole.y)) ** 2
+        for hole in plate.holes[1:]
+    )
+    fixed = (cheeks - holes) * thickness_mm + bore * 2.0 * (thickness_mm + stub)
+
+    def total(rim: float) -> float:
+        side = RIM_SIDE * rim
+        inner, outer = rim - 0.5 * side, rim + 0.5 * side
+        ring = (disc(outer) - disc(inner)) * side
+        return fixed + ring + (disc(inner) - holes) * thickness_mm
+
+    # inside the rim the plate has room
+    least = float(np.max(np.hypot(x, y))) / (1.0 - 0.5 * RIM_SIDE)
+    if total(least) > wanted:
+        raise UsageError(
+            Argument('thickness_mm', f'{thickness_mm:g} mm', spaced=True),
+            f': cheeks, axle and the smallest wheel about them have a moment of inertia of '
+            f'{total(least) * KG_PER_MM3 / MM_PER_M**2:.4g} kg m2 in brass, and the scene has '
+            f'{inertia:.4g} kg m2. Give a thinner plate, or a smaller ',
+            Argument('reach_rad'),
+        )
+    most = least
+    while total(most) < wanted:
+        most *= 2.0
+    rim, _ = bisect(lambda radius: total(radius) < wanted, least, most)
+    return WheelSizes(thickness_mm, rim, RIM_SIDE * rim, stub)
+
+
+def write_solids(
+    made: ScenePlate, thickness_mm: float, step: Path | None, stl: Path | None
+) -> list[Path]:
+    """Write wheel, cheeks and axle as one STEP file and as STL files in a folder.
+
+    Returns the files; existing ones are replaced. Errors: those of `check_solids` and
+    `wheel_sizes`, and OutputError.
+    """
+    check_solids(thickness_mm)
+    sizes = wheel_sizes(made.plate, made.setting.inertia, thickness_mm)
+    parts = _solids(made.plate, sizes)
+    from build123d import Compound, export_step, export_stl
+
+    written: list[tuple[Path, bytes]] = []
+    with TemporaryDirectory() as folder:
+        if step is not None:
+            for name, part in parts.items():
+                part.label = name
+            whole = Path(folder) / 'whole.step'
+            export_step(Compound(label=made.name, children=list(parts.values())), whole)
+            written.append((step, whole.read_bytes()))
+        if stl is not None:
+            for name, part in parts.items():
+                # build123d's tolerance is relative to the size of an edge; of facets only the
+                # sagitta counts, not the angle between them
+                relative = (
+                    made.plate.tolerance / float(np.max(np.abs(np.diff(made.plate.cheek.vertex))))
+                    if name == 'cheeks'
+                    else ROUND_MM / part.bounding_box().diagonal
+                )
+                export_stl(part, Path(folder) / name, tolerance=relative, angular_tolerance=1.0)
+                written.append((stl / f'{name}.stl', (Path(folder) / name).read_bytes()))
+    if stl is not None:
+        try:
+            stl.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(
+                Argument('stl', stl),
+                f': cannot be made a folder: {error.strerror}. Name another',
+            ) from None
+    for file, content in written:
+        write_output(file, content)
+    return [file for file, _ in written]
+
+
+def _solids(plate: Plate, sizes: WheelSizes) -> dict[str, Any]:
+    """Return the solids by name."""
+    from build123d import Cylinder, Edge, Face, Pos, Solid, Vector, Wire
+
+    def ring(radius: float) -> Any:
+        return Wire(Edge.make_circle(radius))
+
+    def extruded(edge: Any, holes: list[Any], low: float, high: float) -> Any:
+        face = Face(edge, holes).moved(Pos(0.0, 0.0, low))
+        return Solid.extrude(face, Vector(0.0, 0.0, high - low))
+
+    holes = [ring(hole.radius).moved(Pos(hole.x, hole.y, 0.0)) for hole in plate.holes]
+    cheeks = extruded(_wire(plate.outline), holes, 0.0, sizes.thickness)
+    inner, outer = sizes.rim - 0.5 * sizes.side, sizes.rim + 0.5 * sizes.side
+    middle = -0.5 * sizes.thickness
+    web = extruded(ring(inner), holes, -sizes.thickness, 0.0)
+    rim = extruded(
+        ring(outer), [ring(inner)], middle - 0.5 * sizes.side, middle + 0.5 * sizes.side
+    )
+    axle = Cylinder(plate.holes[0].radius, 2.0 * (sizes.thickness + sizes.stub))
+    return {'wheel': web + rim, 'cheeks': cheeks, 'axle': axle}
+
+
+def _wire(edge: ArcPath) -> Any:
+    """Return a closed path as a wire of arcs and lines."""
+    from build123d import Edge, Wire
+
+    points = edge.x + 1j * edge.y
+    edges = []
+    for start, end, bulge in zip(points, np.roll(points, -1), edge.bulge, strict=True):
+        ends = [(each.real, each.imag, 0.0) for each in (start, end)]
+        if bulge == 0.0:
+            edges.append(Edge.make_line(*ends))
+            continue
+        # the sagitta is the bulge times half the chord, on the right of a left turn
+        middle = 0.5 * (start + end) - 0.5j * bulge * (end - start)
+        edges.append(Edge.make_three_point_arc(ends[0], (middle.real, middle.imag, 0.0), ends[1]))
+    return Wire(edges)

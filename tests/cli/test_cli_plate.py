@@ -1,0 +1,174 @@
+"""`tauto plate`: its files read by other programs, and measured."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ezdxf import path as dxf_path
+from ezdxf.filemanagement import readfile
+from typer.testing import CliRunner
+
+from tauto_core.cli.app import app
+from tauto_core.samples import FloatArray
+from tauto_core.scene import load_scene
+
+SCENES = ('measured', 'ideal', 'clock_own_cam_spring')
+
+
+def run(*arguments: str | Path) -> str:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 0, result.stderr
+    return result.stdout
+
+
+def support(x: FloatArray, y: FloatArray, psi: FloatArray) -> FloatArray:
+    """Return how far a taut thread on the left of the slot is from the axle [mm].
+
+    It comes from the slot, and its line touches the plate where that reaches farthest along the
+    normal.
+    """
+    bottom = np.min(y[(np.abs(x) < 0.2) & (y > 0.0)])
+    left = (x < 0.0) & (y > bottom + 0.25)
+    points = np.stack([x[left], y[left]])
+    return np.array([np.max(np.cos(a) * points[0] + np.sin(a) * points[1]) for a in psi])
+
+
+def rate_s_per_day(angle: FloatArray, wrong: FloatArray, slope: float, amplitude: float) -> float:
+    """Return 86400 · 2/(π t'(0) A²) ∫ δt θ dθ/√(A² − θ²), by first-order perturbation.
+
+    It holds for a constant force and a linear lever arm.
+    """
+    phase = (np.arange(4000) + 0.5) * (0.5 * math.pi / 4000)
+    at = amplitude * np.sin(phase)
+    integral = float(np.mean(np.interp(at, angle, wrong) * at)) * 0.5 * math.pi
+    return 86400.0 * 2.0 / (math.pi * slope * amplitude**2) * integral
+
+
+@pytest.mark.parametrize('name', SCENES)
+def test_the_lever_arm_rebuilt_from_the_dxf(name: str, tmp_path: Path) -> None:
+    """ezdxf flattens the outline; half the thread is added to how far a taut thread is away."""
+    file = tmp_path / 'plate.dxf'
+    facts = json.loads(run('plate', name, '--dxf', file, '--thread', '0.5', '--json'))
+    document = readfile(file)
+    assert not document.audit().errors
+    assert document.units == 4  # millimetres
+    (outline,) = document.modelspace().query('LWPOLYLINE[layer=="PLATE"]')
+    assert outline.closed
+    # chords of a nanometre's sagitta, well below the tolerance of ten
+    flat = dxf_path.make_path(outline).flattening(1e-6, segments=4)
+    x, y, _ = np.array([tuple(point) for point in flat]).T
+    scene = load_scene(name)
+    assert scene.trochlea is not None
+    cam = scene.trochlea.made_cam(scene.g)
+    angle = np.linspace(1e-3, facts['reach_rad'] - 1e-3, 900)
+    psi = cam.psi(angle)
+    arm = 0.25 + support(x, y, psi)
+    # through a hole, ψ − arcsin(t/a) is the angle of the wheel
+    turned = psi - np.arcsin(arm / (1e3 * cam.hole_distance))
+    wrong = arm - 1e3 * cam.lever_arm(np.maximum(turned, 0.0))
+    acts = angle > facts['acts_from_rad']
+    assert np.max(np.abs(wrong[acts])) < 1.5 * facts['tolerance_mm']
+    # before the cheeks act the edge holds the thread r θ₀³/6 away, and no more
+    assert 0.0 < np.max(wrong[~acts]) < 1e-3
+    if name != 'measured':
+        return
+    # with the flattening a nanometre low at worst, 0.055 s/day at 0.2 rad
+    for row in facts['rates']:
+        measured = rate_s_per_day(turned, wrong, 5.0, row['amplitude_rad'])
+        assert measured == pytest.approx(
+            row['as_drawn_s_per_day'], abs=0.012 / row['amplitude_rad']
+        )
+
+
+def test_the_path_of_the_cutter_and_the_holes_are_in_the_dxf(tmp_path: Path) -> None:
+    file = tmp_path / 'plate.dxf'
+    run('plate', 'measured', '--dxf', file, '--bore', '2', '--pins', '1', '--pin-circle', '3.2')
+    space = readfile(file).modelspace()
+    circles = {
+        layer: [(c.dxf.center.x, c.dxf.center.y, c.dxf.radius) for c in space.query(query)]
+        for layer in ('BORE', 'PIN', 'TOOL')
+        for query in [f'CIRCLE[layer=="{layer}"]']
+    }
+    assert circles['BORE'] == [(0.0, 0.0, 1.0)]
+    assert [math.hypot(x, y) for x, y, _ in circles['PIN']] == pytest.approx([3.2, 3.2])
+    assert sorted(radius for _, _, radius in circles['TOOL']) == [0.375, 0.375, 0.875]
+    (tool,) = space.query('LWPOLYLINE[layer=="TOOL"]')
+    (outline,) = space.query('LWPOLYLINE[layer=="PLATE"]')
+    areas = []
+    for edge in (tool, outline):
+        points = np.array([(p.x, p.y) for p in dxf_path.make_path(edge).flattening(1e-5)])
+        steps = np.roll(points, -1, axis=0) - points
+        areas.append(
+            (
+                float(np.sum(points[:, 0] * steps[:, 1] - points[:, 1] * steps[:, 0])) / 2.0,
+                float(np.sum(np.hypot(*steps.T))),
+            )
+        )
+    # Steiner: a parallel curve at d encloses L d + π d² more, once round
+    (outside, _), (inside, length) = areas
+    assert outside - inside == pytest.approx(length * 0.125 + math.pi * 0.125**2, rel=1e-4)
+
+
+def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
+    file = tmp_path / 'paper.svg'
+    run('plate', 'ideal', '--template', file)
+    root = ET.fromstring(file.read_text(encoding='utf-8'))
+    assert root.attrib['width'] == '210mm'
+    assert root.attrib['height'] == '297mm'
+    assert root.attrib['viewBox'] == '0 0 210 297'  # a unit is a millimetre
+    space = {'svg': 'http://www.w3.org/2000/svg'}
+    check = root.find(".//svg:path[@id='CHECK']", space)
+    assert check is not None
+    assert check.attrib['d'].endswith('h100')
+    drawn = root.find(".//svg:path[@id='PLATE']", space)
+    assert drawn is not None
+    # the width is that of the plate in the DXF, from the corners of the path
+    dxf = tmp_path / 'plate.dxf'
+    run('plate', 'ideal', '--dxf', dxf)
+    (outline,) = readfile(dxf).modelspace().query('LWPOLYLINE[layer=="PLATE"]')
+    corners = np.array(outline.get_points('xy'))
+    ends = re.findall(r'(?:M|L|A\S+ \S+ 0 [01] [01] )(-?[\d.]+) (-?[\d.]+)', drawn.attrib['d'])
+    found = np.array(ends, float)[:-1] * [1.0, -1.0]
+    np.testing.assert_allclose(found, corners, atol=1e-6)
+
+
+def test_a_plate_too_large_for_the_paper_is_refused_before_anything_is_written(
+    tmp_path: Path,
+) -> None:
+    paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
+    large = ['plate', 'measured', '--set', 'trochlea.cam.base_radius=0.06']
+    result = CliRunner().invoke(app, [*large, '--template', str(paper), '--dxf', str(dxf)])
+    assert result.exit_code == 2
+    assert 'does not fit on a sheet of A4, which has room for 180 × 177 mm' in result.stderr
+    assert not paper.exists()
+    assert not dxf.exists()
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'words'),
+    [
+        (('globe_in_oil',), 'scene = globe_in_oil: has no pair of mirror-image cheeks'),
+        (('clock_own_cam_lever',), 'has no pair of mirror-image cheeks'),
+        (('measured', '--cutter', '1'), '--cutter = 1 mm: the cutter'),
+        (('measured', '--pin-circle', '9'), 'Give another place: --pins, --pin-circle'),
+        (('measured', '--reach', '-1'), '--reach = -1.0 rad: must be > 0'),
+        (('measured', '--dxf', 'plate.svg'), '--dxf plate.svg: must end in .dxf'),
+        (('measured', '--template', 'a.pdf'), '--template a.pdf: must end in .svg'),
+    ],
+)
+def test_refusals_name_the_option(arguments: tuple[str, ...], words: str) -> None:
+    result = CliRunner().invoke(app, ['plate', *arguments])
+    assert result.exit_code == 2
+    assert words in result.stderr
+
+
+def test_the_figures_are_printed() -> None:
+    said = run('plate', 'measured')
+    assert 'rounded cusp: +0.018 s/day at 0.2 rad' in said
+    assert '64 arcs a cheek, within 1e-05 mm' in said
