@@ -611,7 +611,8 @@ _PARAGRAPHS = (
         ),
         ('I',),
         lacks='An arc of a circle begins at least a little below the axle, here a tenth of a '
-        'millimetre.',
+        'millimetre: rooted in the axle itself it pulls as the square of the angle, and small '
+        'swings have no period by which a dial could be set.',
     ),
     Paragraph(
         'III',
@@ -646,10 +647,14 @@ _PARAGRAPHS = (
             'tauto sail condensed_air_at_sea',
             'tauto sail stretched_chord_at_sea',
             'tauto sail sully_lever_at_sea',
+            "tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5 --set 'trochlea.power={"
+            "kind: force, force: 0.5}' --set trochlea.thread.inertia=1e-5",
         ),
         ('III',),
         lacks="Air and a stretched chord have no law in the text: Boyle's, and that of a chord "
-        'drawn aside, are ours. Both pull a vertical thread or one through a hole.',
+        'drawn aside, are ours. They pull a vertical thread or one through a hole; a lever takes '
+        'a weight or a constant force, and is level at rest. A thread without mass is straight, '
+        'so that a spring on one that swings is anchored in a hole.',
     ),
     Paragraph(
         'VI',
