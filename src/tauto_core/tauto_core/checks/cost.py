@@ -560,6 +560,10 @@ TRIAL_RUN_S = 0.8
 """Approximate run time of the trials for errors together [s], and of those for growth; it limits
 how much of a scene they cover.
 """
+CREEP_TRIED_S = 60.0
+"""Length of the trials of a wheel that drag lets creep home [s]. It has no swing by which its
+steps could be predicted, and they may cost many times as much as was expected.
+"""
 LONGEST_TRIAL_S = 10.0
 """Processor time after which trials are cut that cost more than was predicted [s]."""
 
@@ -656,6 +660,8 @@ def forecast(
         )
     seas = scene.ship.worst_seas(scene)
     longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
+    if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
+        longest_s = min(longest_s, CREEP_TRIED_S)
     found: list[tuple[float, Trial, Scene, dict[str, Any] | None]] = []
     for sea in seas:
         there = scene.model_copy(update={'ship': sea.ship})
