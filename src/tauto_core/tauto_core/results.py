@@ -290,19 +290,14 @@ def answer(result: Mapping[str, Any]) -> str:
     if slacks := trochlea.get('slacks'):
         times = 'once' if slacks == 1 else f'{slacks:,} times'
         slack = f' The thread went slack {times}, for {figure(trochlea["slack_s"], "s")} s in all.'
-    said = f'{_answer(result)}{slack}{_of_a_cork(result)}'
+    cork, sea = '', result.get('sea') or result.get('weather') or {}
+    if sea.get('heave') and not sea.keys() & {'hull', 'operator'}:
+        cork = (
+            ' The ship is a cork: she heaves as the waves do, and their sideways half is left '
+            'out; ship.hull gives her a hull.'
+        )
+    said = f'{_answer(result)}{slack}{cork}'
     return f'The bag is not whole. {said}' if result.get('damage') else said
-
-
-def _of_a_cork(result: Mapping[str, Any]) -> str:
-    """Return a sentence about a ship that heaves with the waves and has no hull."""
-    sea = result.get('sea') or result.get('weather') or {}
-    if not sea.get('heave') or sea.keys() & {'hull', 'operator'}:
-        return ''
-    return (
-        ' The ship is a cork: she heaves as the waves do, and their sideways half is left out; '
-        'ship.hull gives her a hull.'
-    )
 
 
 def not_whole(result: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from decimal import Decimal
 
-PLACES = {'nmi': (-2, 0), 's': (-3, -1), 's/day': (-3, 0)}
+DECIMALS = {'nmi': (-2, 0), 's': (-3, -1), 's/day': (-3, 0)}
 """Powers of ten of the finest and the coarsest last place in which `figure` prints, by unit.
 
 The finest are twenty metres, a thousandth of a second, and that a day, than which no marine
@@ -17,7 +17,7 @@ hold the dial against an estimate.
 
 def least(unit: str) -> float:
     """Return what a `figure` of a unit cannot show less of."""
-    return float(f'1e{PLACES[unit][0]}')
+    return float(f'1e{DECIMALS[unit][0]}')
 
 
 def figure(value: float | None, unit: str, *, signed: bool = False) -> str:
@@ -31,7 +31,7 @@ def figure(value: float | None, unit: str, *, signed: bool = False) -> str:
         return significant(value, signed=signed)
     if abs(value) < least(unit):
         return f'<{least(unit):g}'
-    finest, coarsest = PLACES[unit]
+    finest, coarsest = DECIMALS[unit]
     place = math.floor(math.log10(abs(value))) - 2
     return _to_place(value, min(max(place, finest), coarsest), signed=signed)
 

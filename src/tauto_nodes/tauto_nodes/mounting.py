@@ -11,7 +11,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.time import Time
 
 from tauto_core.samples import SHIP_IMU, FloatArray, ImuSamples
-from tauto_core.ship.imu import MOUNT_FRAME, mounted, rotation
+from tauto_core.ship.imu import MOUNT_FRAME, mounted, quaternion_of_angles
 from tauto_nodes import ParameterError
 
 
@@ -25,7 +25,7 @@ def rotation_of(text: str) -> FloatArray:
         raise ParameterError(
             f'imu_rotation = {text!r}: must be roll, pitch and yaw in degrees, as in 0 0 90'
         ) from None
-    return rotation(roll, pitch, yaw)
+    return quaternion_of_angles(roll, pitch, yaw)
 
 
 class StaticTransforms:

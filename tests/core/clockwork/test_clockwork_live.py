@@ -31,7 +31,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.imu import imu_from_roll, mounted, rotation
+from tauto_core.ship.imu import imu_from_roll, mounted, quaternion_of_angles
 
 SCENE = load_scene('measured')
 START_NS = 1_700_000_000 * 10**9
@@ -130,7 +130,7 @@ def test_a_slow_sensor_moves_the_dial_by_little_and_is_told(rate_hz: float, with
 def test_of_two_sensors_at_once_the_first_is_believed(apart_s: float):
     """The second one's roll is 2 degrees off, and its clock is wrong."""
     imu, stage = quiet(20.0), LiveTrochlea(SCENE)
-    off = mounted(imu, rotation(np.radians(2.0), 0.0, 0.0))
+    off = mounted(imu, quaternion_of_angles(np.radians(2.0), 0.0, 0.0))
     other = replace(off, stamp_ns=imu.stamp_ns + round(apart_s * 1e9))
     each = [take(one, slice(k, k + 1)) for k in range(len(imu.stamp_ns)) for one in (imu, other)]
     mixed = errors_s(said_of(stage, [join(each)])[READING])
@@ -207,7 +207,7 @@ def test_a_sensor_that_feels_no_gravity_is_named_once_and_believed_when_it_does(
 @pytest.mark.parametrize('degrees', [(0, 0, 90), (180, 0, 0), (30, -40, 100)])
 def test_a_sensor_mounted_otherwise_reads_the_same(degrees):
     imu = sensor(12.0)
-    mount = rotation(*np.radians(degrees))
+    mount = quaternion_of_angles(*np.radians(degrees))
     seen = mounted(imu, mount * [-1.0, -1.0, -1.0, 1.0])  # what the sensor says
     if degrees == (0, 0, 90):  # x of the sensor points to port: it feels port along x
         np.testing.assert_allclose(

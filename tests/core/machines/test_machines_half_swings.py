@@ -9,7 +9,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tauto_core.curves.branches import Circle, JoinedCurve, ThroughPoints, joined_companion
+from tauto_core.curves.branches import (
+    CircularDescent,
+    JoinedCurve,
+    ThroughPoints,
+    joined_companion,
+)
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone
 from tauto_core.machines.fluid_pendulum import composed_length, descent_time, duration_excess
 from tauto_core.machines.half_swings import BothWays
@@ -21,7 +26,7 @@ LEVEL = np.linspace(0.125, 1.0, 8)
 POINTS = np.stack([LEVEL, 0.5 * LEVEL**2 + 0.1 * LEVEL**3], axis=1)
 GIVEN: dict[str, Any] = {
     'cycloid': Cycloid(KAPPA, GAMMA, 1.0),
-    'circle': Circle(KAPPA, GAMMA, 1.0 / GAMMA),
+    'circle': CircularDescent(KAPPA, GAMMA, 1.0 / GAMMA),
     'points': ThroughPoints(KAPPA, GAMMA, POINTS),
 }
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.plots.coast import Frame, frame, inland_km, land, place_name
+from tauto_core.plots.coast import MapFrame, frame, inland_km, land, place_name
 from tauto_core.samples import FloatArray
 
 
@@ -22,7 +22,7 @@ def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bo
     return crossings % 2 == 1
 
 
-WORLD = Frame(-180.0, -90.0, 180.0, 90.0)
+WORLD = MapFrame(-180.0, -90.0, 180.0, 90.0)
 
 
 @pytest.mark.parametrize(
@@ -44,20 +44,20 @@ WORLD = Frame(-180.0, -90.0, 180.0, 90.0)
 def test_known_places_are_on_land_or_at_sea(
     place: str, latitude: float, longitude: float, *, on_land: bool
 ) -> None:
-    about = Frame(longitude - 5.0, max(latitude - 4.0, -90.0), longitude + 5.0, latitude + 4.0)
+    about = MapFrame(longitude - 5.0, max(latitude - 4.0, -90.0), longitude + 5.0, latitude + 4.0)
     for within in (WORLD, about):
         assert is_land(land(within), longitude, latitude) == on_land, place
 
 
 def test_the_same_land_lies_a_turn_further_east() -> None:
-    here, there = Frame(140.0, -50.0, 180.0, 0.0), Frame(-220.0, -50.0, -180.0, 0.0)
+    here, there = MapFrame(140.0, -50.0, 180.0, 0.0), MapFrame(-220.0, -50.0, -180.0, 0.0)
     for one, other in zip(land(here), land(there), strict=True):
         np.testing.assert_allclose(one[0] - 360.0, other[0], atol=1e-9)
         np.testing.assert_allclose(one[1], other[1], atol=1e-9)
 
 
 def test_outlines_are_closed_and_keep_to_their_frame() -> None:
-    of = Frame(-84.0, 6.0, 47.0, 61.0)
+    of = MapFrame(-84.0, 6.0, 47.0, 61.0)
     outlines = land(of)
     # a page that shows half of the Atlantic stays small
     assert sum(outline.shape[1] for outline in outlines) < 12_000
@@ -70,7 +70,7 @@ def test_outlines_are_closed_and_keep_to_their_frame() -> None:
 def test_the_area_of_ireland_is_known() -> None:
     """84,421 km² (Ordnance Survey Ireland); 1:50 million keeps it to some percent."""
     (outline,) = (
-        each for each in land(Frame(-11.0, 51.0, -5.0, 56.0)) if is_land([each], -8.0, 53.3)
+        each for each in land(MapFrame(-11.0, 51.0, -5.0, 56.0)) if is_land([each], -8.0, 53.3)
     )
     x, y = np.radians(outline)
     # the cylinder of Lambert keeps areas

@@ -19,8 +19,8 @@ from tauto_core.plots.machine import (
     BRASS_KG_M3,
     LEAD_KG_M3,
     RIM_SIDE,
-    Drawing,
-    Part,
+    MachineDrawing,
+    Outline,
     cam_extent,
     draw_machine,
 )
@@ -40,13 +40,13 @@ SCENES = (
 )
 
 
-def part(drawn: Drawing, name: str) -> Part:
+def part(drawn: MachineDrawing, name: str) -> Outline:
     """Return the only part of a name."""
     (found,) = (each for each in drawn.parts if each.name == name)
     return found
 
 
-def radii(of: Part, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
+def radii(of: Outline, centre: tuple[float, float] = (0.0, 0.0)) -> FloatArray:
     """Return the distances of the points of an outline from a place."""
     return np.hypot(of.x - centre[0], of.y - centre[1])
 

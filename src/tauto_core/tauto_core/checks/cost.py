@@ -186,7 +186,7 @@ class Growth:
 
 
 @dataclass(frozen=True)
-class Trial:
+class TrialErrors:
     """The errors that trial runs of the beginning of a scene showed.
 
     Attributes:
@@ -232,7 +232,7 @@ def try_out(
     tolerance: float | None,
     limit: Limit | None = None,
     lasts_s: float = math.inf,
-) -> Trial:
+) -> TrialErrors:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
     The scene is on a ship that moves or has a propagator that takes steps; otherwise `tolerance`
@@ -268,7 +268,7 @@ def try_out(
         growing = _Growing.of(runs[-2], runs[-1], scene)
     interval_s = scene.log_interval_ns / NS_PER_S
     tried = min(len(each) for each in (runs[0].phases, steps, sampling) if each is not None)
-    seen = Trial(
+    seen = TrialErrors(
         tried_s=max(tried - 1, 0) * interval_s,
         sampling_s=None,
         steps_s=None,
@@ -662,7 +662,7 @@ def forecast(
     longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
     if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
         longest_s = min(longest_s, CREEP_TRIED_S)
-    found: list[tuple[float, Trial, Scene, dict[str, Any] | None]] = []
+    found: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
     for sea in seas:
         there = scene.model_copy(update={'ship': sea.ship})
         limit = Limit(

@@ -187,7 +187,12 @@ def _comparison(value: float, sizes: _Sizes) -> str:
         size = span(limit)
     else:
         size = f'{limit:.3g}{" " if sizes.unit else ""}{sizes.unit}'
-    said = f'{_turns(value, sizes)}{"more" if beyond else "less"} than {size}'
+    familiar = ''  # the value in turns or days, if that helps
+    if sizes.unit == 'rad' and abs(value) > math.tau:
+        familiar = f'{abs(value) / math.tau:.2g} turns, '
+    elif sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:
+        familiar = f'{span(abs(value))}, '
+    said = f'{familiar}{"more" if beyond else "less"} than {size}'
     return f'{said}, the {"most" if beyond else "least"} that any known machine or voyage has'
 
 
@@ -200,15 +205,6 @@ def _meant(key: str, value: float, sizes: _Sizes) -> str:
         if sizes.least <= abs(value * size) <= sizes.most
     ]
     return f'If it is {"; ".join(meant)}.' if meant else f'Its unit is {sizes.unit or 1}.'
-
-
-def _turns(value: float, sizes: _Sizes) -> str:
-    """Return the size in a more familiar unit, as turns or days, if that helps."""
-    if sizes.unit == 'rad' and abs(value) > math.tau:
-        return f'{abs(value) / math.tau:.2g} turns, '
-    if sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:
-        return f'{span(abs(value))}, '
-    return ''
 
 
 # -----------------------------------------------------------------------------

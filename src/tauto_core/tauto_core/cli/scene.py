@@ -76,7 +76,7 @@ def check(
     show_result(facts, facts_table(facts))
 
 
-Choice = Annotated[str | None, typer.Option(metavar='KIND')]
+KindChoice = Annotated[str | None, typer.Option(metavar='KIND')]
 
 
 class NewCommand(TyperCommand):
@@ -96,11 +96,11 @@ class NewCommand(TyperCommand):
 
 
 def new(
-    ship: Choice = None,
-    cam: Choice = None,
-    thread: Choice = None,
-    power: Choice = None,
-    escapement: Choice = None,
+    ship: KindChoice = None,
+    cam: KindChoice = None,
+    thread: KindChoice = None,
+    power: KindChoice = None,
+    escapement: KindChoice = None,
     out: Annotated[
         str | None,  # a Path drops the slash of a folder
         typer.Option(

@@ -54,7 +54,7 @@ class WholeTable(Table):
         yield from super().__rich_console__(console, options)
 
 
-Section = Mapping[str, Any]
+Facts = Mapping[str, Any]
 
 _SENTENCE = 43
 """Width of the longest label; a sentence in place of a figure is broken there, since it would
@@ -62,7 +62,7 @@ push all figures to the right.
 """
 
 
-def voyage_table(result: Section) -> RenderableType:
+def voyage_table(result: Facts) -> RenderableType:
     """Return a voyage as text: the answer, a table in groups, and the place of the bag.
 
     `result` is what `voyage.sail` and `tauto graph` return; groups whose section is absent or
@@ -92,7 +92,7 @@ def voyage_table(result: Section) -> RenderableType:
     return Group(*parts)
 
 
-def sea_words(sea: Section) -> str:
+def sea_words(sea: Facts) -> str:
     """Return a ship's sea (`ship.sea_metadata`) as a line of text."""
     said = (
         f'{sea.get("source", sea["spectrum"])}, Hs {sea["significant_wave_height_m"]:.3g} m, '
@@ -354,7 +354,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f'coefficient of {name}', f'{said}, {source}'
 
 
-def _left_out_words(row: Section) -> str:
+def _left_out_words(row: Facts) -> str:
     """Return something that is left out as a sentence, after the key that brings it in."""
     why = row['why'] if row['worth'] is None else f'{row["why"][:-1]} ({row["worth"]}).'
     return f'{row["key"] or row["what"]}: {why}'
@@ -504,7 +504,7 @@ def _case(row: Row) -> str:
 # The budget of a rate: its causes, what is open, what small changes are worth.
 
 
-def budget_rows(facts: Section) -> list[tuple[str, str, str, str]]:
+def budget_rows(facts: Facts) -> list[tuple[str, str, str, str]]:
     """Return cause, rate, miles and where it was found of each row of a budget, as text."""
     said = []
     for row in (*facts['rows'], facts['sum'], facts['interaction'], facts['whole']):
@@ -520,7 +520,7 @@ def budget_rows(facts: Section) -> list[tuple[str, str, str, str]]:
     return said
 
 
-def budget_tables(facts: Section) -> list[RenderableType]:
+def budget_tables(facts: Facts) -> list[RenderableType]:
     """Return a budget (`Budget.facts`) as texts and tables."""
     whole = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
     causes = of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')

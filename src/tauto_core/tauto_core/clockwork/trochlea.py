@@ -305,22 +305,18 @@ class TrochleaStage:
         times = np.concatenate([times for times, _ in parts])
         motions = [motion for _, motion in parts]
         said = self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
-        return {**said, **self._slack()}
-
-    def _slack(self) -> Batches:
-        """Return what the thread has done that was slack and is taut again."""
         tautened: Callable[[], list[Tautening]] = getattr(self._propagator, 'tautened', list)
-        found = tautened()
-        if not found:
-            return {}
         stamps, rows = [], []
-        for each in found:
+        for each in tautened():
             stamp_ns = (self._origin_ns or 0) + round(each.time_s * NS_PER_S)
             self._taut_ns = max(stamp_ns, self._taut_ns + 1)
             self._slacks += 1
             stamps.append(self._taut_ns)
             rows.append((self._slacks, each.slack_s, each.lost_joule))
-        return {SLACK: scalars(np.array(stamps), SLACK_NAMES, np.array(rows, np.float64))}
+        if not rows:
+            return said
+        slack = scalars(np.array(stamps), SLACK_NAMES, np.array(rows, np.float64))
+        return {**said, SLACK: slack}
 
     def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
         def column(name: str) -> np.ndarray:

@@ -257,7 +257,7 @@ class Quarter:
 
 
 @dataclass(frozen=True)
-class Circle(CurveInMedium):
+class CircularDescent(CurveInMedium):
     """A circle of the radius γf, on which a body hangs from a thread: dx/ds = sin(s/γf)."""
 
     @property
@@ -378,7 +378,7 @@ class ThroughPoints:
         return found.reshape(np.shape(arc))
 
 
-Given: TypeAlias = Cycloid | Circle | ThroughPoints
+Given: TypeAlias = Cycloid | CircularDescent | ThroughPoints
 
 # -----------------------------------------------------------------------------
 # The companion (1729, 7). Every half swing, down one branch and up the other, takes π√(L/g) if and

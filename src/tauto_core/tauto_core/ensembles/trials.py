@@ -57,7 +57,7 @@ from tauto_core.scene.errors import (
     naming,
 )
 from tauto_core.scene.loader import checked_scene, read_mapping
-from tauto_core.scene.sections import LEAST_WIND, VARIABLE, LogEntry
+from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.hull import SHAPES
@@ -200,7 +200,7 @@ def with_wind_drawn(
     for utc, latitude, longitude, wind_from, wind, celsius in entries:
         daily, turn, anywhere = *random.standard_normal(2), 360.0 * random.random()
         calm = wind is not None and wind < LEAST_WIND
-        if wind is None or (not calm and (wind_from is None or wind_from in VARIABLE)):
+        if wind is None or (not calm and (wind_from is None or wind_from in VARIABLE_WINDS)):
             found.append((utc, latitude, longitude, wind_from, wind, celsius))
             continue
         known = not calm and wind_from is not None

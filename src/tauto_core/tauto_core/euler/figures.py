@@ -16,6 +16,7 @@ from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.claim import G, Paper
+from tauto_core.euler.drawing import turned
 from tauto_core.files import LOOK
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
@@ -28,7 +29,6 @@ from tauto_core.machines.fluid_pendulum import (
 )
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine
-from tauto_core.samples import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 INK, CURVE, THREAD, FAINT, OTHER = '#222222', '#1f4e8c', '#b03a2e', '#9a9a9a', '#2e7d4f'
 
-Point = tuple[float, float]
+_Point = tuple[float, float]
 
 
 def sheet(width: float, height: float, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
@@ -67,35 +67,29 @@ def named_axes(axes: Axes, across: str, up: str, title: str = '') -> None:
     axes.spines[['top', 'right']].set_visible(False)
 
 
-def stroke(axes: Axes, start: Point, end: Point, **look: Any) -> None:
+def stroke(axes: Axes, start: _Point, end: _Point, **look: Any) -> None:
     """Draw a straight line."""
     drawn: dict[str, Any] = {'color': INK, 'linewidth': 0.9} | look
     axes.plot([start[0], end[0]], [start[1], end[1]], **drawn)
 
 
-def ring(axes: Axes, centre: Point, radius: float, **look: Any) -> None:
+def ring(axes: Axes, centre: _Point, radius: float, **look: Any) -> None:
     """Draw a circle."""
     from matplotlib.patches import Circle
 
     axes.add_patch(Circle(centre, radius, **({'fill': False, 'edgecolor': INK} | look)))
 
 
-def letter(axes: Axes, at: Point, text: str, offset: Point = (5.0, 3.0), **look: Any) -> None:
+def letter(axes: Axes, at: _Point, text: str, offset: _Point = (5.0, 3.0), **look: Any) -> None:
     """Mark a point and write its letter beside it, at an offset in printer's points."""
     axes.plot(*at, 'o', markersize=2.8, color=INK, zorder=5)
     note(axes, at, text, offset, **look)
 
 
-def note(axes: Axes, at: Point, text: str, offset: Point = (5.0, 3.0), **look: Any) -> None:
+def note(axes: Axes, at: _Point, text: str, offset: _Point = (5.0, 3.0), **look: Any) -> None:
     """Write beside a point."""
     style: dict[str, Any] = {'fontsize': 9.0, 'ha': 'center', 'va': 'center', 'zorder': 6} | look
     axes.annotate(text, at, offset, textcoords='offset points', **style)
-
-
-def turned(x: FloatArray, y: FloatArray, angle: float) -> tuple[FloatArray, FloatArray]:
-    """Return points turned about the origin, from x towards y."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    return cosine * x - sine * y, sine * x + cosine * y
 
 
 # -----------------------------------------------------------------------------
@@ -177,7 +171,7 @@ def _hole_letters(axes: Axes, cam: Cam, angle: float) -> None:
 
 def _wheel(axes: Axes, cam: Cam, angle: float, reach: float, disc: float | None) -> None:
     """Draw both cheeks in the case, the thread's rest downwards, and the rim of the disc."""
-    x, y = turned(*outline(cam, 80, reach), -angle)
+    x, y = turned(outline(cam, 80, reach), -angle)
     axes.plot(x, y, color=CURVE, linewidth=1.8)
     if disc:
         ring(axes, (0.0, 0.0), disc, edgecolor=FAINT)
@@ -190,7 +184,7 @@ def _wheel(axes: Axes, cam: Cam, angle: float, reach: float, disc: float | None)
 
 def _placed(cam: Cam, angle: float, wheel: float) -> tuple[float, float]:
     """Return the cheek's point of an angle in the case, the wheel being turned."""
-    x, y = turned(*cam.contact(angle), -wheel)
+    x, y = turned(cam.contact(angle), -wheel)
     return float(x), float(y)
 
 
@@ -251,7 +245,7 @@ def _lever_drawn(axes: Axes, shape: LeverGeometry, angle: float) -> None:
     r, fulcrum = shape.base_radius, np.array([-shape.arm, -shape.depth])
     along = np.array([math.sin(delta), -math.cos(delta)])
     touch = r * u * np.array([math.cos(delta), math.sin(delta)]) + r * along
-    x, y = turned(*outline(Involute(r), 80, 2.6), -angle)
+    x, y = turned(outline(Involute(r), 80, 2.6), -angle)
     axes.plot(x, -y, color=CURVE, linewidth=1.8)
     ring(axes, (0.0, 0.0), 0.064, edgecolor=FAINT)
     tied = touch + free * along
@@ -407,7 +401,7 @@ def both_modes() -> Figure:
     return figure
 
 
-def _body(axes: Axes, axle: Point, tilt: float, color: str) -> None:
+def _body(axes: Axes, axle: _Point, tilt: float, color: str) -> None:
     """Draw the axle, the line to the centre of gravity and the circle of gyration about it."""
     low = axle[0] + C * math.sin(tilt), axle[1] - C * math.cos(tilt)
     ring(axes, axle, AXLE, edgecolor=color, linewidth=1.6)

@@ -430,9 +430,9 @@ class CircleBranch(Section):
 
     def curve(self, kappa: float, gamma: float) -> Given:
         """Return the branch for a body in a fluid."""
-        from tauto_core.curves.branches import Circle
+        from tauto_core.curves.branches import CircularDescent
 
-        return Circle(kappa, gamma, self.radius / gamma)
+        return CircularDescent(kappa, gamma, self.radius / gamma)
 
 
 class PointsBranch(Section):

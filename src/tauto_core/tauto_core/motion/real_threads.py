@@ -164,7 +164,13 @@ class RealThreads(SlackThread):
         PropagationError for a release at which the geometry ends, or at which the thread of a
         machine that stops with a slack thread is slack.
         """
-        machine, case = self._machine, _case(forcing)
+        # the case at the beginning of the first span
+        x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
+        parts: list[float] = []
+        for channel in (forcing.neutral, forcing.tilt):
+            series = np.polynomial.Polynomial([0.0] if channel is None else channel[0])
+            parts += [float(series(x)), float(series.deriv()(x)) * per_s]
+        machine, case = self._machine, CaseAtStart(*parts)
         felt = machine.felt_angle(machine.release_angle, case.tilt)
         if not abs(felt) <= machine.range_rad:
             raise PropagationError(
@@ -289,16 +295,3 @@ class RealThreads(SlackThread):
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
         seen = x, speed, acceleration, self._machine.frequency
         return polar(*seen), polar_rate(*seen)
-
-
-def _case(forcing: Forcing) -> CaseAtStart:
-    """Return the case at the beginning of the first span."""
-    x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
-    parts: list[float] = []
-    for channel in (forcing.neutral, forcing.tilt):
-        if channel is None:
-            parts += [0.0, 0.0]
-            continue
-        series = np.polynomial.Polynomial(channel[0])
-        parts += [float(series(x)), float(series.deriv()(x)) * per_s]
-    return CaseAtStart(*parts)

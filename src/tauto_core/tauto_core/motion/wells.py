@@ -499,23 +499,19 @@ class PerInertia(NamedTuple):
 
 
 @inlined
-def _hot_imbalance(cold: UnbalancedWheel | None, grown: Numeric) -> UnbalancedWheel | None:
-    """Return an imbalance over I: its arm is a length of the wheel, whose growth is 1/grown."""
-    if cold is None:
-        return None
-    still, weight = cold.still, cold.weight
-    return UnbalancedWheel(
-        None if still is None else still * grown,
-        None if weight is None else weight * grown,
-        cold.direction,
-    )
-
-
-@inlined
 def hot_numbers(cold: PerInertia, hot: HotNumbers) -> PerInertia:
     """Return what acts on the wheel where heat changes it, at an instant or at the nodes."""
     share = hot.share
     impulse = cold.impulse
+    imbalance = cold.imbalance
+    if imbalance is not None:
+        # its arm is a length of the wheel, which grows by 1/grown
+        grown, still, weight = square_root(share), imbalance.still, imbalance.weight
+        imbalance = UnbalancedWheel(
+            None if still is None else still * grown,
+            None if weight is None else weight * grown,
+            imbalance.direction,
+        )
     return PerInertia(
         carried=None if cold.carried is None else hot.carried,
         force=None if cold.force is None else hot.force,
@@ -527,7 +523,7 @@ def hot_numbers(cold: PerInertia, hot: HotNumbers) -> PerInertia:
         impulse=None if impulse is None else Impulse(impulse.energy * share, impulse.ebb),
         recoil=None if cold.recoil is None else cold.recoil * share,
         law=cold.law,
-        imbalance=_hot_imbalance(cold.imbalance, square_root(share)),
+        imbalance=imbalance,
         share=share,
         growth=hot.growth,
     )

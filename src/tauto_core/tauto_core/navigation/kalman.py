@@ -143,7 +143,7 @@ def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
     return whole
 
 
-Number = TypeVar('Number', float, FloatArray)
+Real = TypeVar('Real', float, FloatArray)
 
 WHITE_FM_FLOOR_S = 0.01**2 / DAY_S
 """Least q1 of a real clock [s]: a random walk of the phase by 0.01 s in a day."""
@@ -170,27 +170,27 @@ observation determines the offset, however the dial was set.
 """
 
 
-class Estimate(NamedTuple, Generic[Number]):
+class Estimate(NamedTuple, Generic[Real]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
     Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on. Estimates of a
     model with coefficients have fields for them too (`estimate_of`).
     """
 
-    x: Number
-    y: Number
-    d: Number
-    xx: Number
-    xy: Number
-    xd: Number
-    yy: Number
-    yd: Number
-    dd: Number
+    x: Real
+    y: Real
+    d: Real
+    xx: Real
+    xy: Real
+    xd: Real
+    yy: Real
+    yd: Real
+    dd: Real
 
 
-def same_fields(like: Estimate[Any], values: Iterable[Number]) -> Estimate[Number]:
+def same_fields(like: Estimate[Any], values: Iterable[Real]) -> Estimate[Real]:
     """Return an estimate of the same class as another, from its values in order."""
-    return cast(Estimate[Number], type(like)(*values))
+    return cast(Estimate[Real], type(like)(*values))
 
 
 @cache
@@ -309,17 +309,17 @@ def prior(model: ClockModel) -> Estimate[float]:
 
 
 def predict(
-    now: Estimate[Number],
-    elapsed_s: Number,
+    now: Estimate[Real],
+    elapsed_s: Real,
     model: ClockModel,
-    gained_s: tuple[Number, ...] = (),
-) -> Estimate[Number]:
+    gained_s: tuple[Real, ...] = (),
+) -> Estimate[Real]:
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module); `gained_s` is the growth of the integral
     of each covariate in that time [s].
     """
-    law = law_of(model)
+    law = arithmetic_of(model)
     return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
 
 
@@ -332,7 +332,7 @@ def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate
     return Estimate(*corrected_three(now, phase_s - now.x, now.xx + variance_s2, variance_s2))
 
 
-def reopen(ahead: Estimate[Number], innovation_s: Number, elapsed_s: Number) -> Estimate[Number]:
+def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
     """Return a predicted state with its variance widened after an outlier (theory E7).
 
     Either the offset may have jumped by the innovation ν, or the rate may have changed by ν/τ just
@@ -349,8 +349,8 @@ def noise_of(model: ClockModel) -> tuple[float, float, float]:
 
 
 def ahead_three(
-    now: tuple[Number, ...], t: Number, q1: float, q2: float, q3: float
-) -> tuple[Number, ...]:
+    now: tuple[Real, ...], t: Real, q1: float, q2: float, q3: float
+) -> tuple[Real, ...]:
     """Return x, y, d, xx, xy, xd, yy, yd, dd after a time t [s] (see the module)."""
     x, y, d, xx, xy, xd, yy, yd, dd = now
     h = 0.5 * t * t
@@ -373,8 +373,8 @@ def ahead_three(
 
 
 def ahead_two(
-    now: tuple[Number, ...], t: Number, q1: float, q2: float, _q3: float
-) -> tuple[Number, ...]:
+    now: tuple[Real, ...], t: Real, q1: float, q2: float, _q3: float
+) -> tuple[Real, ...]:
     """Return x, y, xx, xy, yy after a time t [s]; bits as of `ahead_three` without ageing."""
     x, y, xx, xy, yy = now
     fxy = xy + t * yy
@@ -426,7 +426,7 @@ def corrected_two(
 
 
 @dataclass(frozen=True)
-class Law:
+class Arithmetic:
     """The filter's arithmetic on the numbers that a model has: five, nine, or more.
 
     Args:
@@ -441,34 +441,34 @@ class Law:
     ahead: Callable[..., tuple[Any, ...]]
     corrected: Callable[..., tuple[Any, ...]]
 
-    def part(self, whole: Estimate[Number]) -> tuple[Number, ...]:
+    def part(self, whole: Estimate[Real]) -> tuple[Real, ...]:
         """Return the numbers of an estimate that the arithmetic changes."""
         return tuple(whole[field] for field in self.fields)
 
-    def whole(self, rest: Estimate[Number], part: tuple[Number, ...]) -> Estimate[Number]:
+    def whole(self, rest: Estimate[Real], part: tuple[Real, ...]) -> Estimate[Real]:
         """Return an estimate with these numbers, and the others from `rest`."""
         names = (rest._fields[field] for field in self.fields)
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
 _LAWS = {
-    2: Law((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
-    3: Law(tuple(range(9)), 3, ahead_three, corrected_three),
+    2: Arithmetic((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
+    3: Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three),
 }
 
 
-def law_of(model: ClockModel) -> Law:
+def arithmetic_of(model: ClockModel) -> Arithmetic:
     """Return the arithmetic of a model, without terms that it does not have."""
     return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
 
 
 @cache
-def _with(coefficients: tuple[str, ...], states: int) -> Law:
+def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
     """Return the arithmetic of a clock with coefficients."""
     names = (*('x', 'y', 'd')[:states], *coefficients)
     size, known = len(names), estimate_of(coefficients)._fields
     fields = tuple(known.index(field) for field in (*names, *covariances(names)))
-    return Law(fields, size, prediction(states, size), correction(size))
+    return Arithmetic(fields, size, prediction(states, size), correction(size))
 
 
 # -----------------------------------------------------------------------------
@@ -567,15 +567,6 @@ class Filtered:
         return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
-def _patience(used: int) -> int:
-    """Return how many outliers in a row are refused after so many observations were used.
-
-    Zero before the first observation, since only a prior could contradict it. One after that: of
-    two observations that disagree either may be the blunder, and the next one decides.
-    """
-    return REFUSED_IN_A_ROW if used >= TRUSTED else min(used, 1)
-
-
 def filter_phases(
     start: Known,
     stamp_ns: Sequence[int],
@@ -591,7 +582,7 @@ def filter_phases(
     start. Without `sigma_s` each has the model's. With covariates `integrals_s` has their
     integrals at each observation, n rows [s].
     """
-    law, noise = law_of(model), noise_of(model)
+    law, noise = arithmetic_of(model), noise_of(model)
     ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
     if sigma_s is None:
         sigma_s = [model.observation_sigma_s] * len(stamp_ns)
@@ -613,7 +604,11 @@ def filter_phases(
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
-            if refused < _patience(trust) and elapsed <= model.patience_s:
+            # None before the first observation, since only a prior could contradict it. One after
+            # that: of two observations that disagree either may be the blunder, and the next one
+            # decides.
+            patience = REFUSED_IN_A_ROW if trust >= TRUSTED else min(trust, 1)
+            if refused < patience and elapsed <= model.patience_s:
                 refused += 1
                 fate.append(REFUSED)
                 continue

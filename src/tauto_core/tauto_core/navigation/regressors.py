@@ -203,7 +203,16 @@ class Regressors:
         self._health['motion_refused'] += int(np.count_nonzero(~good))
         for run in self._continuity.feed(imu if good.all() else take(imu, good)):
             if run.begins and len(self._stamp):
-                self._bridge(int(run.imu.stamp_ns[0]))
+                # the time since the last sample of another run has the usual growth
+                self._health['motion_gaps'] += 1
+                begins_ns = int(run.imu.stamp_ns[0])
+                edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
+                if edges[1] > edges[0]:
+                    self._append(edges, np.stack([self._usual, self._usual]))
+                elif begins_ns <= self._stamp[-1]:  # stamps have gone back: another time begins
+                    none = slice(0, 0)
+                    self._stamp, self._value = self._stamp[none], self._value[none]
+                    self._integral = self._integral[none]
             self._add(run.imu)
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
@@ -280,17 +289,6 @@ class Regressors:
         self._value = np.concatenate((self._value, value))
         self._integral = np.concatenate((self._integral, sums[len(sums) - len(stamps) :]))
         self._last = self._integral[-1:].copy()
-
-    def _bridge(self, begins_ns: int) -> None:
-        """Bridge the time from the last sample to another run with the usual growth."""
-        self._health['motion_gaps'] += 1
-        edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
-        if edges[1] > edges[0]:
-            self._append(edges, np.stack([self._usual, self._usual]))
-        elif begins_ns <= self._stamp[-1]:  # stamps have gone back, so another time begins
-            none = slice(0, 0)
-            self._stamp, self._value = self._stamp[none], self._value[none]
-            self._integral = self._integral[none]
 
     def state(self) -> State:
         """Return all that the next result depends on."""

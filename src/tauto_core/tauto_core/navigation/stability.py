@@ -144,7 +144,7 @@ def _response(difference: Difference, length: int) -> FloatArray:
 # noise at short and at long times. So long averaging times, of which a record has few, also use
 # the shorter ones.
 
-KINDS = {
+NOISES = {
     2: 'white PM',
     1: 'flicker PM',
     0: 'white FM',
@@ -161,21 +161,21 @@ CHANGE = 0.05
 
 
 def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
-    """Return the probability of each of the `KINDS` at m = 1, 2, 4, …, (octaves >= 2, kinds).
+    """Return the probability of each of the `NOISES` at m = 1, 2, 4, …, (octaves >= 2, kinds).
 
     The phases are evenly spaced and without their trend, at least 4·2^octaves of them.
     """
     differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
     squares = [mean_square(phase, difference) for difference in differences]
-    weight = np.full(len(KINDS), 1.0 / len(KINDS))
+    weight = np.full(len(NOISES), 1.0 / len(NOISES))
     found = []
     for before, after, *sizes in zip(
         differences, differences[1:], squares, squares[1:], strict=False
     ):
-        weight = (1.0 - CHANGE) * weight + CHANGE * (1.0 - weight) / (len(KINDS) - 1)
+        weight = (1.0 - CHANGE) * weight + CHANGE * (1.0 - weight) / (len(NOISES) - 1)
         if min(sizes) > 0.0:
             grown = math.log(sizes[1] / sizes[0])
-            fit = np.array([_log_likelihood(grown, a, before, after, len(phase)) for a in KINDS])
+            fit = np.array([_log_likelihood(grown, a, before, after, len(phase)) for a in NOISES])
             weight = weight * np.exp(fit - np.max(fit))
             weight = weight / np.sum(weight)
         found.append(weight)
@@ -253,7 +253,7 @@ class Stability:
     Args:
         samples: number of readings used.
         tau_s: averaging times, doubling from the interval of the readings [s], (n,).
-        noise: most probable kind of noise at each, one of `KINDS`.
+        noise: most probable kind of noise at each, one of `NOISES`.
         noise_probability: its probability, (n,).
         allan, modified, hadamard: overlapping deviations of relative frequency.
         time: τ/√3 times the modified one [s].
@@ -367,7 +367,7 @@ def stability(
     return Stability(
         samples=len(error),
         tau_s=taus,
-        noise=tuple(list(KINDS.values())[place] for place in np.argmax(weights, axis=1)),
+        noise=tuple(list(NOISES.values())[place] for place in np.argmax(weights, axis=1)),
         noise_probability=np.max(weights, axis=1),
         allan=found['oadev'],
         modified=modified_one,
@@ -393,7 +393,7 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
     for row, column in np.argwhere(weight).tolist():
         each = differences[row]
         # for a redder noise than the difference allows, those of the reddest allowed
-        alpha = max(list(KINDS)[column], 2 - 2 * each.order)
+        alpha = max(list(NOISES)[column], 2 - 2 * each.order)
         freedom[row, column] = degrees_of_freedom(alpha, each, count)
     level = 0.5 * np.array([1.0 - _CONFIDENCE, 1.0 + _CONFIDENCE])[:, None]
     # logarithms of σ²/V at which one kind alone reaches the level

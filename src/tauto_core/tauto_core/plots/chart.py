@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from tauto_core.plots.coast import Frame, frame, land
+from tauto_core.plots.coast import MapFrame, frame, land
 from tauto_core.samples import FloatArray
 from tauto_core.wording import significant
 
@@ -137,7 +137,7 @@ class Chart:
             said += [f'{name}.' for name, _, _ in panel.names]
         return ' '.join(filter(None, said))
 
-    def frame(self, ratio: float = 0.0) -> Frame:
+    def frame(self, ratio: float = 0.0) -> MapFrame:
         """Return the frame of a map, which holds all lines; see `coast.frame`."""
         x = np.concatenate([line.x for line in self.lines])
         return frame(x, np.concatenate([line.y for line in self.lines]), ratio)
@@ -221,7 +221,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
 
 
-def _draw_land(axes: Axes, of: Frame) -> None:
+def _draw_land(axes: Axes, of: MapFrame) -> None:
     """Draw the land of a map, and fix the sides of its axes."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path

@@ -27,7 +27,7 @@ STEEPEST_DEG = 84.0
 """Latitude [°] at and beyond which the scale of a map no longer follows the meridians."""
 
 
-class Frame(NamedTuple):
+class MapFrame(NamedTuple):
     """The sides of a map [°]; west < east, and south < north."""
 
     west: float
@@ -42,7 +42,7 @@ class Frame(NamedTuple):
         return 1.0 / math.cos(math.radians(middle))
 
 
-def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> Frame:
+def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> MapFrame:
     """Return the frame of places [°], with a margin about them.
 
     Args:
@@ -53,7 +53,7 @@ def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> Fr
     finite = np.isfinite(longitude) & np.isfinite(latitude)
     x, y = longitude[finite], latitude[finite]
     west, east, south, north = (float(each) for each in (x.min(), x.max(), y.min(), y.max()))
-    stretch = Frame(west, south, east, north).stretch
+    stretch = MapFrame(west, south, east, north).stretch
     # sides in degrees of latitude
     wide, high = (east - west) / stretch, north - south
     margin = 2.0 * MARGIN * max(wide, high)
@@ -63,12 +63,12 @@ def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> Fr
     wide, high = min(wide * stretch, 360.0), min(high, 180.0)
     middle = min(max(0.5 * (south + north), 0.5 * high - 90.0), 90.0 - 0.5 * high)
     centre = 0.5 * (west + east)
-    return Frame(
+    return MapFrame(
         centre - 0.5 * wide, middle - 0.5 * high, centre + 0.5 * wide, middle + 0.5 * high
     )
 
 
-def land(of: Frame) -> list[FloatArray]:
+def land(of: MapFrame) -> list[FloatArray]:
     """Return the land within a frame as closed outlines, (2, n) each: longitude, latitude [°].
 
     An outline that leaves the frame runs along its sides. An outline within another is water: fill
@@ -83,8 +83,14 @@ def land(of: Frame) -> list[FloatArray]:
             continue
         first = math.ceil((west - high[0]) / 360.0)
         last = math.floor((east - low[0]) / 360.0)
+        # of points that fall on one square of a grid the first; an island smaller than the grid
+        # keeps its points: St Helena is a destination
+        cell = np.floor(outline / finest)
+        kept = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
+        kept[-1] = True
+        thinned = outline[:, kept] if kept.sum() > 8 else outline
         for turn in range(first, last + 1):
-            shown = _cut(_thinned(outline, finest) + np.array([[360.0 * turn], [0.0]]), of)
+            shown = _cut(thinned + np.array([[360.0 * turn], [0.0]]), of)
             if shown.shape[1] > 3:
                 found.append(shown)
     return found
@@ -102,18 +108,7 @@ def _outlines() -> tuple[FloatArray, ...]:
     )
 
 
-def _thinned(outline: FloatArray, finest: float) -> FloatArray:
-    """Return an outline without points that fall on one square of a grid.
-
-    An island smaller than the grid keeps its points: St Helena is a destination.
-    """
-    cell = np.floor(outline / finest)
-    kept = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
-    kept[-1] = True
-    return outline[:, kept] if kept.sum() > 8 else outline
-
-
-def _cut(outline: FloatArray, of: Frame) -> FloatArray:
+def _cut(outline: FloatArray, of: MapFrame) -> FloatArray:
     """Return a closed outline cut by the sides of a frame (Sutherland and Hodgman 1974)."""
     for axis, limit, side in (
         (0, of.west, 1),

@@ -93,7 +93,7 @@ Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
 
 
 @dataclass(frozen=True)
-class Part(Line):
+class Outline(Line):
     """An outline.
 
     Attributes:
@@ -104,7 +104,7 @@ class Part(Line):
 
 
 @dataclass(frozen=True)
-class Drawing:
+class MachineDrawing:
     """The outlines of a machine.
 
     Attributes:
@@ -114,7 +114,7 @@ class Drawing:
             are not those of the machine.
     """
 
-    parts: list[Part]
+    parts: list[Outline]
     note: str
     is_broken: bool = False
 
@@ -137,7 +137,7 @@ def weight_mm(mass: float) -> tuple[float, float]:
     return width, WEIGHT_HEIGHT * width
 
 
-def cam_lines(scene: Scene) -> list[Part]:
+def cam_lines(scene: Scene) -> list[Outline]:
     """Return both cheeks, the thread at rest and the axle; without a trochlea a UsageError."""
     left, right, tip = _cheeks(scene)
     return [
@@ -148,7 +148,7 @@ def cam_lines(scene: Scene) -> list[Part]:
     ]
 
 
-def draw_machine(scene: Scene) -> Drawing:
+def draw_machine(scene: Scene) -> MachineDrawing:
     """Return the machine of a scene: wheel, cheeks, thread, power, case and its suspension.
 
     Of a regulator in a fluid it is the curve with its body, of one on an axle the support and the
@@ -228,7 +228,7 @@ def draw_machine(scene: Scene) -> Drawing:
     margin = 0.15 * outer
     box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
-    return Drawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
+    return MachineDrawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
 
 
 def _lever_ends(thread: LeverThread) -> tuple[float, float]:
@@ -243,7 +243,7 @@ def _end_of_lever(thread: LeverThread) -> float:
     return float(side * MM * (thread.weight_arm - thread.pulled_at))
 
 
-def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Part]:
+def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Outline]:
     """Return the level lever from its tail to the end of its longer arm, and what is on it.
 
     The weight is given as an outline below the axle.
@@ -267,7 +267,7 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
     return parts
 
 
-def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Part]:
+def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Outline]:
     """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force.
 
     The arrow may stand aside of the axle, at the end of a lever.
@@ -290,7 +290,7 @@ def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Part]:
     return parts
 
 
-def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> Drawing:
+def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> MachineDrawing:
     """Return the drawing of a regulator without a wheel."""
     if isinstance(machine, AxleClock):
         return _on_axle(machine, cast(AxleRegulator, scene.regulator).support)
@@ -298,7 +298,7 @@ def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> Drawing:
     return _in_fluid(regulator, cast(FluidPendulum, machine).curve)
 
 
-def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Drawing:
+def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> MachineDrawing:
     """Return the curve, the body at its lowest point, and where it is released."""
     level, height = (MM * each for each in fluid_outline(curve))
     up, across = (MM * float(each) for each in coordinates(curve, regulator.release_arc))
@@ -313,7 +313,7 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Draw
         released = np.array([[cosine, -sine], [sine, cosine]]) @ body
         released += np.array([[across], [up]])
     if regulator.of is None:
-        curves = [Part('curve', level, height, 'blue', moves_with='ship')]
+        curves = [Outline('curve', level, height, 'blue', moves_with='ship')]
     else:
         mine = f'{regulator.of.kind}, the given branch', 'blue'
         names = [('its companion', 'green'), mine]
@@ -321,12 +321,12 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Draw
             names.reverse()
         lowest = len(level) // 2
         curves = [
-            Part(name, level[branch], height[branch], cast(Colour, colour), moves_with='ship')
+            Outline(name, level[branch], height[branch], cast(Colour, colour), moves_with='ship')
             for (name, colour), branch in zip(
                 names, (slice(0, lowest + 1), slice(lowest, None)), strict=True
             )
         ]
-    return Drawing(
+    return MachineDrawing(
         [
             *curves,
             _path('at the release', released.T, 'grey', 'ship'),
@@ -336,7 +336,7 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Draw
     )
 
 
-def _on_axle(machine: AxleClock, support: str) -> Drawing:
+def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
     """Return the support, the axle or rockers on it, and the body at rest and at the start."""
     depth, bent, k = machine.body.depth, machine.body.curvature, machine.body.gyration_radius
     axle = machine.radius or 0.04 * (depth + k)
@@ -361,16 +361,16 @@ def _on_axle(machine: AxleClock, support: str) -> Drawing:
         return MM * _circle(centre[0], centre[1], k), MM * stem
 
     (rest, stem), (start, leant) = body(0.0, 0.0, 0.0), body(*place, machine.tilt)
-    return Drawing(
+    return MachineDrawing(
         [
-            Part('support', MM * across, MM * level, 'green', moves_with='ship'),
-            Part('at the start', start[0], start[1], 'grey', moves_with='ship'),
-            Part('', leant[0], leant[1], 'grey', moves_with='ship'),
+            Outline('support', MM * across, MM * level, 'green', moves_with='ship'),
+            Outline('at the start', start[0], start[1], 'grey', moves_with='ship'),
+            Outline('', leant[0], leant[1], 'grey', moves_with='ship'),
             _area(
                 'rockers' if support == 'cradle' else 'axle', MM * _circle(0.0, 0.0, axle), 'blue'
             ),
             _path('', stem.T.tolist(), 'orange', 'wheel'),
-            Part('body at rest', rest[0], rest[1], 'orange', moves_with='wheel'),
+            Outline('body at rest', rest[0], rest[1], 'orange', moves_with='wheel'),
         ],
         'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
         'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
@@ -388,7 +388,7 @@ def _below_axle(scene: Scene, tip: float) -> float | None:
     return None
 
 
-def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Part]:
+def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Outline]:
     """Return the axle of the case, what joins them, and the hollow bearing in the ship."""
     if not isinstance(hung, AxleSuspension):
         pivots = _circle(0.0, MM * hung.depth, 0.05 * outer)
@@ -440,10 +440,10 @@ def _box(x: float, y: float, width: float, height: float) -> FloatArray:
     return outline
 
 
-def _area(name: str, outline: FloatArray, colour: str, carrier: Carrier = 'case') -> Part:
-    return Part(name, outline[0], outline[1], colour, 'area', moves_with=carrier)  # type: ignore[arg-type]
+def _area(name: str, outline: FloatArray, colour: str, carrier: Carrier = 'case') -> Outline:
+    return Outline(name, outline[0], outline[1], colour, 'area', moves_with=carrier)  # type: ignore[arg-type]
 
 
-def _path(name: str, points: object, colour: str, carrier: Carrier = 'case') -> Part:
+def _path(name: str, points: object, colour: str, carrier: Carrier = 'case') -> Outline:
     x, y = np.asarray(points, float).T
-    return Part(name, x, y, colour, moves_with=carrier)  # type: ignore[arg-type]
+    return Outline(name, x, y, colour, moves_with=carrier)  # type: ignore[arg-type]

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.plots.chart import Chart
-from tauto_core.plots.coast import Frame, land
+from tauto_core.plots.coast import MapFrame, land
 from tauto_core.samples import FloatArray
 
 INK = {
@@ -73,7 +73,7 @@ class MapView:
 
     def __init__(self, chart: Chart, width: float, ratio: float) -> None:
         self.chart = chart
-        self.frame: Frame = chart.frame(ratio)
+        self.frame: MapFrame = chart.frame(ratio)
         self.width, self.height = width, width / ratio
 
     def place(self, longitude: ArrayLike, latitude: ArrayLike) -> tuple[FloatArray, FloatArray]:

@@ -27,7 +27,7 @@ from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKi
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.machines.trochlea import CaseOfMass
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
-from tauto_core.scene.refuse import NO_KEY, SECTIONS, Times, explain, out_of_proportion
+from tauto_core.scene.refuse import NO_KEY, SECTIONS, GivenTimes, explain, out_of_proportion
 from tauto_core.scene.sections import (
     ACCURACY,
     Clock,
@@ -249,7 +249,7 @@ class Scene(Section):
         """Yield all contradictions between the keys of valid sections."""
         yield from out_of_proportion(self.model_dump(include=set(SECTIONS)))
         yield from self._regulator_problems()
-        yield from Times(
+        yield from GivenTimes(
             self.starts_at,
             self.duration,
             self.log.interval,

@@ -353,7 +353,7 @@ _MOST_TRIED = 100_000
 
 
 @dataclass(frozen=True)
-class Times:
+class GivenTimes:
     """The times that a scene gives.
 
     Attributes:
@@ -399,7 +399,7 @@ class Times:
             )
 
 
-def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
+def _whole_nanoseconds(times: GivenTimes) -> Iterator[Problem]:
     values = {
         'starts_at': times.starts_at,
         'duration': times.duration,
@@ -440,7 +440,7 @@ def _whole_nanoseconds(times: Times) -> Iterator[Problem]:
         )
 
 
-def _near_rate(times: Times) -> float:
+def _near_rate(times: GivenTimes) -> float:
     """Return the nearest common sampling rate whose steps fit the log, if one does."""
     common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
     fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
@@ -450,7 +450,7 @@ def _near_rate(times: Times) -> float:
     return min(fitting or enough, key=lambda near: abs(math.log(near / times.rate)))
 
 
-def _log_grid(times: Times) -> Iterator[Problem]:
+def _log_grid(times: GivenTimes) -> Iterator[Problem]:
     """Yield what does not fit log.interval; where nothing fits it, only the interval."""
     interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
     interval_ns = nanoseconds(interval)
@@ -500,7 +500,7 @@ def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
     return ' or '.join(found) + ' s' if found else _multiple(interval_ns, step_ns)
 
 
-def _of_lunars(times: Times) -> dict[str, float]:
+def _of_lunars(times: GivenTimes) -> dict[str, float]:
     lunars = times.lunar_interval
     return {} if lunars is None else {'drift.lunars.interval': lunars}
 

@@ -498,7 +498,7 @@ AIR_CELSIUS = -60.0, 60.0
 LEAST_WIND = 1.0
 """Wind below which no sea grows [m/s]."""
 
-VARIABLE = (361.0, 362.0, 500.0, 999.0)
+VARIABLE_WINDS = (361.0, 362.0, 500.0, 999.0)
 """Numbers by which CLIWOC says that a wind has no direction."""
 
 LogEntry: TypeAlias = tuple[
@@ -511,7 +511,7 @@ temperature of the air [°C]."""
 def has_wind(entry: LogEntry) -> bool:
     """Return whether an entry says enough of the wind for a sea to grow, or not to grow."""
     wind_from, wind = entry[3:5]
-    known = wind_from is not None and wind_from not in VARIABLE
+    known = wind_from is not None and wind_from not in VARIABLE_WINDS
     return wind is not None and (wind < LEAST_WIND or known)
 
 
@@ -559,7 +559,11 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
         except ValueError as error:
             yield EntryProblem(number, 'utc', utc, str(error), 'Correct it.')
             return
-        if wind_from is not None and not 0.0 <= wind_from <= 360.0 and wind_from not in VARIABLE:
+        if (
+            wind_from is not None
+            and not 0.0 <= wind_from <= 360.0
+            and wind_from not in VARIABLE_WINDS
+        ):
             said = 'must lie between 0 and 360 degrees from true north'
             remedy = 'Leave it empty if the wind was variable.'
             yield EntryProblem(number, 'wind_from_deg', wind_from, said, remedy)

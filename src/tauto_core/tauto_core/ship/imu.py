@@ -367,7 +367,7 @@ def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None)
 # The mounting of a live sensor.
 
 
-def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
+def quaternion_of_angles(roll: float, pitch: float, yaw: float) -> FloatArray:
     """Return R_z(yaw) R_y(pitch) R_x(roll) as a quaternion x, y, z, w; angles [rad].
 
     With the angles at which a sensor is mounted, R takes vectors from its axes to the clock's.
@@ -387,7 +387,7 @@ def rotation(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 
 def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
-    """Return samples of a sensor in the clock's axes, of which `mount` is the `rotation`.
+    """Return samples of a sensor in the clock's axes; `mount` is R as a quaternion, x, y, z, w.
 
     v' = R v and q' = q R⁻¹. Covariances stay: only whether a quantity is known is read from them.
     """

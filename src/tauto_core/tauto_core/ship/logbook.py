@@ -42,7 +42,7 @@ from tauto_core.scene.refuse import explain
 from tauto_core.scene.sections import (
     FASTEST_KNOTS,
     NEAREST_ENTRIES_S,
-    VARIABLE,
+    VARIABLE_WINDS,
     EntryProblem,
     LogEntry,
     LogFile,
@@ -144,7 +144,7 @@ class LoggedPassage:
             found.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
         windless = sum(not has_wind(each) for each in self.entries)
         if windless:
-            variable = sum(each[3] in VARIABLE for each in self.entries)
+            variable = sum(each[3] in VARIABLE_WINDS for each in self.entries)
             said = f', {variable} variable' if variable else ''
             found.append(f'{counted(windless, "noon")} without a wind{said}')
         if self.left_out:

@@ -76,7 +76,7 @@ SWELL_STREAMS = 1_000_000
 """Number of streams from one sea to the next at the same time; no weather has as many states."""
 
 
-Drawn: TypeAlias = tuple[Sea | SpectrumTable, int, int]
+DrawnSea: TypeAlias = tuple[Sea | SpectrumTable, int, int]
 """A sea, the seed and the stream with which its waves are drawn."""
 
 
@@ -520,7 +520,7 @@ ANSWERS_KEPT = 1024
 
 @lru_cache(maxsize=ANSWERS_KEPT)
 def _answered(
-    keys: HullSection, roll: Roll, place: ClockPlace, course: Encounter, sea: Drawn
+    keys: HullSection, roll: Roll, place: ClockPlace, course: Encounter, sea: DrawnSea
 ) -> SixMotions[Harmonics]:
     """Return the motions of a hull in one sea."""
     return hull_answer(elevation(*sea), _made_hull(keys, roll, course.gravity), place, course)
