@@ -30,6 +30,20 @@ TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')
 COMPARE = (DOCS / 'howto' / 'compare.md').read_text(encoding='utf-8')
 
 
+PROSE = [*PAGES, *(ROOT / f'{name}.md' for name in ('CONTRIBUTING', 'CHANGELOG', 'SECURITY'))]
+WIDTH = 120
+
+
+@pytest.mark.parametrize('page', PROSE, ids=lambda page: str(page.relative_to(ROOT)))
+def test_prose_wraps_at_one_width(page: Path) -> None:
+    """Tables, code, HTML, headings, pictures and a line of one link may be wider."""
+    text = re.sub(r'^ *(```+).*?^ *\1', '', page.read_text(encoding='utf-8'), flags=re.M | re.S)
+    for line in text.splitlines():
+        if not line.startswith(('|', '    ', '  <', '<', '#', '![')):
+            words = re.sub(r'`[^`]*`|\[[^\]]*\]\([^)]*\)', 'whole', line).split()
+            assert len(line) <= WIDTH or len(words) < 3, line
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r'\]\(([^)#]+)', page.read_text(encoding='utf-8')):

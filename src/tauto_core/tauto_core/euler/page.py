@@ -121,7 +121,8 @@ def claims_page(claims: Sequence[Claim]) -> str:
         for plate in PLATES:
             if plate.paper == paper:
                 file = f'figures/{plate.name}.svg'
-                parts.append(f'![{plate.name}]({file})\n\n*§{plate.caption}*\n')
+                caption = '\n'.join(wrap(f'*§{plate.caption}*', 120))
+                parts.append(f'![{plate.name}]({file})\n\n{caption}\n')
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
     parts.append(_RUNS)
     for edition in EDITIONS:

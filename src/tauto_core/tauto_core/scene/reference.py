@@ -122,7 +122,7 @@ def _of_model(title: str, model: type[BaseModel]) -> str:
         for name, field in model.model_fields.items()
         if not field.exclude
     ]
-    said = ' '.join((model.__doc__ or '').split())
+    said = textwrap.fill(' '.join((model.__doc__ or '').split()), 120, break_on_hyphens=False)
     table = ['| key | default | meaning |', '|---|---|---|', *rows]
     return '\n'.join([f'## {title}', '', said, '', *table, ''])
 
