@@ -506,7 +506,7 @@ def compare(
         duration: length of the run [s].
         accuracy: error of the reading that a day of the run may make [s], in place of what the
             scenes have for it.
-        roll_deg: significant amplitudes of the roll [degrees], each in a run of its own.
+        roll_deg: significant amplitudes of the roll [degrees], each in its own run.
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
         jobs: number of parallel processes.
         anyway: sail machines and ships beyond all that are known, too.

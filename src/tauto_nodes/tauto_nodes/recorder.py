@@ -338,7 +338,7 @@ class RecorderNode(GraphNode):
         self.over = True
 
     def close(self) -> None:
-        """Close the bag and report; after a failure of its own the bag keeps what it has."""
+        """Close the bag and report; after its own failure the bag keeps what it has."""
         if self._closed:
             return
         self._closed = True

@@ -168,7 +168,7 @@ class Limits:
 
 
 class HeldTemperature:
-    """Temperatures at the logged instants of a run, from a thermometer with stamps of its own.
+    """Temperatures at the logged instants of a run, from a thermometer with its own stamps.
 
     When the first motion sample after a logged instant comes, the temperature of the next instant
     is set to the thermometer's last value by then; before any it is `trochlea.at_celsius`. So
@@ -227,7 +227,7 @@ class HeldTemperature:
 
 
 class LiveTrochlea:
-    """A TrochleaStage for motion with stamps of its own: anchored at the first stamp.
+    """A TrochleaStage for motion with its own stamps: anchored at the first stamp.
 
     Args:
         scene: the scene to simulate; its motion comes through `feed`.

@@ -190,7 +190,7 @@ class ActaCurve(CurveInMedium):
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
     From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
-    each start S > 0 needs a curve of its own. At A the slope is κS²/γf. DescentError: a start
+    each start S > 0 needs its own curve. At A the slope is κS²/γf. DescentError: a start
     from which the curve would be steeper than vertical on the way.
     """
 

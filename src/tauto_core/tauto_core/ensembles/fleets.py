@@ -1,4 +1,4 @@
-"""Fleets: many voyages of one scene, each with random numbers of its own.
+"""Fleets: many voyages of one scene, each with its own random numbers.
 
 The keys that are drawn, the plan of a fleet, the voyage of a ship as a row, and the rows on disk.
 

@@ -1,4 +1,4 @@
-"""Trials: clocks sent along the passages of a log-book, each passage in the sea of its own wind.
+"""Trials: clocks sent along the passages of a log-book, each in the sea that its wind raises.
 
 The passages that are chosen, the wind and the hull that are drawn anew, and the voyage of several
 clocks in one sea as a row for each of them. The rows are kept as those of a fleet.

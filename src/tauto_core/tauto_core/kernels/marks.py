@@ -291,7 +291,7 @@ def assigned_in(loop: Any) -> tuple[str, ...]:
 
 @cache
 def leaves_early(loop: Any) -> bool:
-    """Return whether a loop has a break or continue of its own or of a loop within."""
+    """Return whether a loop or a loop within it has a break or continue."""
     return any(isinstance(node, (ast.Break, ast.Continue)) for node in ast.walk(loop))
 
 

@@ -138,7 +138,7 @@ class Program:
     def call(
         self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]
     ) -> Any:
-        """Call a kernel as a function of its own."""
+        """Call a kernel as a separate function."""
         bound = arguments_of(function, args, keywords)
         args = [at_run_time(bound[name]) for name in source_of(function).arguments]
         structure = tuple(described(arg) for arg in args)

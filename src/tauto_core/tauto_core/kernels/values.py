@@ -3,7 +3,7 @@
 What is known when compiling is called static, and is any Python object: a number, None, a tuple, a
 function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
 `Array`s and `Record`s. A `Group` is a tuple with items that are known at run time only. It is
-never built in memory: each of its numbers is an SSA value of its own.
+never built in memory: each of its numbers is an SSA value.
 """
 
 from __future__ import annotations
@@ -224,7 +224,7 @@ def described(x: Any) -> str:
 # The function of LLVM that is being written, and how its numbers are converted and stored.
 
 FIELD_ROW = 8
-"""Numbers in a row of lanes behind a field that holds several, not in rows of its own."""
+"""Numbers in a row of lanes behind a field that holds several, not in separate rows."""
 
 
 class Emission:

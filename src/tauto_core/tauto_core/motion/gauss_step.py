@@ -187,7 +187,7 @@ class Work(Protocol):
 def make_work(
     planes: int, nodes: Sequence[str], stages: int = SIZE, columns: int = SIZE
 ) -> NDArray[np.void]:
-    """Return the record of a system of so many planes, with rows of its own at the nodes.
+    """Return the record of a system of so many planes, with its own rows at the nodes.
 
     Rows begin at cache lines: one that lies across two costs twice the time.
     """
@@ -412,7 +412,7 @@ def fill_rotations(step: Step) -> None:
     """Fill the rotations to the stages and to the end of a step, unless they are there.
 
     Whole steps are mostly of one length, whose angle must be exact, since its error would recur in
-    each. Steps to events have lengths of their own, so that the rounding of their angles varies:
+    each. Steps to events have different lengths, so that the rounding of their angles varies:
     doubles are enough for them, corrected so that they neither stretch nor shrink the state.
     """
     _, _, omega, h, kind, _, work = step

@@ -5,7 +5,7 @@ weight apparent gravity alone, and a spring that pulls at it. When the weight is
 wheel as the thread lets it, the thread tautens without rebound: the momentum along it is shared,
 and the energy of what differed is lost. threads.md has the equations.
 
-Such a motion is a system of its own, which the driver of `stepping` moves until the thread is
+Such a motion is another system, which the driver of `stepping` moves until the thread is
 taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.
 `slack_wheel` and `slack_threads` have the systems.
 """

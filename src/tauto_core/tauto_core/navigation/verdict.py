@@ -257,7 +257,7 @@ def forgets_its_start(
     """Return how well the mean rate is known, if the swing has forgotten how it began.
 
     What release and first waves gave to a swing that nothing damps stays for as long as the run,
-    and the next: the rate scatters about a mean of its own, and the run alone does not show it.
+    and the next: the rate scatters about its own mean, and the run alone does not show it.
     That matters where the rate depends on the amplitude by more than its standard error, as
     `found` from the run itself.
     """

@@ -85,7 +85,7 @@ def _folders(model: type[BaseModel]) -> Iterator[KindIn]:
         kinds = one_of(field)
         if kinds is not None:
             yield kinds
-        # a kind may have a section with kinds of its own
+        # a kind may have a section with its own kinds
         yield from chain(*map(_folders, models_of(field)))
 
 

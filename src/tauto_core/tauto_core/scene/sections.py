@@ -240,7 +240,7 @@ class Clock(Section):
 
     @property
     def is_noisy(self) -> bool:
-        """Whether the dial has noise of its own."""
+        """Whether the dial adds noise."""
         return bool(self.white_fm or self.random_walk_fm)
 
 

@@ -109,7 +109,7 @@ def read_mesh(path: Path) -> Any:
         raise HullError('mesh', str(path), reason, 'Name a file of a mesh.')
     try:
         mesh = capytaine.load_mesh(str(path)).merged().immersed_part()
-    except Exception as error:  # each format's reader has errors of its own
+    except Exception as error:  # each format's reader has its own errors
         said = f'cannot be read: {words_of(error)}'
         raise HullError('mesh', str(path), said, 'Give a mesh that capytaine reads.') from None
     if mesh.nb_faces == 0:

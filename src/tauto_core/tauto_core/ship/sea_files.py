@@ -711,7 +711,7 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
         def read_weather(asked: RecordFile) -> dict[str, Any]:
-            # a response operator may have a heading of its own
+            # a response operator may have its own heading
             rao = ship.get('rao')
             fixed = isinstance(rao, dict) and rao.get('heading') is not None
             by_direction = asked.follow_route and not fixed

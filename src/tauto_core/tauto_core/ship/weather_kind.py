@@ -44,7 +44,7 @@ class WeatherState:
         heading: direction in which the waves run, from the bow to port [rad].
         speed: speed of the ship [m/s].
         key: the key of the scene that gives it, for error messages.
-        swell: a second sea at the same time, with a heading of its own, and so on.
+        swell: a second sea at the same time, with its own heading, and so on.
     """
 
     at_ns: int
