@@ -345,3 +345,19 @@ def test_the_keyboard_moves_and_plays_it(browser: Browser, long_page: Path) -> N
     browser.press('Enter', ENTER, '\r')
     assert browser.run("document.getElementById('play').textContent") == 'Pause'
     assert browser.faults == []
+
+
+@pytest.mark.parametrize('name', ['axle_at_sea', 'globe_in_oil', 'sully_lever_at_sea'])
+def test_the_clock_of_every_kind_of_regulator_moves(
+    browser: Browser, tmp_path: Path, name: str
+) -> None:
+    """A body on an axle and one in a fluid have no thread, and the slider moves them all."""
+    write_report(tauto.sail(name, duration=60.0), tmp_path / 'moved.html', f'tauto report {name}')
+    browser.show(tmp_path / 'moved.html', 1000, dark=False)
+    browser.run(
+        "(() => { document.querySelector('button').click(); const time = "
+        "document.getElementById('time'); time.value = 30; time.dispatchEvent(new Event('input'))"
+        '; return 0; })()'
+    )
+    assert browser.run("document.getElementById('now').textContent") == '30.0 s'
+    assert browser.faults == []
