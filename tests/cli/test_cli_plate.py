@@ -136,6 +136,19 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
     ends = re.findall(r'(?:M|L|A\S+ \S+ 0 [01] [01] )(-?[\d.]+) (-?[\d.]+)', drawn.attrib['d'])
     found = np.array(ends, float)[:-1] * [1.0, -1.0]
     np.testing.assert_allclose(found, corners, atol=1e-6)
+    # the sagitta of an arc of SVG is the bulge of DXF times half the chord
+    arcs = re.findall(r'[ML]|A(\S+) (\S+) 0 0 ([01])', drawn.attrib['d'])[1:]
+    chords = np.hypot(*(np.roll(corners, -1, axis=0) - corners).T)
+    for (radius, _, flag), chord, (bulge,) in zip(
+        arcs, chords, outline.get_points('b'), strict=True
+    ):
+        if bulge == 0.0:
+            assert not radius
+            continue
+        half, r = 0.5 * chord, float(radius)
+        sagitta = r - math.sqrt(max(r * r - half * half, 0.0))
+        assert sagitta == pytest.approx(half * abs(bulge), abs=2e-3)
+        assert flag == str(int(bulge < 0.0))
 
 
 def test_a_plate_too_large_for_the_paper_is_refused_before_anything_is_written(

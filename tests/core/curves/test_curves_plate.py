@@ -126,7 +126,7 @@ def made(**changes: float | None) -> Plate:
 @pytest.mark.parametrize(
     ('changes', 'words'),
     [
-        ({'cutter_mm': 0.6}, r'cutter_mm = 0\.6 mm: .*radius of 0\.3 mm .* 0\.2499 mm.*0\.4998'),
+        ({'cutter_mm': 0.6}, r'cutter_mm = 0\.6 mm: .*radius of 0\.3 mm .* 0\.2499 mm.*0\.5 mm'),
         ({'cutter_mm': -1.0}, r'cutter_mm = -1\.0: must be ≥ 0 mm'),
         ({'cutter_mm': 0.4, 'pins_mm': 0.3}, r'does not cut a hole of 0\.3 mm.*larger pins_mm='),
         ({'bore_mm': 9.0}, r'bore_mm = 9 mm: .*room for 4\.5 mm'),
@@ -149,7 +149,7 @@ def test_what_cannot_be_cut_is_refused(changes: dict[str, float], words: str) ->
 
 
 def test_the_remedies_of_the_refusals_work() -> None:
-    assert made(cutter_mm=0.4998).cutter == 0.4998
+    assert made(cutter_mm=0.5).cutter == 0.5
     assert made(bore_mm=4.4, pin_circle_mm=5.0).holes[0].radius == 2.2
     assert made(reach_rad=4.49).reach_rad == 4.49
 

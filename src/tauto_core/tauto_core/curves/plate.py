@@ -209,12 +209,13 @@ def cam_plate(
     cheek = _cheek_arcs(cam, acts_from, reach_rad, thread, tolerance_mm)
     slot = -2.0 * float(cheek.vertex[0].real)
     radius = 0.5 * cutter_mm
-    if radius > 0.5 * slot + tolerance_mm:
+    # on an involute the slot is r θ₀³/3 narrower than the thread, 0.2 µm of 0.5 mm
+    if radius > 0.5 * max(slot, thread):
         raise UsageError(
             Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
             f": the cutter's radius of {radius:g} mm is larger than the smallest concave radius "
             f'of curvature of the plate, {0.5 * slot:.4g} mm, at the end of the slot between the '
-            f'cheeks. Use a cutter of at most {slot:.4g} mm, or a thicker thread (',
+            f'cheeks. Use a cutter of at most {max(slot, thread):.4g} mm, or a thicker thread (',
             Argument('thread_mm'),
             ')',
         )

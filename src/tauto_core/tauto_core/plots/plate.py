@@ -5,7 +5,6 @@ All files are in millimetres.
 
 from __future__ import annotations
 
-import math
 import textwrap
 from dataclasses import dataclass
 from io import StringIO
@@ -292,6 +291,6 @@ def _svg_path(edge: ArcPath) -> str:
             parts.append(f'L{x:.6f} {-y:.6f}')
             continue
         radius = 0.25 * chord * (1.0 / abs(bulge) + abs(bulge))
-        large, way = int(abs(bulge) > math.tan(math.pi / 4.0)), int(bulge < 0.0)
-        parts.append(f'A{radius:.6f} {radius:.6f} 0 {large} {way} {x:.6f} {-y:.6f}')
+        # no arc turns by more than half a turn; with y downwards a left turn is SVG's flag 0
+        parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
     return ''.join(parts) + 'Z'
