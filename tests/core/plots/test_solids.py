@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from tauto_core.plots.plate import ScenePlate, plate_of
-from tauto_core.plots.solids import check_solids, wheel_sizes, write_solids
+from tauto_core.plots.solids import CadError, check_solids, wheel_sizes, write_solids
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
 
@@ -93,3 +94,12 @@ def test_a_wheel_lighter_than_its_cheeks_is_refused(made: ScenePlate) -> None:
 def test_an_absurd_thickness_is_refused(thickness: float) -> None:
     with pytest.raises(UsageError, match=r'thickness_mm = .*: must be 0\.1 to 100 mm'):
         check_solids(thickness)
+
+
+def test_without_the_extra_nothing_is_begun(monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> str:
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr('tauto_core.plots.solids.version', missing)
+    with pytest.raises(CadError, match=r"build123d.*pip install 'tauto_core\[cad\]'"):
+        check_solids(2.0)
