@@ -24,6 +24,7 @@ WELCOME = {
     'matplotlib',
     'mcap',
     'numpy',
+    'pandas',
     'pyarrow',
     'pydantic',
     'pydantic_core',
@@ -33,6 +34,7 @@ WELCOME = {
     'tauto_core',
     'typer',
     'wavespectra',
+    'xarray',
     'yaml',
     'zstandard',
 }

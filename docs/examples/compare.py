@@ -5,8 +5,7 @@ import tauto_core as tauto
 at_sea = 'involute_weight_at_sea'
 heights = {}
 for metres in (0.5, 1.5, 2.5):
-    sea = {'ship.sea.significant_wave_height': metres}
-    voyage = tauto.sail(at_sea, duration=600.0, **sea)
+    voyage = tauto.sail(at_sea, duration=600.0, ship__sea__significant_wave_height=metres)
     heights[metres] = voyage.clock_error_s[-1]
 
 for metres, error_s in heights.items():

@@ -16,14 +16,18 @@ TEST = [
     'colcon-ros>=0.5',
     'distributed>=2024.8',
     'hypothesis>=6.100',
+    'ipykernel>=6.29',
     'jsonschema>=4.20',
     'mpmath>=1.3',
+    'nbclient>=0.10',
     'numba>=0.62',  # the same kernels through another compiler, bit for bit
+    'pandas>=2.2',
     'pyarrow>=16.0',
     'pytest>=8.0',
     'pytest-cov>=5.0',
     'pytest-xdist>=3.8',
     'wheel>=0.40',
+    'xarray>=2024.6',
 ]
 LINT = [
     'import-linter>=2.1',
@@ -36,8 +40,13 @@ LINT = [
 # The documentation site; 0.x may change from release to release.
 DOCS = [
     'mkdocstrings-python>=2.0.11',
+    'nbconvert>=7.16',
     'zensical>=0.0.73,<0.1',
 ]
+# `Voyage.to_pandas` and `to_xarray`.
+ARRAYS = ['pandas>=2.2', 'xarray>=2024.6']
+# The lessons, which are notebooks.
+NOTEBOOK = ['ipykernel>=6.29', 'nbclient>=0.10']
 # Tracks as log-books.
 GPX = ['gpxpy>=1.5']
 # The files of buoys; a spectrum as a table needs nothing.
@@ -114,6 +123,7 @@ setup(
         'zstandard>=0.22',
     ],
     extras_require={
+        'arrays': ARRAYS,
         'cad': CAD,
         'cluster': CLUSTER,
         'test': TEST,
@@ -122,6 +132,7 @@ setup(
         'fleet': FLEET,
         'gpx': GPX,
         'hull': HULL,
+        'notebook': NOTEBOOK,
         'report': REPORT,
         'ros': ROS,
         'spectra': SPECTRA,

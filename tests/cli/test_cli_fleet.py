@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.cli.tables import fleet_answer, fleet_tables
+from tauto_core.cli.tables import fleet_tables
 from tauto_core.ensembles import fleets, workers
 from tauto_core.ensembles.answers import Answers, Within
 from tauto_core.ensembles.workers import Ended, WorkerError
@@ -47,12 +47,10 @@ def answers(**changes):
 
 def test_a_long_voyage_is_judged_and_a_short_one_is_not():
     judged = answers()
-    assert fleet_answer(judged).startswith(
-        'Of 20 ships 90 % (69.9 % to 97.2 % with 95 % confidence)'
-    )
+    assert judged.answer.startswith('Of 20 ships 90 % (69.9 % to 97.2 % with 95 % confidence)')
     assert fleet_tables(judged)[0].title == 'ships within'
     short = answers(within=None, unchecked_days=(0.25, 12.0))
-    assert fleet_answer(short) == (
+    assert short.answer == (
         'Of 20 ships, 6 hours to 12 days unchecked, half are within 10.2 nautical miles by the '
         'rated clock and 95 % within 31.2; by the dial alone within 0.01 and 1.25. '
         'That is no verdict: the Act of 1714 asks for six weeks.'
@@ -60,9 +58,7 @@ def test_a_long_voyage_is_judged_and_a_short_one_is_not():
     assert not any('within' in table.title for table in fleet_tables(short)[1:])
     assert len(fleet_tables(short)) == len(fleet_tables(judged)) - 1
     lost = answers(within=None, unchecked_days=(0.0, 0.0), failures={'slack': 2})
-    assert fleet_answer(lost).startswith(
-        'Of the 18 of 20 ships that arrived, checked to the end, half'
-    )
+    assert lost.answer.startswith('Of the 18 of 20 ships that arrived, checked to the end, half')
 
 
 def test_a_fleet_of_which_no_ship_arrived_is_not_judged():
@@ -72,7 +68,7 @@ def test_a_fleet_of_which_no_ship_arrived_is_not_judged():
         failures={'slack': 20},
         quantiles_nmi={'raw': None, 'corrected': None},
     )
-    assert fleet_answer(none) == 'None of 20 ships arrived.'
+    assert none.answer == 'None of 20 ships arrived.'
     assert len(fleet_tables(none)) == 1
 
 

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.cli.trials import between, trial_answer, trial_tables
+from tauto_core.cli.trials import between, trial_tables
 from tauto_core.ensembles.trial_answers import (
     ClockAnswers,
     Part,
@@ -37,7 +37,7 @@ def answers():
 
 
 def test_the_answer_says_on_how_many_passages_she_would_have_won():
-    found = trial_answer(answers())
+    found = answers().answer
     assert found.startswith('On 9 of 10 passages of six weeks and more the_clock would have')
     assert '90 % (60 %–98 %)' in found
     tables = list(trial_tables(answers()))

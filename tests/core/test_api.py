@@ -26,6 +26,7 @@ from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.plots import contents
 from tauto_core.samples import Samples
+from tests.trial_examples import CLOCK, OTHER, write_log
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [
@@ -229,6 +230,13 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert swept == [0, 1]
 
 
+def test_a_key_in_a_section_is_named_by_its_path() -> None:
+    by_name = tauto.load('measured', trochlea__cam__base_radius=0.006)
+    assert by_name == tauto.load('measured', **{'trochlea.cam.base_radius': 0.006})
+    again = tauto.load(by_name, trochlea__release_angle=0.5)
+    assert (again.trochlea.cam.base_radius, again.trochlea.release_angle) == (0.006, 0.5)
+
+
 def test_the_cam_of_a_scene() -> None:
     """Euler's involute: the lever arm is the base radius times the angle (theory A)."""
     found = tauto.cam('measured', points=50)
@@ -237,7 +245,7 @@ def test_the_cam_of_a_scene() -> None:
 
 
 def test_the_cam_of_a_scene_with_another_value() -> None:
-    found = tauto.cam('measured', points=50, **{'trochlea.cam.base_radius': 0.006})
+    found = tauto.cam('measured', points=50, trochlea__cam__base_radius=0.006)
     np.testing.assert_allclose(found.lever_arm_m, 0.006 * found.angle_rad, rtol=1e-12)
 
 
@@ -257,7 +265,7 @@ def test_isochronism_is_that_of_the_command(scene: str, amplitudes: list[float])
 def test_isochronism_of_a_scene_with_another_value() -> None:
     """T goes with √I: period and small-amplitude period of an involute under a force."""
     single, fourfold = (
-        tauto.isochronism('ideal', [1.0], **{'trochlea.inertia': inertia}).period_s[0]
+        tauto.isochronism('ideal', [1.0], trochlea__inertia=inertia).period_s[0]
         for inertia in (1e-3, 4e-3)
     )
     assert fourfold == pytest.approx(2.0 * single, rel=1e-14)
@@ -306,6 +314,29 @@ def test_a_cam_is_cut_as_by_the_command(tmp_path: Path) -> None:
     assert tauto.cut('clock_own_cam_lever', tmp_path / 'lever.svg').acts_from_rad is None
 
 
+def test_an_outline_is_written_to_its_last_point(tmp_path: Path) -> None:
+    outline = tauto.cam('measured', points=70, reach_rad=1.2)
+    outline.write(tmp_path / 'mine.csv')
+    tauto.cut('measured', tmp_path / 'theirs.csv', points=70, reach_rad=1.2)
+    mine, theirs = ((tmp_path / f'{name}.csv').read_bytes() for name in ('mine', 'theirs'))
+    assert mine == theirs
+
+
+def test_a_trial_is_that_of_the_command(tmp_path: Path) -> None:
+    book, picture = write_log(tmp_path), tmp_path / 'tracks.svg'
+    rates = {'log.interval': 600.0, 'ship.rate': 8.0}
+    given = {'compare': [OTHER], 'days': (0.0, 9.0), 'harbour_days': 0.5, 'sample': 1}
+    found = tauto.trial(CLOCK, book, **given, jobs=1, file=picture, **rates)
+    words = ['fleet', CLOCK, '--logs', book, '--compare', OTHER, '--days', '0..9', '--sample', '1']
+    words += ['--harbour-days', '0.5', '--jobs', '1', '--json']
+    words += [word for key, value in rates.items() for word in ('--set', f'{key}={value}')]
+    printed = json.loads(CliRunner().invoke(app, words).stdout)
+    assert json.loads(json.dumps(asdict(found))) == printed
+    assert [each.clock for each in found.clocks] == [CLOCK, OTHER]
+    assert found.answer in found._repr_html_().replace('&#x27;', "'")
+    assert picture.stat().st_size > 5000
+
+
 def test_a_design_is_that_of_the_command_in_any_units() -> None:
     euler = {'disc_weight': 100, 'pull': 1.0, 'pendulum': 3166, 'length_unit': 'scruple'}
     found = tauto.design(disc_is_base=True, **euler)
@@ -350,6 +381,18 @@ def test_clocks_are_compared() -> None:
     assert [row.clock for row in found.rows] == ['second_cam_at_sea']
 
 
+def test_one_clock_with_two_values_is_compared() -> None:
+    """Each row is the voyage of its scene, with what is given for all."""
+    clock = tauto.load('clock_cheek_weight')
+    narrow = tauto.load(clock, name='narrow', trochlea__release_angle=0.5)
+    given = {'duration': 600.0, 'escapement__energy': 1.3e-4}
+    found = tauto.compare(clock, narrow, jobs=1, suspension='without', **given)
+    assert [row.clock for row in found.rows] == ['clock_cheek_weight', 'narrow']
+    for row, scene in zip(found.rows, (clock, narrow), strict=True):
+        alone = tauto.load(scene, **given).model_copy(update={'suspension': None})
+        assert row.rate_s_per_day == tauto.sail(alone).result['clock']['rate_s_per_day']
+
+
 @pytest.mark.parametrize(
     ('call', 'words'),
     [
@@ -363,6 +406,11 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.isochronism('measured', 0.5), r'amplitudes = 0\.5: must be a list'),
         (lambda: tauto.sail('nowhere'), 'no such file or built-in scene'),
         (lambda: tauto.load('ideal', durations=1.0), 'Did you mean `duration`'),
+        (lambda: tauto.load('ideal', trochlea__inerta=1.0), 'Did you mean `inertia`'),
+        (
+            lambda: tauto.load('ideal', ship__rate=1.0, **{'ship.rate': 2.0}),
+            r'ship\.rate is given twice',
+        ),
         (lambda: tauto.replay('no_bag'), 'no_bag does not exist'),
         (lambda: tauto.cam('measured', reach_rad=-1.0), 'reach_rad = -1.0: must be > 0'),
         (lambda: tauto.cam('measured', points=1), 'points = 1: must be at least 2'),
@@ -400,6 +448,11 @@ def test_clocks_are_compared() -> None:
         (lambda: tauto.plot(3, 'error'), 'scene: must be .*, and is of type int'),
         (lambda: tauto.report('ideal', 3), 'file = 3: must be a path'),
         (lambda: tauto.fleet('ideal', ships=0), r'^ships=0: must lie between'),
+        (lambda: tauto.trial('ideal', 'no.csv'), r'logs=no\.csv: '),
+        (lambda: tauto.trial('ideal', 3), 'logs = 3: must be a path'),
+        (lambda: tauto.trial('ideal', __file__, local_time_s=-1.0), 'local_time=-1: must lie'),
+        (lambda: tauto.trial('ideal', __file__, days=(9, 1)), r'days = \(9, 1\): must be the'),
+        (lambda: tauto.trial('ideal', __file__, compare='ideal'), "compare = 'ideal': must be"),
         (lambda: tauto.fleet('ideal', ships=2.5), r'ships = 2\.5: must be a whole number'),
         (lambda: tauto.fleet('ideal', jobs='a'), "jobs = 'a': must be a whole number"),
         (lambda: tauto.fleet('ideal', vary=3), 'vary = 3: must be a mapping of keys, or a file'),

@@ -10,7 +10,8 @@
 sails it, `replay` reads a bag, `budget` says why the clock's rate is what it is. `cam` gives a
 curve, `isochronism` its periods, `cut` its drawing;
 `design` finds what is left out of a wheel's design, and `claims` checks Euler's papers. `compare`
-sends several clocks through one sea, `fleet` many ships on one voyage; `plot` and `report` draw.
+sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks along the
+passages of a log-book; `plot` and `report` draw. Notebooks show results with their pictures.
 `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`. Other modules
 may change from version to version. Every name is loaded at its first use.
 """
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
         report,
         sail,
         scenes,
+        trial,
     )
     from tauto_core.scene.errors import TautoError
     from tauto_core.voyage import Voyage
@@ -67,6 +69,7 @@ __all__ = [
     'report',
     'sail',
     'scenes',
+    'trial',
 ]
 
 _public = loaded_from(

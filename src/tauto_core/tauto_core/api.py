@@ -5,14 +5,16 @@ Errors are those of the command line, which spells the names of arguments as opt
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
+from tauto_core.scene import Scene, load_scene, shipped_scenes
 from tauto_core.scene.errors import Argument, UsageError, naming
+from tauto_core.scene.loader import origin_of
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.voyage import Voyage
 from tauto_core.voyage import replay as replay_bag
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trial_answers import TrialAnswers
     from tauto_core.euler import Claim
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
@@ -62,21 +65,37 @@ def path(name: str, value: object) -> Path:
     return Path(value)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class CamOutline:
     """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
 
     Attributes:
+        scene: the scene whose cam it is.
         angle_rad: angle of the wheel when the thread leaves the cheek at the point, (n,) [rad].
         lever_arm_m: lever arm of the thread at that angle, (n,) [m].
         x_m: x of the point, across the direction of the thread at rest, (n,) [m].
         y_m: y of the point, along that direction, (n,) [m].
     """
 
+    scene: Scene
     angle_rad: FloatArray
     lever_arm_m: FloatArray
     x_m: FloatArray
     y_m: FloatArray
+
+    def __repr__(self) -> str:
+        return f'<CamOutline of {self.scene.name}: {len(self.angle_rad)} points>'
+
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import cam_html
+
+        reach_rad, lever_arm_m = float(self.angle_rad[-1]), float(self.lever_arm_m[-1])
+        return cam_html(self.scene, len(self.angle_rad), reach_rad, lever_arm_m)
+
+    def write(self, file: str | Path, **options: Any) -> CamCut:
+        """Write the cam to its last point for the workshop; arguments are those of `cut`."""
+        reach_rad = float(self.angle_rad[-1])
+        return cut(self.scene, file, points=len(self.angle_rad), reach_rad=reach_rad, **options)
 
 
 def scenes() -> list[str]:
@@ -89,25 +108,16 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
 
     Args:
         scene: a shipped name, a YAML file, or a scene already loaded.
-        overrides: values in place of the scene's own, for example `duration=300.0`, a whole
-            section such as `voyage={…}`, or the path of one key in it,
-            `**{'ship.sea.peak_period': 8.0}`; None leaves what is there. Data paths among them
-            are relative to the working directory.
+        overrides: values in place of the scene's own, for example `duration=300.0` or a whole
+            section such as `voyage={…}`. A key in a section is named by its path, with two
+            underscores in place of each dot: `ship__sea__peak_period=8.0`. None leaves what is
+            there. Data paths among them are relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
-        UsageError: a scene that is none of these.
+        UsageError: a scene that is none of these, or a key that is given twice.
     """
-    if not isinstance(scene, Scene):
-        return load_scene(scene, **overrides)
-    if not overrides:
-        return scene
-    from tauto_core.scene.loader import checked_scene, read_mapping, set_values
-
-    content = read_mapping(scene_yaml(scene), scene.name)
-    given = {key: value for key, value in overrides.items() if value is not None}
-    set_values(content, given, scene.name)
-    return checked_scene(content, scene.name, given)
+    return load_scene(scene, **_by_path(overrides))
 
 
 def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object) -> Voyage:
@@ -122,7 +132,7 @@ def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object
         TautoError: bad scene, or an event that ends the motion.
     """
     loaded = load(scene, **overrides)
-    return sail_scene(loaded, origin=_origin(scene), anyway=anyway, judge=True)
+    return sail_scene(loaded, origin=origin_of(scene), anyway=anyway, judge=True)
 
 
 def replay(
@@ -177,7 +187,7 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
     from tauto_core.checks.facts import scene_facts
 
     loaded = load(scene, **overrides)
-    with naming(_origin(scene), loaded.name):
+    with naming(origin_of(scene), loaded.name):
         return scene_facts(loaded)
 
 
@@ -216,7 +226,7 @@ def budget(
 
     loaded = load(scene, **overrides)
     place = None if out is None else budget_file(path('out', out), loaded)
-    found = account(loaded, Crew(whole('jobs', jobs)), origin=_origin(scene), anyway=anyway)
+    found = account(loaded, Crew(whole('jobs', jobs)), origin=origin_of(scene), anyway=anyway)
     if place is not None:
         found.write(place)
     return found
@@ -248,7 +258,7 @@ def isochronism(
 
     asked = numbers('amplitudes', amplitudes)
     loaded = load(scene, **overrides)
-    with naming(_origin(scene), loaded.name):
+    with naming(origin_of(scene), loaded.name):
         return free_swings(loaded, asked, loaded.clock.nominal_period)
 
 
@@ -287,7 +297,7 @@ def cam(
         raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
     if reach_rad is not None:
         (reach_rad,) = numbers('reach_rad', [reach_rad])
-    with naming(_origin(scene), loaded.name):
+    with naming(origin_of(scene), loaded.name):
         curve = loaded.trochlea.made_cam(loaded.g)
         if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
             raise UsageError(
@@ -296,7 +306,7 @@ def cam(
             )
         reach = cam_extent(loaded) if reach_rad is None else reach_rad
         angle = np.linspace(0.0, reach, count)
-        return CamOutline(angle, curve.lever_arm(angle), *curve.contact(angle))
+        return CamOutline(loaded, angle, curve.lever_arm(angle), *curve.contact(angle))
 
 
 def cut(
@@ -338,7 +348,7 @@ def cut(
     if reach_rad is not None:
         (reach_rad,) = numbers('reach_rad', [reach_rad])
     loaded = load(scene, **overrides)
-    with naming(_origin(scene), loaded.name):
+    with naming(origin_of(scene), loaded.name):
         return cutting.cut(
             loaded, {kind: place}, points=count, reach_rad=reach_rad, thread_mm=thick
         )
@@ -489,19 +499,20 @@ def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
 
 
 def compare(
-    *clocks: str,
-    ship_of: str | None = None,
+    *clocks: str | Path | Scene,
+    ship_of: str | Path | Scene | None = None,
     duration: float | None = None,
     accuracy: float | None = None,
     roll_deg: Sequence[float] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
     jobs: int = 2,
     anyway: bool = False,
+    **overrides: object,
 ) -> Comparison:
     """Return a comparison of several clocks in the same sea.
 
     Args:
-        clocks: files or shipped names; none: the shipped clocks.
+        clocks: scenes, as for `load`, each with another `name`; none: the shipped clocks.
         ship_of: a scene whose ship and voyage all of them get.
         duration: length of the run [s].
         accuracy: error of the reading that a day of the run may make [s], in place of what the
@@ -510,6 +521,11 @@ def compare(
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
         jobs: number of parallel processes.
         anyway: sail machines and ships beyond all that are known, too.
+        overrides: as for `load`, for every clock; those of the passage (ship, voyage, seed, …) for
+            `ship_of`, where there is one.
+
+    Returns:
+        `rows`, one a clock, or two where its case is suspended.
 
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
@@ -528,6 +544,7 @@ def compare(
         rolls_deg=numbers('roll_deg', roll_deg),
         cases=suspension,
         anyway=anyway,
+        overrides=_by_path(overrides),
     )
     return comparison.compare(entries, jobs=whole('jobs', jobs))
 
@@ -574,9 +591,112 @@ def fleet(
             raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
         draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
     count = whole('ships', ships)
-    plan = fleets.Plan(load(scene, **overrides), _origin(scene), count, draws, drawn_by)
+    plan = fleets.Plan(load(scene, **overrides), origin_of(scene), count, draws, drawn_by)
     where = None if out is None else path('out', out)
     return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
+
+
+def trial(
+    scene: str | Path | Scene,
+    logs: str | Path,
+    *,
+    compare: Sequence[str | Path | Scene] = (),
+    days: tuple[float, float] = (42.0, math.inf),
+    years: tuple[float, float] = (-math.inf, math.inf),
+    port: str | None = None,
+    ocean: str | None = None,
+    sample: int | None = None,
+    harbour_days: float = 14.0,
+    wind_draws: int = 0,
+    hull_draws: int = 0,
+    local_time_s: float = 4.0,
+    duration: float | None = None,
+    jobs: int = 2,
+    scheduler: str | None = None,
+    out: str | Path | None = None,
+    file: str | Path | None = None,
+    anyway: bool = False,
+    **overrides: object,
+) -> TrialAnswers:
+    """Return on which passages of a log-book a scene's clock would have found the longitude.
+
+    Args:
+        scene: as for `load`; its ship sails every passage.
+        logs: the log-book, a file or a folder.
+        compare: further clocks in the same sea, as for `load`, fixed to the ship; `clocks` stands
+            for the shipped ones.
+        days: least and largest length of the passages [days].
+        years: first and last year of the first entry.
+        port: part of the name of a port from which or to which they go.
+        ocean: part of the name of the ocean in which most of their entries lie.
+        sample: number of passages taken of these, evenly over their list.
+        harbour_days: days of rating before the first entry.
+        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        hull_draws: the same with another hull.
+        local_time_s: error of the navigator's local time [s], 0 to 3600.
+        duration: time from the start to which a voyage is cut [s].
+        jobs: number of parallel processes.
+        scheduler: as for `fleet`.
+        out: as for `fleet`, with a row for each clock on each passage.
+        file: name of a picture, ending in .svg, .png or .pdf: the map of all tracks.
+        anyway: sail machines and ships beyond all that are known, too.
+        overrides: as for `load`.
+
+    Returns:
+        The object of `tauto fleet --logs --json`: for each of `clocks`, by the `ways` of finding
+        the longitude, its `prizes` and the rest; `voyages`, one a clock and passage.
+
+    Raises:
+        TautoError: a log-book that cannot be read or has no such passages, a passage with a wrong
+            row, or arguments out of range.
+    """
+    from tauto_core.ensembles import trials
+    from tauto_core.ensembles.trial_answers import answers_of, check_local_time
+    from tauto_core.ensembles.workers import Crew
+    from tauto_core.files import check_plot
+    from tauto_core.ship.logbook import read_passages
+
+    logbook, plotted = str(path('logs', logs)), None if file is None else path('file', file)
+    if plotted is not None:
+        check_plot(plotted, 'file')
+    trials.check_logs(logbook)
+    (local_time_s,) = numbers('local_time_s', [local_time_s])
+    check_local_time(local_time_s)
+    if isinstance(compare, str):
+        raise UsageError(f'compare = {compare!r}: must be a list of scenes. Write it in [ ]')
+    between = (_between('days', days), _between('years', years))
+    count = None if sample is None else whole('sample', sample)
+    choice = trials.Choice(*between, port, ocean, count)
+    loaded, origin = load(scene, **overrides), origin_of(scene)
+    trial = trials.make_trial(
+        logbook,
+        read_passages(logbook),
+        [(origin, loaded), *trials.clocks_beside(loaded, origin, compare)],
+        choice,
+        harbour_days=numbers('harbour_days', [harbour_days])[0],
+        longest_s=None if duration is None else numbers('duration', [duration])[0],
+        wind_draws=whole('wind_draws', wind_draws),
+        hull_draws=whole('hull_draws', hull_draws),
+        anyway=anyway,
+    )
+    where = None if out is None else path('out', out)
+    sailed = trials.sail_trial(trial, Crew(whole('jobs', jobs), scheduler), where)
+    answers = answers_of(sailed, local_time_s)
+    if plotted is not None:
+        from tauto_core.plots.tracks import draw_trial
+
+        draw_trial(sailed, answers, plotted)
+    return answers
+
+
+def _between(name: str, values: object) -> tuple[float, float]:
+    """Return the least and the largest of a range; UsageError for anything else."""
+    ends = numbers(name, values)
+    if len(ends) != 2 or not ends[0] <= ends[1]:
+        raise UsageError(
+            f'{name} = {values!r}: must be the least and the largest. Write (42, 100)'
+        )
+    return ends[0], ends[1]
 
 
 def plot(
@@ -634,9 +754,15 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
     write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
 
 
-def _origin(scene: str | Path | Scene) -> str:
-    """Return how errors name a scene: as the caller did."""
-    return scene.name if isinstance(scene, Scene) else str(scene)
+def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
+    """Return values by the paths of their keys: `ship__rate` stands for `ship.rate`."""
+    found: dict[str, object] = {}
+    for key, value in overrides.items():
+        path_of_key = key.replace('__', '.')
+        if path_of_key in found:
+            raise UsageError(f'{key}: {path_of_key} is given twice. Leave one out')
+        found[path_of_key] = value
+    return found
 
 
 def _voyage(source: str | Path | Scene | Voyage, anyway: bool) -> Voyage:

@@ -60,6 +60,8 @@ from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
+    from xarray import Dataset
 
     from tauto_core.bags import Bag
 
@@ -240,6 +242,11 @@ class Voyage:
     def __repr__(self) -> str:
         return f'<Voyage of {self.scene.name}: {self.answer}>'
 
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import voyage_html
+
+        return voyage_html(self)
+
     @property
     def answer(self) -> str:
         """How far wrong the clock would put the ship, in a sentence."""
@@ -409,6 +416,39 @@ class Voyage:
         from tauto_core.plots.contents import picture
 
         return picture(self, what, file, from_s=from_s, to_s=to_s)
+
+    def report(self, file: str | Path) -> None:
+        """Write the voyage as a page; see `tauto_core.report`."""
+        from tauto_core.plots.page import write_report
+
+        write_report(self, Path(file), f'voyage.report({str(file)!r})')
+
+    def to_xarray(self) -> Dataset:
+        """Return the arrays of the voyage as a dataset of xarray, with `units` and `long_name`.
+
+        Its dimensions are `time_s`, the logged samples, `observation_time_s`, and `motion_time_s`,
+        the samples of the ship's motion. Arrays that the voyage does not have are left out. The
+        attributes `scene` and `answer` are those of the voyage.
+
+        Raises:
+            TautoError: xarray is not installed (extra `arrays`).
+        """
+        from tauto_core.arrays import dataset
+
+        return dataset(self)
+
+    def to_pandas(self) -> DataFrame:
+        """Return the arrays of the logged samples as a frame of pandas, with `time_s` its index.
+
+        Arrays that the voyage does not have are left out. `attrs` has `scene`, `answer` and the
+        `units` by column.
+
+        Raises:
+            TautoError: pandas is not installed (extra `arrays`).
+        """
+        from tauto_core.arrays import frame
+
+        return frame(self)
 
     def write(self, bag: str | Path, *, force: bool = False) -> None:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.

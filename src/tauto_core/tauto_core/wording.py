@@ -107,3 +107,8 @@ def span(seconds: float, digits: int = 3) -> str:
 def counted(number: float, noun: str) -> str:
     """Return a number with its noun, in the plural unless the number is one."""
     return f'{number:,g} {noun}' if number == 1 else f'{number:,g} {noun}s'
+
+
+def percent(share: float) -> str:
+    """Return a share as text."""
+    return f'{100.0 * share:.3g} %'

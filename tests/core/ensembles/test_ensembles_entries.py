@@ -113,6 +113,15 @@ def test_one_passage_can_be_taken_for_all(write):
         assert entry.scene.ship == load_scene(other).ship
 
 
+def test_values_of_the_passage_go_to_the_scene_whose_passage_is_taken(write):
+    one, other = write('one'), load_scene(write('other', duration=120.0))
+    values = {'ship.components.0.amplitude': 0.1, 'drift.white_fm': 2.0, 'clock.white_fm': 3.0}
+    [entry] = make_entries([one], ship_of=other, overrides=values)
+    assert entry.scene.ship.components[0].amplitude == 0.1
+    assert (entry.scene.drift.white_fm, entry.scene.clock.white_fm) == (2.0, 3.0)
+    assert entry.scene.duration == 120.0
+
+
 def test_a_clock_keeps_the_noise_expected_of_it_on_another_passage(write):
     entries = make_entries(['clock_hanging_thread', write('one')], ship_of=write('two'))
     assert [entry.scene.drift.white_fm for entry in entries] == [45.0, 45.0, None]

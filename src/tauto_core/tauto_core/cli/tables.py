@@ -16,7 +16,15 @@ from rich.text import Text
 
 from tauto_core.results import SIGNS, answer, groups
 from tauto_core.scene.times import DAY_S, LEGIBLE
-from tauto_core.wording import counted, figure, least, printed, significant, span, with_sigma
+from tauto_core.wording import (
+    figure,
+    least,
+    percent,
+    printed,
+    significant,
+    span,
+    with_sigma,
+)
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -562,36 +570,6 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
 _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
 
 
-def fleet_answer(result: Answers) -> str:
-    """Return in a sentence how often the longitude was found within the Act's first limit; of a
-    voyage that the Act does not judge, how large the errors are.
-    """
-    ships = counted(result.ships, 'ship')
-    if result.within is not None:
-        rated, dial = (result.within[name][0] for name in ('corrected', 'raw'))
-        return (
-            f'Of {ships} {percent(rated.share)} ({percent(rated.low)} to {percent(rated.high)} '
-            f'with 95 % confidence) found their longitude within {rated.limit_nmi:g} nautical '
-            f'miles by the rated clock, {percent(dial.share)} by the dial alone.'
-        )
-    from tauto_core.ensembles.answers import QUANTILES
-
-    by_rated, by_dial = (result.quantiles_nmi[name] for name in ('corrected', 'raw'))
-    if by_rated is None or by_dial is None:
-        return f'None of {ships} arrived.'
-    lost = sum(result.failures.values())
-    who = f'the {result.ships - lost} of {ships} that arrived' if lost else ships
-    (half, most), (half_dial, most_dial) = (
-        [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
-        for sizes in (by_rated, by_dial)
-    )
-    return (
-        f'Of {who}, {result.unchecked()}, half are within {half} nautical miles by the rated '
-        f'clock and 95 % within {most}; by the dial alone within {half_dial} and {most_dial}. '
-        'That is no verdict: the Act of 1714 asks for six weeks.'
-    )
-
-
 def fleet_tables(result: Answers) -> list[Table]:
     """Return quantiles of the error, influences, and of a long voyage shares within the Act's
     limits.
@@ -636,8 +614,3 @@ def of_fleet(title: str, *columns: str) -> Table:
     for name in others:
         table.add_column(name, justify='right')
     return table
-
-
-def percent(share: float) -> str:
-    """Return a share as text."""
-    return f'{100.0 * share:.3g} %'

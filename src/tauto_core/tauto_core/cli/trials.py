@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from tauto_core.cli.tables import of_fleet, percent
+from tauto_core.cli.tables import of_fleet
 from tauto_core.cli.terminal import counting_bar, ended_by_sigterm, print_rich, progress_bar, say
 from tauto_core.scene.errors import UsageError
-from tauto_core.wording import counted, figure
+from tauto_core.wording import counted, figure, percent
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from tauto_core.ensembles.trial_answers import ClockAnswers, Prize, TrialAnswers
+    from tauto_core.ensembles.trial_answers import ClockAnswers, TrialAnswers
     from tauto_core.ensembles.workers import Crew
     from tauto_core.scene import Scene
 
@@ -80,15 +80,18 @@ def sail_logs(
     as_json: bool,
 ) -> None:
     """Sail a scene's clock, and others, along the passages of a log-book; print what it says."""
-    from tauto_core.ensembles.trial_answers import answers_of
-    from tauto_core.ensembles.trials import Choice, clocks_beside, make_trial, sail_trial
-    from tauto_core.scene.tables import missing_file
+    from tauto_core.ensembles.trial_answers import answers_of, check_local_time
+    from tauto_core.ensembles.trials import (
+        Choice,
+        check_logs,
+        clocks_beside,
+        make_trial,
+        sail_trial,
+    )
     from tauto_core.ship.logbook import read_passages
 
-    for found in missing_file('--logs', asked.logs, folders=True):
-        raise UsageError(f'--logs {asked.logs}: {found.problem}. {found.remedy}')
-    if not 0.0 <= asked.local_time_s <= 3600.0:
-        raise UsageError(f'--local-time {asked.local_time_s:g}: must lie between 0 and 3600 s')
+    check_logs(asked.logs)
+    check_local_time(asked.local_time_s)
     low, high = (-math.inf, math.inf)
     if asked.years is not None:
         low, high = between('--years', asked.years, '1770..1790')
@@ -101,7 +104,8 @@ def sail_logs(
     )
     scenes = [(origin, scene)]
     if asked.compare is not None:
-        scenes += clocks_beside(scene, origin, asked.compare)
+        names = [each.strip() for each in asked.compare.split(',')]
+        scenes += clocks_beside(scene, origin, names)
     with progress_bar(asked.logs) as progress:
         passages = list(read_passages(asked.logs, progress=progress))
     trial = make_trial(
@@ -131,7 +135,7 @@ def sail_logs(
     if as_json:
         typer.echo(json.dumps(asdict(answers), allow_nan=False))
         return
-    print_rich(trial_answer(answers), *trial_tables(answers), *_remarks(answers))
+    print_rich(answers.answer, *trial_tables(answers), *_remarks(answers))
 
 
 # -----------------------------------------------------------------------------
@@ -142,25 +146,6 @@ WAYS = {
     'corrected': 'rated in harbour',
     'sensed': 'with thermometer and IMU',
 }
-
-
-def trial_answer(answers: TrialAnswers) -> str:
-    """Return in a sentence on how many passages the first clock would have won the prize."""
-    clock = answers.clocks[0]
-    passages = counted(answers.judged, 'passage')
-    rated, dial = clock.ways['corrected'], clock.ways['raw']
-    if not rated.prizes:
-        said = f'{counted(answers.passages, "passage")} of {answers.logs}: none of six weeks, '
-        return f'{said}which the Act of 1714 asks for.'
-    prize = rated.prizes[0]
-    said = (
-        f'On {prize.passages} of {passages} of six weeks and more {clock.clock} would have found '
-        f'the longitude within {prize.limit_nmi:g} nautical miles when rated in harbour: '
-        f'{_share(prize)}. By the dial alone on {dial.prizes[0].passages}'
-    )
-    if 'sensed' in clock.ways:
-        said += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
-    return f'{said}.'
 
 
 def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
@@ -186,7 +171,7 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
             spreads += [first.hull] * bool(answers.hull_draws)
             table.add_row(
                 called(clock, way),
-                *(_share(each) for each in prizes),
+                *(each.said for each in prizes),
                 percent(first.with_local_time),
                 *('–' if each is None else f'± {percent(each)}' for each in spreads),
             )
@@ -219,10 +204,6 @@ def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
                 median = figure(part.median_nmi, 'nmi')
                 table.add_row(part.name, called(clock, way), *cells, median)
     return table
-
-
-def _share(prize: Prize) -> str:
-    return f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
 
 
 def _remarks(answers: TrialAnswers) -> Iterator[str]:

@@ -573,11 +573,11 @@ def fleet(
         facts = {'scene': result.plan.scene.name, **asdict(result.answers)}
         typer.echo(json.dumps(facts, allow_nan=False))
         return
-    from tauto_core.cli.tables import fleet_answer, fleet_tables
+    from tauto_core.cli.tables import fleet_tables
 
     failures = result.answers.failures.items()
     print_rich(
-        fleet_answer(result.answers),
+        result.answers.answer,
         *fleet_tables(result.answers),
         *(f'{counted(number, "ship")} failed: {why}' for why, number in failures),
     )

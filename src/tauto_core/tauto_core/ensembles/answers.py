@@ -16,7 +16,7 @@ from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.samples import FloatArray
 from tauto_core.scene.times import DAY_S
-from tauto_core.wording import span
+from tauto_core.wording import counted, figure, percent, span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -104,6 +104,35 @@ class Answers:
     within: dict[str, list[Within]] | None
     quantiles_nmi: dict[str, list[float] | None]
     influences: list[Influence]
+
+    @property
+    def answer(self) -> str:
+        """How often the longitude was found within the Act's first limit, in a sentence; of a
+        voyage that the Act does not judge, how large the errors are.
+        """
+        ships = counted(self.ships, 'ship')
+        if self.within is not None:
+            rated, dial = (self.within[name][0] for name in ('corrected', 'raw'))
+            return (
+                f'Of {ships} {percent(rated.share)} ({percent(rated.low)} to '
+                f'{percent(rated.high)} with 95 % confidence) found their longitude within '
+                f'{rated.limit_nmi:g} nautical miles by the rated clock, {percent(dial.share)} by '
+                'the dial alone.'
+            )
+        by_rated, by_dial = (self.quantiles_nmi[name] for name in ('corrected', 'raw'))
+        if by_rated is None or by_dial is None:
+            return f'None of {ships} arrived.'
+        lost = sum(self.failures.values())
+        who = f'the {self.ships - lost} of {ships} that arrived' if lost else ships
+        (half, most), (half_dial, most_dial) = (
+            [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
+            for sizes in (by_rated, by_dial)
+        )
+        return (
+            f'Of {who}, {self.unchecked()}, half are within {half} nautical miles by the rated '
+            f'clock and 95 % within {most}; by the dial alone within {half_dial} and {most_dial}. '
+            'That is no verdict: the Act of 1714 asks for six weeks.'
+        )
 
     def unchecked(self) -> str:
         """Return for how long the clocks had not been checked, in words."""

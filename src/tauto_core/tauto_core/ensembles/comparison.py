@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
@@ -24,9 +25,10 @@ from tauto_core.results import Summary
 from tauto_core.samples import READING, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
+from tauto_core.scene.loader import origin_of
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.waves import Harmonics
-from tauto_core.wording import span
+from tauto_core.wording import counted, figure, least, span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -128,26 +130,28 @@ class Entry:
 
 
 def make_entries(
-    names: Sequence[str] = (),
+    clocks: Sequence[str | Path | Scene] = (),
     *,
-    ship_of: str | None = None,
+    ship_of: str | Path | Scene | None = None,
     duration: float | None = None,
     accuracy: float | None = None,
     rolls_deg: Sequence[float] = (),
     cases: _Cases = 'both',
     anyway: bool = False,
+    overrides: Mapping[str, object] = MappingProxyType({}),
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
 
     They are in the order of roll, then clock, with fixed cases before suspended ones. Without
-    names they are CLOCKS. All take the keys SHARED of `ship_of`; otherwise they must agree in
+    clocks they are CLOCKS. All take the keys SHARED of `ship_of`; otherwise they must agree in
     them. `cases` are 'with' and 'without' suspension, or 'both' where a scene has one. With
     `anyway` machines and ships beyond all that are known sail too; rolls asked for may be.
+    `overrides` are values by the paths of their keys; those of a passage go to `ship_of`.
 
     A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
     given twice, or a suspension that a scene does not have, are a UsageError.
     """
-    scenes = _scenes(names or CLOCKS, ship_of, duration, accuracy)
+    scenes = _scenes(clocks or CLOCKS, ship_of, duration, accuracy, overrides)
     for origin, scene in scenes:
         if not anyway:
             with naming(origin, scene.name):
@@ -176,14 +180,21 @@ def make_entries(
 
 
 def _scenes(
-    names: Sequence[str], ship_of: str | None, duration: float | None, accuracy: float | None
+    clocks: Sequence[str | Path | Scene],
+    ship_of: str | Path | Scene | None,
+    duration: float | None,
+    accuracy: float | None,
+    overrides: Mapping[str, object],
 ) -> list[tuple[str, Scene]]:
-    asked = {'solver.accuracy': accuracy}
-    scenes = [(name, load_scene(name, **asked)) for name in names]
+    asked: dict[str, Any] = {'solver.accuracy': accuracy}
+    changed = {**asked, **overrides}
     taken: dict[str, Any] = {}
     if ship_of is not None:
-        passage = load_scene(ship_of, **asked)
+        of_passage = {key: value for key, value in overrides.items() if _is_shared(key)}
+        changed = {key: value for key, value in changed.items() if key not in of_passage}
+        passage = load_scene(ship_of, **asked, **of_passage)
         taken = {key: getattr(passage, key) for key in SHARED}
+    scenes = [(origin_of(clock), load_scene(clock, **changed)) for clock in clocks]
     if duration is not None:
         taken['duration'] = duration
     # one motion for all, sampled as the most demanding of them needs
@@ -191,11 +202,18 @@ def _scenes(
     rates = {ship.rate for ship in (*passages, *(scene.ship for _, scene in scenes))}
     if not taken and len(rates) == 1:
         return scenes
+    whose = None if ship_of is None else origin_of(ship_of)
     found = []
     for name, scene in scenes:
         ship = taken.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
-        found.append((name, _taking(name, scene, {**taken, 'ship': ship}, ship_of)))
+        found.append((name, _taking(name, scene, {**taken, 'ship': ship}, whose)))
     return found
+
+
+def _is_shared(key: str) -> bool:
+    """Return whether the key at a path is one of the passage."""
+    section, _, rest = key.partition('.')
+    return section in SHARED and not (section == 'drift' and rest in OF_THE_CLOCK)
 
 
 def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scene:
@@ -386,6 +404,40 @@ class Comparison:
     piece_s: float
     wall_s: float
     rows: list[Row]
+
+    @property
+    def answer(self) -> str:
+        """Which clock's dial errs least and which most at the end, in a sentence."""
+
+        def called(row: Row) -> str:
+            case = 'hung' if row.suspended else 'fixed'
+            several = sum(each.clock == row.clock for each in self.rows) > 1
+            return f'{row.clock} ({case})' if several else row.clock
+
+        went = [row for row in self.rows if row.raw_error_nmi is not None and not row.stopped]
+        said = f'After {span(self.duration_s)} in the same sea'
+        if not went:
+            return f'{said} no clock goes.'
+        went.sort(key=lambda row: abs(row.raw_error_nmi or 0.0))
+        best, worst = went[0], went[-1]
+        if best is worst:
+            said += f' the dial of {called(best)} errs by {_miles(best)}.'
+        else:
+            said += f' the dial of {called(best)} errs least, by {_miles(best)}; that of '
+            said += f'{called(worst)} most, by {_miles(worst)}.'
+        stopped = len(self.rows) - len(went)
+        return f'{said} {counted(stopped, "clock")} stopped.' if stopped else said
+
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import comparison_html
+
+        return comparison_html(self)
+
+
+def _miles(row: Row) -> str:
+    size = abs(row.raw_error_nmi or 0.0)
+    side = 'east' if (row.raw_error_nmi or 0.0) > 0.0 else 'west'
+    return f'{figure(size, "nmi")} nautical miles' + f' to the {side}' * (size >= least('nmi'))
 
 
 def compare(

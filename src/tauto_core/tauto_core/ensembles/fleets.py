@@ -643,7 +643,7 @@ def _saying(folder: Path) -> Iterator[None]:
         ) from None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fleet:
     """A fleet that has sailed.
 
@@ -656,6 +656,14 @@ class Fleet:
     plan: Plan
     rows: list[dict[str, Any]]
     answers: Answers
+
+    def __repr__(self) -> str:
+        return f'<Fleet of {self.plan.scene.name}: {self.answers.answer}>'
+
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import fleet_html
+
+        return fleet_html(self)
 
 
 def sail_fleet(

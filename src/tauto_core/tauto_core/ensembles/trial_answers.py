@@ -17,9 +17,11 @@ import numpy as np
 from tauto_core.ensembles.answers import ERRORS, QUANTILES, wilson
 from tauto_core.ensembles.trials import Sailed, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
+from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.sections import log_time, nautical_miles
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.logbook import LoggedPassage
+from tauto_core.wording import counted, percent
 
 LOCAL_TIME_S = 4.0
 """Standard deviation of the local time that a navigator finds by the altitude of the sun [s]: a
@@ -61,6 +63,11 @@ class Prize:
     with_local_time: float
     wind: float | None
     hull: float | None
+
+    @property
+    def said(self) -> str:
+        """The share with its interval, as text."""
+        return f'{percent(self.share)} ({percent(self.low)}–{percent(self.high)})'
 
 
 @dataclass(frozen=True)
@@ -162,6 +169,37 @@ class TrialAnswers:
     clocks: list[ClockAnswers]
     companies: list[Company]
     voyages: list[dict[str, Any]]
+
+    @property
+    def answer(self) -> str:
+        """On how many passages the first clock would have won the prize, in a sentence."""
+        clock = self.clocks[0]
+        passages = counted(self.judged, 'passage')
+        rated, dial = clock.ways['corrected'], clock.ways['raw']
+        if not rated.prizes:
+            said = f'{counted(self.passages, "passage")} of {self.logs}: none of six weeks, '
+            return f'{said}which the Act of 1714 asks for.'
+        prize = rated.prizes[0]
+        said = (
+            f'On {prize.passages} of {passages} of six weeks and more {clock.clock} would have '
+            f'found the longitude within {prize.limit_nmi:g} nautical miles when rated in '
+            f'harbour: {prize.said}. By the dial alone on {dial.prizes[0].passages}'
+        )
+        if 'sensed' in clock.ways:
+            said += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
+        return f'{said}.'
+
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import trial_html
+
+        return trial_html(self)
+
+
+def check_local_time(local_time_s: float) -> None:
+    """Refuse an error of local time [s] that no navigator makes (UsageError)."""
+    if not 0.0 <= local_time_s <= 3600.0:
+        said = ': must lie between 0 and 3600 s. Use for example 4'
+        raise UsageError(Argument('local_time', f'{local_time_s:g}'), said)
 
 
 def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:

@@ -56,8 +56,9 @@ from tauto_core.scene.errors import (
     UsageError,
     naming,
 )
-from tauto_core.scene.loader import checked_scene, read_mapping
+from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry
+from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.hull import SHAPES
@@ -472,17 +473,25 @@ def make_trial(
     return Trial(logs, rules, chosen, wind_draws, hull_draws)
 
 
-def clocks_beside(scene: Scene, origin: str, names: str) -> list[tuple[str, Scene]]:
+def check_logs(logs: str) -> None:
+    """Refuse, before anything is read, a log-book that is not there (UsageError)."""
+    for found in missing_file('logs', logs, folders=True):
+        raise UsageError(Argument('logs', logs), f': {found.problem}. {found.remedy}')
+
+
+def clocks_beside(
+    scene: Scene, origin: str, clocks: Sequence[str | Path | Scene]
+) -> list[tuple[str, Scene]]:
     """Return further clocks on the ship of a scene, their cases fixed to her.
 
-    `names` are files or shipped names with commas between; `clocks` stands for `CLOCKS`.
+    They are scenes, files or shipped names; `clocks` stands for `CLOCKS`.
     """
     found = []
-    for name in [each.strip() for each in names.split(',')]:
-        for clock in CLOCKS if name == 'clocks' else (name,):
+    for each in clocks:
+        for clock in CLOCKS if each == 'clocks' else (each,):
             own = load_scene(clock, **{'solver.accuracy': scene.accuracy})
-            alone = own.model_copy(update={'suspension': None})
-            found.append((clock, on_passage_of(clock, alone, scene, origin)))
+            alone, name = own.model_copy(update={'suspension': None}), origin_of(clock)
+            found.append((name, on_passage_of(name, alone, scene, origin)))
     return found
 
 

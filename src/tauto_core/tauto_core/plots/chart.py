@@ -153,11 +153,12 @@ MAP_RATIO = 1.5
 
 def draw(of: Chart, name: str) -> Figure:
     """Return a chart as a figure, with the name of the scene in its title."""
-    from matplotlib.figure import Figure
+    from tauto_core.plots.notebook import Picture
 
     panels = of.panels
     high = 6.0 if of.equal else 5.0 if of.is_map else 2.4 + 1.6 * len(panels)
-    figure = Figure(figsize=(6.4, high), layout='constrained')
+    figure = Picture(figsize=(6.4, high), layout='constrained')
+    figure.described = of.described
     for axes, panel in zip(
         figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0], panels, strict=True
     ):

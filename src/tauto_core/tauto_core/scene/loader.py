@@ -629,14 +629,14 @@ def shipped_scenes() -> list[str]:
     return sorted(file.stem for file in _SHIPPED.glob('*.yaml'))
 
 
-def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
-    """Return the scene of a shipped name or a YAML file.
+def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
+    """Return the scene of a shipped name or a YAML file, or one already loaded with other values.
 
     A shipped name wins over a file of that name in the current folder; write `./name` for the
     file. Relative data paths are resolved against the scene's folder, and the files must exist.
 
     Args:
-        name_or_path: for example `measured` or `scenes/mine.yaml`.
+        scene: for example `measured` or `scenes/mine.yaml`, or a scene.
         overrides: values to set before anything is checked, as `--duration` and `--set` do, by
             key (`duration`) or path (`ship.sea.peak_period`); `None` leaves what the file says.
             Data paths among them are relative to the working directory.
@@ -645,37 +645,48 @@ def load_scene(name_or_path: str | Path, **overrides: object) -> Scene:
         SceneError: all problems of the scene, with file, key, value and remedy.
         UsageError: neither a name nor a file.
     """
-    if name_or_path == '':
+    given = {key: value for key, value in overrides.items() if value is not None}
+    if isinstance(scene, Scene):
+        if not given:
+            return scene
+        content = read_mapping(scene_yaml(scene), scene.name)
+        set_values(content, given, scene.name)
+        return checked_scene(content, scene.name, given)
+    if scene == '':
         raise UsageError('scene: is empty. Give a built-in name or a YAML file')
-    if not isinstance(name_or_path, str | Path):
-        kind = type(name_or_path).__name__
+    if not isinstance(scene, str | Path):
+        kind = type(scene).__name__
         raise UsageError(
             f'scene: must be a built-in name or a YAML file, and is of type {kind}. Name one'
         )
-    origin = str(name_or_path)
+    origin = str(scene)
     shipped = origin in shipped_scenes()
-    file = _SHIPPED / f'{origin}.yaml' if shipped else Path(name_or_path)
+    file = _SHIPPED / f'{origin}.yaml' if shipped else Path(scene)
     content = read_mapping(_read(file, origin), origin)
-    given = {key: value for key, value in overrides.items() if value is not None}
     content = {'name': file.stem} | content
     _resolve_paths(content, file.parent)
     set_values(content, given, origin)
-    scene = checked_scene(content, origin, given)
+    loaded = checked_scene(content, origin, given)
     found = []
-    if scene.trochlea is not None:
-        for key, path in scene.trochlea.cam.files():
+    if loaded.trochlea is not None:
+        for key, path in loaded.trochlea.cam.files():
             found += missing_file(key, path)
-    for key, path, folders in scene.ship.files():
+    for key, path, folders in loaded.ship.files():
         found += missing_file(key, path, folders=folders)
-    voyage = scene.voyage
+    voyage = loaded.voyage
     # a voyage may be cut short
-    if voyage is not None and voyage.sails_at > scene.duration and 'duration' not in given:
-        said = f'lies beyond the end of the scene, duration {scene.duration!r} s: she never sails'
+    if voyage is not None and voyage.sails_at > loaded.duration and 'duration' not in given:
+        said = f'lies beyond the end of the scene, duration {loaded.duration!r} s: she never sails'
         remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
         found.append(Problem('voyage.sails_at', voyage.sails_at, said, remedy))
     if found:
         raise _scene_error(origin, tuple(found))
-    return scene
+    return loaded
+
+
+def origin_of(scene: str | Path | Scene) -> str:
+    """Return how errors name a scene: as the caller did."""
+    return scene.name if isinstance(scene, Scene) else str(scene)
 
 
 def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str) -> None:

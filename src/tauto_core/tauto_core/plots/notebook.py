@@ -1,0 +1,161 @@
+"""Results as HTML for notebooks: the answer in a sentence, a small picture or a table.
+
+Jupyter asks an object for `_repr_html_`. Pictures are SVG within the page, so a notebook needs no
+file beside it. Their lines are thinned, to stay at a few tens of kB.
+"""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from html import escape
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from tauto_core.files import DOTS_AN_INCH, LOOK
+from tauto_core.plots.chart import Chart, Line, draw
+from tauto_core.plots.contents import chart, thinned
+from tauto_core.plots.machine import cam_lines
+from tauto_core.wording import figure, significant
+
+if TYPE_CHECKING:
+    from tauto_core.ensembles.comparison import Comparison
+    from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trial_answers import TrialAnswers
+    from tauto_core.samples import FloatArray
+    from tauto_core.scene import Scene
+    from tauto_core.voyage import Voyage
+
+SMALL_POINTS = 300
+"""Largest number of points of a line in the picture of a result."""
+LARGEST_SVG = 100_000
+"""Bytes from which a picture, such as a map with long coasts, is shown as PNG instead."""
+CSS_PIXELS_AN_INCH = 96
+
+
+class Picture(Figure):
+    """A figure of Matplotlib that a notebook shows.
+
+    A bare figure that `pyplot` has not made is shown as text.
+
+    Attributes:
+        described: the picture in words, for those who do not see it.
+    """
+
+    described = ''
+
+    def _repr_html_(self) -> str:
+        return picture_html(self, self.described)
+
+
+def picture_html(drawn: Figure, described: str = '') -> str:
+    """Return a figure as an image of HTML."""
+    written, kind = BytesIO(), 'svg+xml'
+    with mpl.rc_context(LOOK):
+        drawn.savefig(written, format='svg', metadata={'Date': None})
+        if written.tell() > LARGEST_SVG:
+            written, kind = BytesIO(), 'png'
+            drawn.savefig(written, format='png', dpi=DOTS_AN_INCH)
+    source = b64encode(written.getvalue()).decode('ascii')
+    width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
+    return (
+        f'<img alt="{escape(described)}" width="{width}" style="max-width: 100%; background: '
+        f'white" src="data:image/{kind};base64,{source}">'
+    )
+
+
+def voyage_html(voyage: Voyage) -> str:
+    """Return the answer of a voyage, with the error of its clock over the time."""
+    said = _sentence(f'{voyage.scene.name}: {voyage.answer}')
+    if len(voyage.time_s) < 2:  # a bag with figures alone, or none
+        return said
+    made = _small(chart(voyage, 'error'))
+    return said + picture_html(draw(made, voyage.scene.name), made.described)
+
+
+def comparison_html(result: Comparison) -> str:
+    """Return which clock errs least, and a row for each."""
+    judged = any(row.prize_pounds is not None for row in result.rows)
+    rolls = len({row.roll_deg for row in result.rows}) > 1
+    names = ['case', *['roll [°]'] * rolls, 'rate [s/day]', 'error [s]']
+    names += ['by the dial [nmi east]', 'rated in port [nmi east]', *['prize [£]'] * judged]
+    rows = []
+    for row in result.rows:
+        prize = '–' if row.prize_pounds is None else f'{row.prize_pounds:,}'
+        rate = figure(row.rate_s_per_day, 's/day', signed=True)
+        rows.append(
+            [
+                row.clock,
+                'hung' if row.suspended else 'fixed',
+                *[significant(row.roll_deg)] * rolls,
+                f'stopped {row.stopped.why}' if row.stopped else rate,
+                figure(row.error_s, 's', signed=True),
+                figure(row.raw_error_nmi, 'nmi', signed=True),
+                figure(row.error_nmi, 'nmi', signed=True),
+                *[prize] * judged,
+            ]
+        )
+    return _sentence(result.answer) + _table(['clock', *names], rows)
+
+
+def fleet_html(fleet: Fleet) -> str:
+    """Return how many ships found their longitude, and the distribution of their errors."""
+    from tauto_core.ensembles.answers import figure_of
+
+    said = f'{fleet.plan.scene.name}: {fleet.answers.answer}'
+    return _sentence(said) + picture_html(figure_of(fleet), fleet.answers.answer)
+
+
+def trial_html(answers: TrialAnswers) -> str:
+    """Return on how many passages the first clock would have won, and the shares of each."""
+    prizes = answers.clocks[0].ways['raw'].prizes
+    if not prizes:
+        return _sentence(answers.answer)
+    rows = [
+        [clock.clock, way, *(f'{each.passages} of {answers.judged}' for each in found.prizes)]
+        for clock in answers.clocks
+        for way, found in clock.ways.items()
+    ]
+    limits = [f'within {each.limit_nmi:g} nmi' for each in prizes]
+    return _sentence(answers.answer) + _table(['clock', 'way', *limits], rows)
+
+
+def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) -> str:
+    """Return how far the outline of a scene's cam goes, and the cam with both cheeks."""
+    said = (
+        f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad, where its '
+        f'lever arm is {1e3 * lever_arm_m:.4g} mm.'
+    )
+    made = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
+    return _sentence(said) + picture_html(draw(_small(made), scene.name), said)
+
+
+def _small(of: Chart) -> Chart:
+    """Return a chart with fewer points."""
+    lines = [_few(line) for line in of.lines]
+    return replace(of, lines=lines, below=None if of.below is None else _small(of.below))
+
+
+def _few(line: Line) -> Line:
+    if line.kind == 'area' or len(line.x) <= SMALL_POINTS or np.any(np.diff(line.x) < 0.0):
+        return line
+    x, y = thinned(line.x, line.y, SMALL_POINTS)
+    high: FloatArray | None = None if line.high is None else np.interp(x, line.x, line.high)
+    return replace(line, x=x, y=y, high=high)
+
+
+def _sentence(said: str) -> str:
+    return f'<p>{escape(said)}</p>'
+
+
+def _table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    def line(cells: Sequence[str], kind: str) -> str:
+        return '<tr>' + ''.join(f'<{kind}>{escape(cell)}</{kind}>' for cell in cells) + '</tr>'
+
+    head, body = line(names, 'th'), ''.join(line(row, 'td') for row in rows)
+    return f'<table><thead>{head}</thead><tbody>{body}</tbody></table>'

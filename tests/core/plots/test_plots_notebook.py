@@ -1,0 +1,101 @@
+"""What notebooks show of results: the answer in words, and a picture that draws."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64decode
+from xml.etree import ElementTree as ET
+
+import pytest
+from matplotlib.figure import Figure
+
+import tauto_core as tauto
+from tauto_core.plots.notebook import LARGEST_SVG, picture_html
+
+MOST = 80_000
+"""Characters that a result may have: a notebook of fifty stays below the 4 MB of a screen."""
+
+
+def pictures(html: str) -> list[tuple[str, bytes]]:
+    """Return the kind and the bytes of each image of a page."""
+    found = re.findall(r'src="data:image/(\S+);base64,([^"]+)"', html)
+    return [(kind, b64decode(content)) for kind, content in found]
+
+
+def words(html: str) -> str:
+    """Return the text of the one SVG image of a page; letters are drawn as letters."""
+    [(kind, content)] = pictures(html)
+    assert kind == 'svg+xml'
+    return ' '.join(ET.fromstring(content).itertext())
+
+
+@pytest.fixture(scope='module')
+def voyage() -> tauto.Voyage:
+    return tauto.sail('involute_weight_at_sea', duration=3600.0)
+
+
+def test_a_voyage_is_its_answer_and_its_error(voyage: tauto.Voyage) -> None:
+    shown = voyage._repr_html_()
+    assert voyage.answer in shown
+    assert 'error of the clock' in words(shown)
+    assert len(shown) < MOST
+
+
+def test_a_picture_is_shown_and_still_a_figure() -> None:
+    drawn = tauto.plot(tauto.sail('measured', duration=60.0), 'error')
+    assert isinstance(drawn, Figure)
+    shown = drawn._repr_html_()
+    assert 'reading − true time [s]' in words(shown)
+    assert 'alt="Error of the clock. reading − true time [s] against time' in shown
+
+
+def test_a_large_picture_is_shown_in_dots() -> None:
+    figure = Figure()
+    axes = figure.subplots()
+    for _ in range(20):
+        axes.plot(range(2000), [number % 7 for number in range(2000)])
+    [(kind, content)] = pictures(picture_html(figure))
+    assert kind == 'png'
+    assert len(content) < LARGEST_SVG
+
+
+def test_a_comparison_is_a_sentence_and_a_row_for_each_case() -> None:
+    found = tauto.compare('clock_cheek_weight', 'clock_own_cam_weight', duration=600.0, jobs=1)
+    assert found.answer.startswith('After 10 minutes in the same sea the dial of clock_own_cam')
+    shown = found._repr_html_()
+    assert found.answer.replace('<', '&lt;') in shown
+    cells = [re.findall('<td>(.*?)</td>', row) for row in shown.split('<tr>')[2:]]
+    assert [row[:2] for row in cells] == [
+        ['clock_cheek_weight', 'fixed'],
+        ['clock_cheek_weight', 'hung'],
+        ['clock_own_cam_weight', 'fixed'],
+        ['clock_own_cam_weight', 'hung'],
+    ]
+    assert cells[0][2].startswith('−') == (found.rows[0].rate_s_per_day < 0.0)
+
+
+def test_a_clock_that_stopped_says_why() -> None:
+    found = tauto.compare(  # each impulse so strong that the swing reaches the end of the cam
+        'clock_cheek_weight', suspension='without', duration=60.0, jobs=1, escapement__energy=2e-3
+    )
+    [row] = found.rows
+    assert row.stopped is not None
+    assert row.stopped.why in found._repr_html_().replace('&#x27;', "'")
+    assert found.answer.endswith('no clock goes.')
+
+
+def test_a_fleet_is_its_answer_and_the_errors_of_her_ships() -> None:
+    found = tauto.fleet('second_cam_at_sea', ships=3, duration=60.0, jobs=1)
+    assert found.answers.answer in repr(found)
+    shown = found._repr_html_()
+    assert found.answers.answer in shown
+    assert 'ships within [%]' in words(shown)
+    assert len(shown) < MOST
+
+
+def test_a_cam_is_a_sentence_and_its_cheeks() -> None:
+    """Euler's involute: at 1.2 rad on a base of 5 mm the lever arm is 6 mm."""
+    shown = tauto.cam('measured', points=50, reach_rad=1.2)._repr_html_()
+    assert 'in 50 points, to 1.2 rad, where its lever arm is 6 mm' in shown
+    assert 'cheeks' in words(shown)
+    assert len(shown) < MOST
