@@ -9,7 +9,7 @@ import pytest
 from mpmath import mp, mpf
 
 from tauto_core.curves.branches import (
-    Circle,
+    CircularDescent,
     Companion,
     Quarter,
     ThroughPoints,
@@ -22,7 +22,7 @@ from tauto_core.scene.errors import DescentError
 KAPPA, GAMMA = 0.75, 0.9
 LEVEL = np.linspace(0.125, 1.0, 8)
 POINTS = np.stack([LEVEL, 0.5 * LEVEL**2 + 0.1 * LEVEL**3], axis=1)
-CYCLOID, CIRCLE = Cycloid(KAPPA, GAMMA, 1.0), Circle(KAPPA, GAMMA, 1.0 / GAMMA)
+CYCLOID, CIRCLE = Cycloid(KAPPA, GAMMA, 1.0), CircularDescent(KAPPA, GAMMA, 1.0 / GAMMA)
 DRAWN = ThroughPoints(KAPPA, GAMMA, POINTS)
 
 
