@@ -40,7 +40,6 @@ LINT = [
 # The documentation site; 0.x may change from release to release.
 DOCS = [
     'mkdocstrings-python>=2.0.11',
-    'nbconvert>=7.16',
     'zensical>=0.0.73,<0.1',
 ]
 # `Voyage.to_pandas` and `to_xarray`.
