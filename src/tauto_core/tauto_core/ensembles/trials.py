@@ -366,8 +366,14 @@ class Trial:
 
     @cached_property
     def sailings(self) -> tuple[Sailing, ...]:
-        """All passages to be sailed, those as logged first, then draw by draw."""
+        """All passages to be sailed, those as logged first, then draw by draw.
+
+        Within a draw they come in an order that the seed draws: a trial that is ended early has
+        sailed a sample of its passages, and not those of the first years.
+        """
         count = len(self.passages)
+        seeds = np.random.SeedSequence(self.rules.seed, spawn_key=(_STREAM, 0, count))
+        order = np.random.Generator(np.random.PCG64(seeds)).permutation(count).tolist()
         found = []
         for draw in range(max(self.wind_draws, self.hull_draws) + 1):
             kinds: list[tuple[Drawn, int]] = [('log', 0)]
@@ -376,8 +382,8 @@ class Trial:
                 kinds += [('hull', 2 * draw)] if draw <= self.hull_draws else []
             for kind, turn in kinds:
                 found += [
-                    Sailing(turn * count + place, passage, kind, draw)
-                    for place, passage in enumerate(self.passages)
+                    Sailing(turn * count + place, self.passages[place], kind, draw)
+                    for place in order
                 ]
         return tuple(found)
 
