@@ -199,7 +199,7 @@ def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None
 
 
 def _first_root(a: float, first: float, second: float, third: float) -> float | None:
-    """Return the least x in [0, 1] where a cubic is not above 0, by bisection; None: nowhere."""
+    """Return the least x in [0, 1] where a cubic is not above 0; None: nowhere."""
 
     def value(x: float) -> float:
         return a + x * (first + x * (second + x * third))
