@@ -37,7 +37,9 @@ def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
         3,
     )
     assert one['wind_share'] == pytest.approx(2 / 3)
-    assert one['notes'] == ['1 gap of up to 2 days', '1 noon without a wind']
+    *notes, last = one['notes']
+    assert notes == ['1 gap of up to 2 days', '1 noon without a wind']
+    assert last.startswith('last entry at sea')
     assert 'row 1 (line 5), wind_mps' in other['problems'][0]
     said = CliRunner().invoke(app, ['logbook', book]).stdout
     assert '2 passages, 1 of them can be sailed' in said
@@ -88,8 +90,31 @@ def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
     assert found.exit_code == 0, found.stderr
     [passage] = json.loads(found.stdout)['passages']
     assert 'more than 30 km inland: row 2' in passage['notes']
+    assert not any('last entry at sea' in note for note in passage['notes'])
     assert chart.read_text().startswith('<?xml')
     asked = ['logbook', str(file), '--plot', str(chart), '--passage', 'A-1']
     refused = CliRunner().invoke(app, asked)
     assert refused.exit_code == 2
     assert 'draws all passages' in refused.stderr
+
+
+@pytest.mark.parametrize(
+    ('longitude', 'note'),
+    [
+        (-9.4, None),  # 11 km off Cape Finisterre, 42.88° N 9.27° W
+        (-10.27, 'last entry at sea, 8'),  # a degree of longitude off it: 81.7 km
+        (-14.0, 'last entry at sea, more than 200 km'),
+    ],
+)
+def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
+    file = tmp_path / 'log.csv'
+    file.write_text(
+        'passage,utc,latitude,longitude,wind_from_deg,wind_mps\n'
+        'A-1,1785-08-01T12:00,40.0,-12.0,,\n'
+        f'A-1,1785-08-03T12:00,42.88,{longitude},,\n'
+    )
+    found = CliRunner().invoke(app, ['logbook', str(file), '--json'])
+    [passage] = json.loads(found.stdout)['passages']
+    told = [each for each in passage['notes'] if 'last entry' in each]
+    assert len(told) == (note is not None)
+    assert note is None or told[0].startswith(note)

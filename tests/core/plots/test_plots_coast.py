@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.plots.coast import MapFrame, frame, inland_km, land, place_name
+from tauto_core.plots.coast import MapFrame, coast_km, frame, inland_km, land, place_name
 from tauto_core.samples import FloatArray
 
 
@@ -115,3 +115,18 @@ def test_places_on_land_are_as_far_from_the_sea_as_towns_are_known_to_be(
     place: tuple[float, float], least: float, most: float
 ) -> None:
     assert least <= inland_km(*place) <= most
+
+
+@pytest.mark.parametrize(
+    ('place', 'least', 'most'),
+    [
+        ((42.88, -10.27), 76.0, 88.0),  # a degree west of Cape Finisterre: 81.7 km
+        ((43.60, 1.44), 135.0, 155.0),  # Toulouse: from the land's side too
+        ((-30.0, 0.0), math.inf, math.inf),
+    ],
+)
+def test_the_coast_is_as_far_from_the_sea_as_from_the_land(
+    place: tuple[float, float], least: float, most: float
+) -> None:
+    assert least <= coast_km(*place) <= most
+    assert coast_km(place[0], place[1] + 360.0) == pytest.approx(coast_km(*place), rel=1e-9)

@@ -217,21 +217,33 @@ def inland_km(latitude: float, longitude: float) -> float:
     It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
     to a few kilometres; islands that they lack are sea.
     """
-    bands, band = _sides(), math.floor(latitude) + 90
-    x, y, to_x, to_y = bands[band]
+    x, y, to_x, to_y = _sides()[math.floor(latitude) + 90]
     crossed = (y <= latitude) != (to_y <= latitude)
     where = x[crossed] + (latitude - y[crossed]) * (to_x - x)[crossed] / (to_y - y)[crossed]
-    middle = math.remainder(longitude, 360.0)
-    # some outlines run beyond ±180°
-    turns = (middle, middle - 360.0, middle + 360.0)
-    east = next((each for each in turns if np.count_nonzero(where > each) % 2), None)
-    if east is None:
+    if not any(np.count_nonzero(where > each) % 2 for each in _turns(longitude)):
         return 0.0
+    return coast_km(latitude, longitude)
+
+
+def coast_km(latitude: float, longitude: float) -> float:
+    """Return the distance of a place, at sea or on land, from the nearest coast [km].
+
+    It is inf where no coast of the maps is within 200 km.
+    """
+    bands, band = _sides(), math.floor(latitude) + 90
     near = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
     scale = np.array([[math.cos(math.radians(latitude))], [1.0]]) * _KM_PER_DEG
-    begin = (near[:2] - np.array([[east], [latitude]])) * scale
     way = (near[2:] - near[:2]) * scale
     square = np.maximum(np.sum(way * way, axis=0), 1e-12)
-    share = np.clip(-np.sum(begin * way, axis=0) / square, 0.0, 1.0)
-    nearest = float(np.min(np.hypot(*(begin + share * way))))
+    nearest = math.inf
+    for east in _turns(longitude):
+        begin = (near[:2] - np.array([[east], [latitude]])) * scale
+        share = np.clip(-np.sum(begin * way, axis=0) / square, 0.0, 1.0)
+        nearest = min(nearest, float(np.min(np.hypot(*(begin + share * way)), initial=math.inf)))
     return nearest if nearest < 200.0 else math.inf
+
+
+def _turns(longitude: float) -> tuple[float, float, float]:
+    """Return a longitude as it may stand in the outlines: some run beyond ±180° [degrees]."""
+    middle = math.remainder(longitude, 360.0)
+    return middle, middle - 360.0, middle + 360.0
