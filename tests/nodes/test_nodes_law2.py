@@ -17,6 +17,7 @@ from tauto_core.samples import (
     READING,
     SHIP_IMU,
     SHIP_TEMPERATURE,
+    SLACK,
     ImuSamples,
     TemperatureSamples,
 )
@@ -158,6 +159,41 @@ def test_the_temperature_of_a_graph_is_the_one_offline(tmp_path: Path) -> None:
     assert felt.frame_id == 'clock_case'
     np.testing.assert_array_equal(felt.stamp_ns, (86_400 + 5 * np.arange(122)) * 10**9)
     assert np.all(np.diff(felt.temperature) < 0.0)
+
+
+CORK_ON_A_PASSAGE = """\
+duration: 600.0
+trochlea:
+  inertia: 4.0e-4
+  cam: {kind: involute, base_radius: 0.0053681}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.3}
+  release_angle: 1.0
+ship:
+  kind: sea
+  heave: true
+  rate: 20.0
+  roll: {natural_period: 8.0, damping_ratio: 0.08, slope_coefficient: 0.7}
+  weather: {kind: log}
+voyage:
+  log:
+    source: two noons
+    passage: '17700101-1'
+    entries:
+    - ['1770-01-01T12:00', 48.0, -6.0, 270.0, 9.3, null]
+    - ['1770-01-02T12:00', 46.5, -8.0, 290.0, 12.3, null]
+"""
+
+
+def test_a_passage_of_a_log_with_a_slack_thread_is_the_same_in_a_graph(tmp_path: Path) -> None:
+    """She rides on every wave of a young sea, and each side counts the slacks."""
+    scene = tmp_path / 'cork.yaml'
+    scene.write_text(CORK_ON_A_PASSAGE, encoding='utf-8')
+    sail(load_scene(scene), tmp_path / 'sail')
+    plan = GraphPlan(str(scene), tmp_path / 'graph', speed=0.0, compose=True)
+    assert run_graph(plan, load_scene(scene), lambda _: None).lost == 0
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    assert read_bag(tmp_path / 'graph').counts[f'/{SLACK}'] > 0
 
 
 def middleware_threads() -> set[str]:
