@@ -11,7 +11,7 @@ import math
 import pkgutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from importlib import import_module
 from itertools import pairwise
 from typing import (
@@ -538,6 +538,13 @@ def log_time(text: str) -> datetime.datetime:
     return found
 
 
+@lru_cache(maxsize=64)
+def _days(texts: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the times of entries since the first one [days], parsed once a passage."""
+    times = [log_time(each) for each in texts]
+    return tuple((each - times[0]).total_seconds() / DAY_S for each in times)
+
+
 def nautical_miles(one: Position, other: Position) -> float:
     """Return the distance between two places on a sphere [nmi], good to half a per cent."""
     south, north = math.radians(one[0]), math.radians(other[0])
@@ -622,8 +629,7 @@ class VoyageLog(Section):
     @property
     def days(self) -> tuple[float, ...]:
         """Times of the entries since the first one [days]."""
-        times = [log_time(each[0]) for each in self.entries]
-        return tuple((each - times[0]).total_seconds() / DAY_S for each in times)
+        return _days(tuple(each[0] for each in self.entries))
 
     @property
     def at(self) -> tuple[float, ...]:
