@@ -24,7 +24,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
-from tauto_core.results import Summary, answer, sea_of
+from tauto_core.results import Summary, answer, dataset, frame, sea_of
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -433,8 +433,6 @@ class Voyage:
         Raises:
             TautoError: xarray is not installed (extra `arrays`).
         """
-        from tauto_core.arrays import dataset
-
         return dataset(self)
 
     def to_pandas(self) -> DataFrame:
@@ -446,8 +444,6 @@ class Voyage:
         Raises:
             TautoError: pandas is not installed (extra `arrays`).
         """
-        from tauto_core.arrays import frame
-
         return frame(self)
 
     def write(self, bag: str | Path, *, force: bool = False) -> None:

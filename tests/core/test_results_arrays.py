@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import tauto_core as tauto
-from tauto_core.arrays import LOGGED, MOTION, OBSERVED
+from tauto_core.results import LOGGED, MOTION, OBSERVED
 from tauto_core.samples import FloatArray
 
 SUFFIXES = {
