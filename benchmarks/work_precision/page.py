@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -37,8 +38,13 @@ def block(result: Mapping[str, Any]) -> str:
     machine = result['machine']
     lines += [
         '',
-        f'One core of {machine["processor"]}, Python {machine["python"]}, {machine["date"]}. '
-        + _extras(result),
+        textwrap.fill(
+            f'One core of {machine["processor"]}, Python {machine["python"]}, {machine["date"]}. '
+            + _extras(result),
+            width=120,  # that of all pages: tests/test_house_docs.py
+            break_long_words=False,
+            break_on_hyphens=False,
+        ),
     ]
     return '\n'.join(lines).rstrip()
 
