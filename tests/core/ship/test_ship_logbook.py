@@ -94,6 +94,8 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
         ('45.0,-11.0', 'x,-11.0', 'row 3 (line 4), latitude', 'not a number'),
         ('45.0,-11.0', '95.0,-11.0', 'row 3 (line 4), latitude', '90'),
         ('180,9.3', '180,61', 'row 3 (line 4), wind_mps', 'hurricane'),
+        ('180,9.3', '180,nan', 'row 3 (line 4), wind_mps', 'not a number'),
+        ('180,9.3', 'NaN,9.3', 'row 3 (line 4), wind_from_deg', 'not a number'),
         ('180,9.3', '410,9.3', 'row 3 (line 4), wind_from_deg', '360'),
         ('180,9.3,19.0', '180,9.3,292.1', 'row 3 (line 4), air_celsius', '60'),
         ('180,9.3,19.0', '180,9.3', 'row 3 (line 4)', 'cells'),
@@ -106,6 +108,39 @@ def test_a_row_that_cannot_be_is_refused_by_passage_and_row(tmp_path, old, new, 
     assert where in caught.value.key
     assert what in caught.value.problem
     assert caught.value.remedy.endswith('.')
+
+
+@pytest.mark.parametrize(
+    ('column', 'found', 'guess'),
+    [
+        ('latitude', 'x', None),
+        ('longitude', 'x', None),
+        ('wind_mps', 'x', None),
+        ('wind_from_deg', 'x', None),
+        ('latitude', 'lat', 'Rename lat,'),
+        ('wind_mps', 'wind_speed', 'Rename wind_speed,'),
+    ],
+)
+def test_a_missing_column_is_not_guessed_to_be_one_that_is_needed(tmp_path, column, found, guess):
+    header = HEADER.replace(column, found)
+    with pytest.raises(SceneError) as caught:
+        list(read_passages(book(tmp_path, header + ROWS)))
+    assert caught.value.key == f'line 1, column {column}'
+    remedy = caught.value.remedy
+    assert 'Rename' not in remedy if guess is None else remedy.startswith(guess)
+
+
+def test_winds_in_knots_are_doubtful(tmp_path):
+    knots = ROWS.replace('270,6.7', '270,13').replace(',9.3', ',18')
+    found = [
+        [
+            note
+            for note in next(read_passages(book(tmp_path, HEADER + rows))).notes()
+            if 'knots' in note
+        ]
+        for rows in (ROWS, knots)
+    ]
+    assert found == [[], ['a wind of 16.3 m/s in the mean: perhaps in knots']]
 
 
 def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):

@@ -29,7 +29,7 @@ import re
 import zlib
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, groupby, pairwise
 from pathlib import Path
@@ -70,6 +70,12 @@ LEAST_ENTRIES = 25
 
 FAST_KNOTS = 10.0
 """Speed from noon to noon from which a step is doubtful [knots]."""
+
+WINDY_MPS = 13.0
+"""Mean wind of a passage from which its unit is doubtful [m/s].
+
+The 371 passages of CLIWOC tried have 4.0 to 12.6, in the median 7.9, which is 15.4 knots.
+"""
 
 FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
 
@@ -147,6 +153,10 @@ class LoggedPassage:
             variable = sum(each[3] in VARIABLE_WINDS for each in self.entries)
             said = f', {variable} variable' if variable else ''
             found.append(f'{counted(windless, "noon")} without a wind{said}')
+        winds = [wind for *_, wind, _ in self.entries if wind is not None]
+        mean = sum(winds) / max(len(winds), 1)
+        if mean > WINDY_MPS:
+            found.append(f'a wind of {mean:.3g} m/s in the mean: perhaps in knots')
         if self.left_out:
             found.append(f'{counted(self.left_out, "row")} within an hour of others, left out')
         if self.lost:
@@ -335,11 +345,12 @@ def _as_latin(error: UnicodeError) -> tuple[str, int]:
 codecs.register_error(_LATIN, _as_latin)
 
 
-def _places(path: str, names: list[str], wanted: Iterable[str]) -> dict[str, int]:
+def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int]:
     """Return where the columns of a header stand; refuses where one that is wanted is missing."""
     missing = [name for name in wanted if name not in names]
     if missing:
-        near = difflib.get_close_matches(missing[0], names, 1, 0.5)
+        others = [name for name in names if name not in wanted]
+        near = difflib.get_close_matches(missing[0], others, 1, 0.5)
         guess = f'Rename {near[0]}, with its unit, if that is meant. ' if near else ''
         problem = f'is missing; the columns are {", ".join(names)}'
         remedy = f'{guess}Give {FORMS}.'
@@ -362,6 +373,10 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
                 cell = cells[place].strip() if place < len(cells) else ''
                 value = None
                 try:
+                    if cell.lower() == 'nan' and column in numbers[2:4]:
+                        raise ValueError(
+                            'is not a number; a noon without a wind has an empty cell'
+                        )
                     if cell not in MISSING:
                         value = float(cell)
                     limit = {'latitude': 90.0, 'longitude': 360.0}.get(column, math.inf)
