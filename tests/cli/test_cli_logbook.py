@@ -58,6 +58,20 @@ def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
     assert scene.trochlea == load_scene('portsmouth_jamaica').trochlea
 
 
+def test_who_sails_a_log_is_told_that_it_makes_no_landfall(book, tmp_path):
+    file = str(tmp_path / 'a1.yaml')
+    asked = ['logbook', book, '--passage', 'A-1', '--scene', 'second_cam_at_sea', '-o', file]
+    assert CliRunner().invoke(app, [*asked, '--harbour-days', '0']).exit_code == 0
+    light = ['--set', 'log.interval=600', '--set', 'ship.rate=8']
+    found = CliRunner().invoke(app, ['sail', file, *light, '--duration', '259800'])
+    assert found.exit_code == 0, found.stderr
+    # 44.5° N 10° W is 178 km from Punta Candieira, and 170 from Cape Touriñán
+    assert 'the last entry of the log is at sea, 1' in found.stderr
+    shorter = CliRunner().invoke(app, ['sail', file, *light, '--duration', '1 h'])
+    assert shorter.exit_code == 0, shorter.stderr
+    assert 'the last entry' not in shorter.stderr
+
+
 @pytest.mark.parametrize(
     ('asked', 'what'),
     [

@@ -64,11 +64,14 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
     assert [each['clock'] for each in told['clocks']] == [CLOCK, OTHER]
     assert [each['passage'] for each in told['voyages']] == ['17700101-1'] * 2
     assert told['voyages'][0]['ship'] == 'La Une'
+    # 45° N 9.5° W is 184 km from Punta Candieira, 43.71° N 8.05° W
+    assert told['voyages'][0]['ends'].startswith('at sea, 185 km from the coast')
     assert chart.read_text().startswith('<?xml')
     # in words there is no verdict, and why the other clock has no sensors
     assert f'{OTHER}: is not tried with thermometer and IMU: no rate equation' in found.stderr
-    words = run(*asked)
-    assert 'none of six weeks' in words.stdout.replace('\n', ' ')
+    words = run(*asked).stdout.replace('\n', ' ')
+    assert 'none of six weeks' in words
+    assert 'the last entry of 1 passage lies at sea, more than 30 km' in words
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -21,8 +20,7 @@ HARBOUR_DAYS = 14.0
 
 
 INLAND_KM = 30.0
-"""Distance from the coast from which a place on land, or a last one at sea, is told: maps err by
-less [km]."""
+"""Distance from the coast from which a place on land is told: maps err by less [km]."""
 
 
 def logbook(
@@ -129,7 +127,7 @@ def _facts(passage: LoggedPassage) -> dict[str, Any]:
 
 def _ashore(passage: LoggedPassage) -> list[str]:
     """Return notes on entries that lie on land, and on a last one that does not reach it."""
-    from tauto_core.plots.coast import coast_km, inland_km
+    from tauto_core.plots.coast import inland_km, no_landfall
 
     far = [inland_km(*entry[1:3]) for entry in passage.entries]
     rows = [index for index, km in enumerate(far) if km > INLAND_KM]
@@ -137,10 +135,8 @@ def _ashore(passage: LoggedPassage) -> list[str]:
     if rows:
         where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
         found.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
-    offing = 0.0 if far[-1] else coast_km(*passage.entries[-1][1:3])
-    if offing > INLAND_KM:
-        said = 'more than 200 km' if math.isinf(offing) else f'{offing:.0f} km'
-        found.append(f'last entry at sea, {said} from the coast: no landfall')
+    if (away := no_landfall(*passage.entries[-1][1:3])) is not None:
+        found.append(f'last entry {away}')
     return found
 
 

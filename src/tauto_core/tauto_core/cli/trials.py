@@ -88,6 +88,7 @@ def sail_logs(
         make_trial,
         sail_trial,
     )
+    from tauto_core.plots.coast import LANDFALL_KM, no_landfall
     from tauto_core.ship.logbook import read_passages
 
     check_logs(asked.logs)
@@ -132,10 +133,21 @@ def sail_logs(
         say(f'wrote {path}')
     if out is not None:
         say(f'wrote {out / "ships.parquet"}')
+    ends = {each.name: no_landfall(*each.entries[-1][1:3]) for each in trial.passages}
     if as_json:
-        typer.echo(json.dumps(asdict(answers), allow_nan=False))
+        told = asdict(answers)
+        told['voyages'] = [{**each, 'ends': ends[each['passage']]} for each in answers.voyages]
+        typer.echo(json.dumps(told, allow_nan=False))
         return
     print_rich(answers.answer, *trial_tables(answers), *_remarks(answers))
+    away = [name for name, where in ends.items() if where is not None]
+    if away:
+        print_rich(
+            f'the last entry of {counted(len(away), "passage")} lies at sea, more than '
+            f'{LANDFALL_KM:g} km from the coast; no landfall there: {", ".join(away[:5])}'
+            + ', …'
+            * (len(away) > 5)
+        )
 
 
 # -----------------------------------------------------------------------------

@@ -225,6 +225,21 @@ def inland_km(latitude: float, longitude: float) -> float:
     return coast_km(latitude, longitude)
 
 
+LANDFALL_KM = 30.0
+"""Distance from the coast to which a place at sea may be a landfall; maps err by less [km]."""
+
+
+def no_landfall(latitude: float, longitude: float) -> str | None:
+    """Return where a place lies at sea, too far from a coast for a landfall; else None."""
+    if inland_km(latitude, longitude):
+        return None
+    offing = coast_km(latitude, longitude)
+    if offing <= LANDFALL_KM:
+        return None
+    said = 'more than 200 km' if math.isinf(offing) else f'{offing:.0f} km'
+    return f'at sea, {said} from the coast: no landfall'
+
+
 def coast_km(latitude: float, longitude: float) -> float:
     """Return the distance of a place, at sea or on land, from the nearest coast [km].
 
