@@ -20,6 +20,8 @@ WELCOME = {
     'llvmlite',
     'loky',
     'gpxpy',
+    'h5netcdf',
+    'h5py',
     'lz4',
     'matplotlib',
     'mcap',

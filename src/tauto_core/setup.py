@@ -15,6 +15,8 @@ TEST = [
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
     'distributed>=2024.8',
+    'h5netcdf>=1.3',
+    'h5py>=3.11',
     'hypothesis>=6.100',
     'ipykernel>=6.29',
     'jsonschema>=4.20',
@@ -56,6 +58,8 @@ REPORT = ['bokeh>=3.4']
 FLEET = ['pyarrow>=16.0']
 # The workers of `tauto fleet --scheduler`.
 CLUSTER = ['distributed>=2024.8']
+# Weather and air of NetCDF along the track; NetCDF 3 needs xarray alone.
+HINDCAST = ['h5netcdf>=1.3', 'h5py>=3.11', 'xarray>=2024.6']
 # The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
 HULL = ['capytaine>=3.0']
 # Wheel, cheeks and axle as solids, for `tauto plate`.
@@ -130,6 +134,7 @@ setup(
         'docs': DOCS,
         'fleet': FLEET,
         'gpx': GPX,
+        'hindcast': HINDCAST,
         'hull': HULL,
         'notebook': NOTEBOOK,
         'report': REPORT,

@@ -61,7 +61,7 @@ from tauto_core.ship.sampling import (
     MOST_STEP_PARTS,
     rate_for,
 )
-from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind
+from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind, names_hindcast
 
 
 class Scene(Section):
@@ -813,7 +813,16 @@ def checked_scene(
         from tauto_core.ship.logbook import with_log_read  # few scenes have a log
 
         content = content | {'voyage': with_log_read(voyage, origin)}
+    ship = content.get('ship')
+    along_her_way = [content.get('air'), ship.get('weather') if isinstance(ship, dict) else None]
     try:
+        if any(map(names_hindcast, along_her_way)):
+            from tauto_core.ship.hindcast import with_hindcast_read  # few scenes have one
+
+            # where she is, and when, is known from the scene without what is read along her track
+            left_out = ('ship', 'air', 'suspension', 'drift')
+            bare = {key: value for key, value in content.items() if key not in left_out}
+            content = with_hindcast_read(content, Scene.model_validate(bare), origin)
         return Scene.model_validate(content)
     except ValidationError as error:
         found = list(explain(error, Scene))

@@ -29,6 +29,7 @@ from tauto_core.scene.sections import Kind, KindIn, LogFile, Section, kind_of, k
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.scene.units import NUMBER, declared, units_table
 from tauto_core.ship.airs import AirRecordFile
+from tauto_core.ship.hindcast import AirHindcastFile, HindcastFile
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
 from tauto_core.ship.sections import Rao
@@ -73,6 +74,9 @@ _FROM_FILES: dict[str, type[Section]] = {
 }
 """The form of each section, of a sea's ship or of the scene, whose values are in a file."""
 
+_FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
+"""The form of those whose values a hindcast has along the voyage."""
+
 
 def all_kinds() -> tuple[type[Kind], ...]:
     """Return the models of all kinds, in the order of the sections."""
@@ -102,6 +106,9 @@ def scenes_page() -> str:
         if form is not None:
             parts.append(_of_model(f'`{key}`, from a file', form))
             parts += [_of_model(f'`{part}`', each) for part, (each,) in _sections(form, key)]
+        hindcast = _FROM_HINDCASTS.get(key.removeprefix('ship.'))
+        if hindcast is not None:
+            parts.append(_of_model(f'`{key}`, from a hindcast', hindcast))
     return '\n'.join([*parts, _UNITS.format(table=units_table())])
 
 
@@ -166,7 +173,7 @@ def schema() -> dict[str, Any]:
     """Return the schema, of JSON Schema 2020-12."""
     found = Scene.model_json_schema(ref_template=_REF + '{model}')
     definitions = found['$defs']
-    for form in _FROM_FILES.values():
+    for form in (*_FROM_FILES.values(), *_FROM_HINDCASTS.values()):
         of_file = form.model_json_schema(ref_template=_REF + '{model}')
         definitions |= of_file.pop('$defs', {})
         definitions[form.__name__] = of_file
@@ -176,9 +183,13 @@ def schema() -> dict[str, Any]:
     ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
     ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
     ship['hull']['anyOf'] += [{'$ref': f'{_REF}HullFile'}, {'type': 'string'}]
-    ship['weather']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}RecordFile'})
+    ship['weather']['anyOf'][0]['oneOf'].extend(
+        {'$ref': f'{_REF}{form.__name__}'} for form in (RecordFile, HindcastFile)
+    )
     air = found['properties']['air']['anyOf'][0]
-    air['oneOf'].append({'$ref': f'{_REF}AirRecordFile'})
+    air['oneOf'] += [
+        {'$ref': f'{_REF}{form.__name__}'} for form in (AirRecordFile, AirHindcastFile)
+    ]
     # what follows from a log-book need not be given
     logged = definitions['Itinerary']
     logged['properties']['log']['anyOf'].insert(1, {'$ref': f'{_REF}LogFile'})
@@ -190,7 +201,8 @@ def schema() -> dict[str, Any]:
     # a section without `kind` is of the default kind, if there is one
     defaults = {folder.default for folder in _folders(Scene)}
     names = [each.__name__ for each in all_kinds() if kind_of(each) not in defaults]
-    for name in (*names, RecordFile.__name__, AirRecordFile.__name__):
+    forms = (RecordFile, HindcastFile, AirRecordFile, AirHindcastFile)
+    for name in (*names, *(form.__name__ for form in forms)):
         definitions[name].setdefault('required', []).insert(0, 'kind')
     found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
     found['allOf'] = [{'anyOf': [{'required': found.pop('required')}, by_log]}]

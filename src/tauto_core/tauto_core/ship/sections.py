@@ -440,3 +440,10 @@ class SuspensionKind(Kind):
                 'does not go with dry friction of the wheel (drag.coulomb, escapement.rest)',
                 'Leave it out, or give the wheel viscous drag.',
             )
+
+
+def names_hindcast(section: object) -> bool:
+    """Return whether weather or air, not checked yet, are to be read from a hindcast's file."""
+    if not isinstance(section, dict):
+        return False
+    return section.get('kind') == 'hindcast' and 'seas' not in section

@@ -220,28 +220,7 @@ class LogWeather(WeatherKind):
         ]
         if (far := self.background_swell) is not None:
             towards.append((far.significant_wave_height, far.peak_period, far.waves_to))
-        state: WeatherState | None = None
-        for height, period, waves_to in reversed(towards):
-            moves_her = math.inf if setting.length is None else still_from(setting.length, period)
-            if moves_her < 1.0:
-                continue
-            # of a young sea a hull only feels the longer waves, whose spectrum stays as it is
-            cutoff, felt = None, height
-            if moves_her < CUTOFF and self.cutoff is None:
-                cutoff = max(moves_her, LEAST_CUTOFF)
-                felt = height * math.exp(0.625 * (CUTOFF**-4 - cutoff**-4))
-            above = setting.state(at_ns, felt, period, key, waves_to=waves_to, cutoff=cutoff)
-            speed = min(above.speed, self._fastest_m_s(setting))
-            state = replace(above, speed=speed, swell=state)
-        return setting.calm(at_ns, key) if state is None else state
-
-    def _fastest_m_s(self, setting: WeatherSetting) -> float:
-        """Return the speed up to which the answer of the hull to waves is known [m/s]."""
-        if setting.length is None:
-            return math.inf
-        from tauto_core.ship.hull import MOST_FROUDE
-
-        return MOST_FROUDE * math.sqrt(setting.scene.g * setting.length)
+        return state_of_seas(setting, at_ns, towards, key)
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
         """Return what is invented, and where she sails faster than her hull's answer is known."""
@@ -254,7 +233,7 @@ class LogWeather(WeatherKind):
             said.append(
                 f'voyage.log: the {log.harbour_days:g} days in harbour before the log are invented'
             )
-        passage, most = setting.passage_for('voyage.log', log.passage), self._fastest_m_s(setting)
+        passage, most = setting.passage_for('voyage.log', log.passage), fastest_m_s(setting)
         legs = [(before + after) // 2 for before, after in pairwise(passage.places_ns)]
         fast = sum(passage.speed_m_s(at) > most for at in legs)
         if fast:
@@ -275,6 +254,42 @@ class LogWeather(WeatherKind):
         """Return the swell from afar."""
         far = self.background_swell
         return {} if far is None else {'background_swell_m': far.significant_wave_height}
+
+
+def state_of_seas(
+    setting: WeatherSetting, at_ns: int, seas: Sequence[tuple[float, float, float]], key: str
+) -> WeatherState:
+    """Return the state of one time with several seas, the first with the others beside it.
+
+    Args:
+        setting: scene and ship.
+        at_ns: the time.
+        seas: significant height [m], period of the peak [s], and direction in which it runs, from
+            north to the east [rad], of each.
+        key: the key that gives them.
+    """
+    weather, state = setting.weather, None
+    for height, period, waves_to in reversed(seas):
+        moves_her = math.inf if setting.length is None else still_from(setting.length, period)
+        if moves_her < 1.0:
+            continue
+        # of a young sea a hull only feels the longer waves, whose spectrum stays as it is
+        cutoff, felt = None, height
+        if moves_her < CUTOFF and weather.cutoff is None:
+            cutoff = max(moves_her, LEAST_CUTOFF)
+            felt = height * math.exp(0.625 * (CUTOFF**-4 - cutoff**-4))
+        above = setting.state(at_ns, felt, period, key, waves_to=waves_to, cutoff=cutoff)
+        state = replace(above, speed=min(above.speed, fastest_m_s(setting)), swell=state)
+    return setting.calm(at_ns, key) if state is None else state
+
+
+def fastest_m_s(setting: WeatherSetting) -> float:
+    """Return the speed up to which the answer of the hull to waves is known [m/s]."""
+    if setting.length is None:
+        return math.inf
+    from tauto_core.ship.hull import MOST_FROUDE
+
+    return MOST_FROUDE * math.sqrt(setting.scene.g * setting.length)
 
 
 KIND = LogWeather

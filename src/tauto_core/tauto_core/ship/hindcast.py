@@ -1,0 +1,484 @@
+"""Weather and air along the voyage from a hindcast: NetCDF with the names of ERA5.
+
+Of the waves `swh` [m], `pp1d` or `mwp` [s] and `mwd` [degrees, from which they come] are read, or,
+where the file has no waves, `u10` and `v10` [m/s], from which seas grow as from the winds of a
+log; of the air `t2m` [K]. Values are linear in time, latitude and longitude between those of the
+grid. The scene that runs contains what was found along the track, every `INTERVAL_S`.
+
+The names and units are those of the ECMWF parameter database (140229, 140231, 140232, 140230,
+165, 166, 167).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from datetime import UTC, date, datetime
+from itertools import pairwise, product
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+from pydantic import Field
+
+from tauto_core.samples import FloatArray, IntArray
+from tauto_core.scene.errors import ABSENT, SceneError, install
+from tauto_core.scene.sections import LONGEST_TEXT, Flag, Itinerary, OneLine
+from tauto_core.scene.tables import data_path, source_name, utc
+from tauto_core.scene.times import DAY_S, NS_PER_S, nanoseconds
+from tauto_core.ship.air import AirKind
+from tauto_core.ship.motion_kind import Surroundings
+from tauto_core.ship.passage import Passage
+from tauto_core.ship.sea_files import section_read
+from tauto_core.ship.sections import names_hindcast
+from tauto_core.ship.weather_kind import WeatherKind
+from tauto_core.ship.weathers.log import RIPPLES_M, grown_seas
+
+if TYPE_CHECKING:
+    import xarray
+
+INTERVAL_S = 10_800.0
+"""Time between the rows of a scene [s]."""
+
+LONGEST_STEP_S = 43_200.0
+"""Longest time between two fields of the file [s]; monthly means are no weather."""
+
+NEAREST_SEA_KM = 100.0
+"""A corner on land has the value of the nearest sea, at most so far from it."""
+
+MEAN_OF_PEAK = 1.25**-0.25 * math.gamma(1.25)
+"""Mean period `mwp`, m₋₁/m₀, over the period of the peak of Bretschneider's spectrum: 0.857. With
+m_n = ∫ fⁿ S df and S ∝ f⁻⁵ exp(−(5/4)(f_p/f)⁴), it is (5/4)^(−1/4) Γ(5/4)."""
+
+KELVIN = 273.15
+
+_KM_PER_DEG = 111.0
+_ROWS_AT_ONCE = 32
+_TIMES, _LATITUDES, _LONGITUDES = ('valid_time', 'time'), ('latitude', 'lat'), ('longitude', 'lon')
+_FORM = 'Give NetCDF of ERA5 on single levels, as the Climate Data Store has it.'
+_BEGINS = (
+    'UTC at the start of the scene, as 2010-01-05T12:00; when left out it follows from voyage.date'
+)
+
+
+class HindcastFile(WeatherKind):
+    """Seas along the voyage from a hindcast; the scene that runs contains what was found.
+
+    NetCDF with the names of ERA5: swh, mwd, and pp1d or mwp; or u10 and v10, from which a wind sea
+    and a swell grow. Needs the extra `hindcast`.
+    """
+
+    kind: Literal['hindcast'] = 'hindcast'
+    path: OneLine = Field(description='NetCDF file')
+    begins: OneLine | None = Field(default=None, description=_BEGINS)
+    follow_route: Flag = Field(
+        default=True,
+        description='true: speed and heading are those of the voyage; false: those of ship.speed '
+        'and ship.heading',
+    )
+
+
+class AirHindcastFile(AirKind):
+    """Air along the voyage from a hindcast; the scene that runs contains a record of it.
+
+    NetCDF with ERA5's name t2m. Needs the extra `hindcast`.
+    """
+
+    kind: Literal['hindcast'] = 'hindcast'
+    path: OneLine = Field(description='NetCDF file')
+    begins: OneLine | None = Field(default=None, description=_BEGINS)
+
+
+class Voyaging(Surroundings, Protocol):
+    """What says where the ship is, and when."""
+
+    @property
+    def starts_at(self) -> float:
+        """Stamp of the first sample [s]."""
+        ...
+
+
+def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) -> dict[str, Any]:
+    """Return the keys of a scene with what hindcasts have along its voyage.
+
+    Args:
+        content: keys, not checked yet.
+        scene: the same voyage, checked.
+        origin: name of the scene, for errors.
+
+    Raises:
+        SceneError: no voyage, keys or files that are wrong, or a track outside a file.
+    """
+    read = dict(content)
+    ship = content.get('ship')
+    if isinstance(ship, dict) and names_hindcast(ship.get('weather')):
+
+        def weather(asked: HindcastFile) -> dict[str, Any]:
+            return read_weather(asked, scene)
+
+        read['ship'] = {
+            **ship,
+            'weather': section_read(HindcastFile, weather, ship, 'weather.path', origin),
+        }
+    if names_hindcast(content.get('air')):
+
+        def air(asked: AirHindcastFile) -> dict[str, Any]:
+            return read_air(asked, scene)
+
+        read['air'] = section_read(AirHindcastFile, air, content, 'air.path', origin, prefix='')
+    return read
+
+
+def read_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
+    """Return the keys of `ship.weather` with the seas along the voyage.
+
+    She leaves a calm harbour and enters one. In between there is a row every `INTERVAL_S` from
+    setting sail on, the last at least half of it before her arrival.
+    """
+    voyage, start_s = _voyage_and_start(scene, asked.begins, 'ship.weather')
+    passage, step_ns = Passage(scene, voyage), nanoseconds(INTERVAL_S)
+    last_ns = passage.arrives_ns - step_ns // 2
+    # the row that follows the end too: the sea of a scene does not depend on its duration
+    end_ns = min(last_ns, scene.duration_ns + step_ns)
+    at_ns = np.array(range(passage.sails_ns + step_ns, end_ns + 1, step_ns), np.int64)
+    if last_ns < passage.sails_ns + step_ns:
+        under_way_h = (passage.arrives_ns - passage.sails_ns) / NS_PER_S / 3600.0
+        problem = (
+            f'has rows every {INTERVAL_S / 3600.0:g} h; the passage lasts {under_way_h:.3g} h'
+        )
+        remedy = f'Sail for at least {1.5 * INTERVAL_S / 3600.0:g} h, or use weather kind states.'
+        raise SceneError(scene.name, 'ship.weather.kind', asked.kind, problem, remedy)
+    seas: list[list[tuple[float, float, float]]] = []
+    with opened(asked.path) as grid:
+        track = (start_s + at_ns / NS_PER_S, *passage.places(at_ns))
+        if 'swh' in grid:
+            name = grid.one_of('pp1d', 'mwp')
+            heights, directions = grid.along('swh', *track), grid.along('mwd', *track, turns=True)
+            periods = grid.along(name, *track) / (1.0 if name == 'pp1d' else MEAN_OF_PEAK)
+            rows = zip(heights.tolist(), periods.tolist(), directions.tolist(), strict=True)
+            seas += [[row] for row in rows]
+        elif 'u10' in grid:
+            east, north = grid.along('u10', *track), grid.along('v10', *track)
+            winds, winds_from = np.hypot(east, north), np.degrees(np.arctan2(-east, -north))
+            hours = at_ns / NS_PER_S / 3600.0
+            grown = grown_seas(hours.tolist(), winds.tolist(), (winds_from % 360.0).tolist())
+            seas += [[(*sea,) for sea in both] for both in grown]
+        else:
+            grid.one_of('swh', 'u10')
+    kept = [
+        [
+            (height, period, math.radians(come_from + 180.0) % math.tau)
+            for height, period, come_from in row
+            if height >= RIPPLES_M
+        ]
+        for row in seas
+    ]
+    times = [passage.sails_ns, *at_ns.tolist()]
+    kept.insert(0, [])
+    if passage.arrives_ns <= scene.duration_ns + step_ns:
+        times.append(passage.arrives_ns)
+        kept.append([])
+    return {
+        **asked.model_dump(exclude={'path', 'begins'}),
+        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'time': [each / NS_PER_S for each in times],
+        'seas': [[list(sea) for sea in row] for row in kept],
+    }
+
+
+def read_air(asked: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
+    """Return the keys of `air`, of kind record, with the temperatures along the voyage."""
+    voyage, start_s = _voyage_and_start(scene, asked.begins, 'air')
+    step_ns = nanoseconds(INTERVAL_S)
+    at_ns = np.array(range(0, scene.duration_ns + step_ns, step_ns), np.int64)
+    with opened(asked.path) as grid:
+        places = Passage(scene, voyage).places(at_ns)
+        celsius = grid.along(grid.one_of('t2m'), start_s + at_ns / NS_PER_S, *places) - KELVIN
+    return {
+        **asked.model_dump(exclude={'path', 'begins', 'kind'}),
+        'kind': 'record',
+        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'time': (at_ns / NS_PER_S).tolist(),
+        'celsius': celsius.tolist(),
+    }
+
+
+def _voyage_and_start(scene: Voyaging, begins: str | None, key: str) -> tuple[Itinerary, float]:
+    """Return the voyage, and UTC at the start of the scene, from 1970 [s]."""
+    voyage = scene.voyage
+    if voyage is None:
+        problem, remedy = 'needs a voyage, and the scene has none', 'Write `voyage: …`.'
+        raise SceneError(scene.name, f'{key}.kind', 'hindcast', problem, remedy)
+    if begins is not None:
+        return voyage, utc(scene.name, f'{key}.begins', begins).timestamp()
+    if voyage.date is None:
+        problem = 'is missing, and voyage.date too: nothing says when she sails'
+        remedy = 'Write `begins: 2010-01-05T12:00`, UTC at the start of the scene.'
+        raise SceneError(scene.name, f'{key}.begins', ABSENT, problem, remedy)
+    days = voyage.day_at(scene.starts_at, scene.starts_at) - date(1970, 1, 1).toordinal()
+    return voyage, round(days * DAY_S, 3)
+
+
+# -----------------------------------------------------------------------------
+# The file.
+
+
+@contextmanager
+def opened(path: str) -> Iterator[Hindcast]:
+    """Yield a file, of which only what lies about the track is read.
+
+    Raises:
+        SceneError: it is not NetCDF, has no grid of times and places, or a library is missing.
+    """
+    file = data_path(path)
+    with file.open('rb') as stream:
+        begins = stream.read(8)
+    is_hdf = begins == b'\x89HDF\r\n\x1a\n'
+    if not is_hdf and begins[:3] != b'CDF':
+        raise SceneError(path, '', None, 'is not NetCDF', _FORM)
+    try:
+        import xarray
+
+        if is_hdf:
+            # xarray reads by the one, which by itself does not require the other
+            import h5netcdf  # noqa: F401
+            import h5py  # noqa: F401
+    except ImportError:
+        problem = 'is NetCDF, which xarray, h5netcdf and h5py read'
+        raise SceneError(path, '', None, problem, f'Run {install("hindcast")}.') from None
+    try:
+        data = xarray.open_dataset(
+            file, engine='h5netcdf' if is_hdf else 'scipy', decode_timedelta=False
+        )
+    except Exception as error:  # each library has its own
+        raise SceneError(path, '', None, f'cannot be read as NetCDF: {error}', _FORM) from None
+    with data:
+        yield Hindcast(path, data)
+
+
+class Hindcast:
+    """Fields on a grid of times, latitudes and longitudes, and their values along a track."""
+
+    def __init__(self, path: str, data: xarray.Dataset) -> None:
+        self._path = path
+        names = [next((each for each in known if each in data.coords), None) for known in _AXES]
+        for name, known in zip(names, _AXES, strict=True):
+            if name is None or data[name].ndim != 1 or data[name].size < 2:
+                problem = 'is no axis of at least two values'
+                raise SceneError(path, ' or '.join(known), ABSENT, problem, _FORM)
+        self._axes = time, latitude, longitude = tuple(map(str, names))
+        if data[time].dtype.kind != 'M':
+            raise SceneError(path, time, str(data[time].dtype), 'is no time in UTC', _FORM)
+        if data[latitude].values[0] > data[latitude].values[-1]:
+            data = data.isel({latitude: slice(None, None, -1)})
+        self._data = data
+        since = data[time].values - np.datetime64(0, 's')
+        self._at_s: FloatArray = since / np.timedelta64(1, 's')
+        self._latitude = data[latitude].values.astype(np.float64)
+        self._longitude = np.unwrap(data[longitude].values.astype(np.float64), period=360.0)
+        for name, axis in zip(self._axes, self._grid, strict=True):
+            if not np.all(np.diff(axis) > 0.0):
+                problem = 'does not increase from value to value'
+                raise SceneError(path, name, ABSENT, problem, 'Sort the file.')
+        count = len(self._longitude)
+        step = float(self._longitude[1] - self._longitude[0])
+        self._round = float(self._longitude[-1] - self._longitude[0]) + 1.5 * step > 360.0
+        self._count = count
+        if self._round:  # each meridian three times, for tracks in both directions
+            turns = [self._longitude + turn for turn in (-360.0, 0.0, 360.0)]
+            self._longitude = np.concatenate(turns)
+
+    @property
+    def _grid(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self._at_s, self._latitude, self._longitude
+
+    def __contains__(self, name: str) -> bool:
+        """Return whether there is a field of this name."""
+        return name in self._data
+
+    def one_of(self, *names: str) -> str:
+        """Return the first of some names that is a field; a `SceneError` if none is."""
+        for name in names:
+            if name in self:
+                return name
+        problem = f'is missing; the file has {", ".join(map(str, self._data.data_vars)) or "none"}'
+        raise SceneError(self._path, ' or '.join(names), ABSENT, problem, _FORM)
+
+    def along(
+        self,
+        name: str,
+        at_s: FloatArray,
+        latitude: FloatArray,
+        longitude: FloatArray,
+        *,
+        turns: bool = False,
+    ) -> FloatArray:
+        """Return the values of a field along a track.
+
+        Args:
+            name: of the field.
+            at_s: UTC from 1970 [s], (n,), increasing.
+            latitude: of the ship [degrees north], (n,).
+            longitude: of the ship [degrees east], (n,), of any turn.
+            turns: whether the values are directions [degrees], of which the mean is that of the
+                vectors and of what each is beyond it: linear for directions within half a turn.
+
+        Raises:
+            SceneError: the track leaves the file, or is too far from any sea.
+        """
+        self.one_of(name)
+        field, others = self._data[name], set(self._data[name].dims) - set(self._axes)
+        if any(field.sizes[each] > 1 for each in others):
+            problem = f'has more than times and places: {", ".join(map(str, field.dims))}'
+            remedy = f'Select one of {", ".join(map(str, sorted(others, key=str)))}.'
+            raise SceneError(self._path, name, ABSENT, problem, remedy)
+        field = field.isel(dict.fromkeys(others, 0))
+        if set(field.dims) != set(self._axes):
+            problem = f'has the dimensions {", ".join(map(str, field.dims))}'
+            raise SceneError(self._path, name, ABSENT, problem, _FORM)
+        field = field.transpose(*self._axes)
+        longitude = self._turned(longitude)
+        self._refuse_outside(at_s, latitude, longitude)
+        found = np.empty(len(at_s))
+        for begin in range(0, len(at_s), _ROWS_AT_ONCE):
+            rows = slice(begin, begin + _ROWS_AT_ONCE)
+            found[rows] = self._part(
+                name, field, (at_s[rows], latitude[rows], longitude[rows]), turns=turns
+            )
+        return found
+
+    def _turned(self, longitude: FloatArray) -> FloatArray:
+        """Return longitudes of the turn that the grid has; round the globe without a jump."""
+        first = float(self._longitude[self._count if self._round else 0])
+        if self._round:
+            # wider than the grid only for a ship that sails round the globe
+            smooth = np.unwrap(longitude, period=360.0)
+            return np.asarray(smooth - 360.0 * math.floor((float(smooth[0]) - first) / 360.0))
+        east = np.mod(longitude - first, 360.0)
+        return np.asarray(first + np.where(east > 360.0 - 1e-9, 0.0, east))
+
+    def _refuse_outside(
+        self, at_s: FloatArray, latitude: FloatArray, longitude: FloatArray
+    ) -> None:
+        """Refuse a track that leaves the times or the area, or meets a gap of the times."""
+        first, last = (_day(self._at_s[index]) for index in (0, -1))
+        for row in np.flatnonzero((at_s < self._at_s[0]) | (at_s > self._at_s[-1]))[:1]:
+            problem = f'lasts from {first} to {last} UTC, and the ship needs {_day(at_s[row])}'
+            remedy = 'Fetch the days of the voyage, or set begins, UTC at the start of the scene.'
+            raise SceneError(self._path, self._axes[0], ABSENT, problem, remedy)
+        after = np.clip(np.searchsorted(self._at_s, at_s, 'right'), 1, len(self._at_s) - 1)
+        steps = self._at_s[after] - self._at_s[after - 1]
+        for row in np.flatnonzero(steps > LONGEST_STEP_S)[:1]:
+            problem = f'has no field for {steps[row] / 3600.0:g} h about {_day(at_s[row])} UTC'
+            remedy = f'Fetch a file with one at least every {LONGEST_STEP_S / 3600.0:g} h.'
+            raise SceneError(self._path, self._axes[0], ABSENT, problem, remedy)
+        for name, axis, places in zip(
+            self._axes[1:], self._grid[1:], (latitude, longitude), strict=True
+        ):
+            for row in np.flatnonzero((places < axis[0]) | (places > axis[-1]))[:1]:
+                problem = (
+                    f'goes from {axis[0]:g}° to {axis[-1]:g}°, and the ship is at '
+                    f'{_place(latitude[row], longitude[row])} on {_day(at_s[row])} UTC'
+                )
+                remedy = 'Fetch an area with the whole voyage.'
+                raise SceneError(self._path, name, ABSENT, problem, remedy)
+
+    def _part(
+        self,
+        name: str,
+        field: xarray.DataArray,
+        track: tuple[FloatArray, FloatArray, FloatArray],
+        *,
+        turns: bool,
+    ) -> FloatArray:
+        """Return the values along a piece of the track, for which one box is read."""
+        lows: list[IntArray] = []
+        parts: list[FloatArray] = []
+        box = []
+        degrees = NEAREST_SEA_KM / _KM_PER_DEG
+        wider = degrees / max(
+            math.cos(math.radians(float(np.abs(track[1]).max()) + degrees)), 0.01
+        )
+        for axis, places, margin in zip(self._grid, track, (0.0, degrees, wider), strict=True):
+            low = np.clip(np.searchsorted(axis, places, 'right') - 1, 0, len(axis) - 2)
+            lows.append(low)
+            parts.append((places - axis[low]) / (axis[low + 1] - axis[low]))
+            begin = int(np.searchsorted(axis, axis[low.min()] - margin, 'left'))
+            box.append((begin, int(np.searchsorted(axis, axis[low.max() + 1] + margin, 'right'))))
+        values = self._read(field, box)
+        corners, weights = [], []
+        for steps in product((0, 1), repeat=3):
+            at = [low + step for low, step in zip(lows, steps, strict=True)]
+            weight = np.ones(len(track[0]))
+            for part, step in zip(parts, steps, strict=True):
+                weight = weight * (part if step else 1.0 - part)
+            corner = values[tuple(each - begin for each, (begin, _) in zip(at, box, strict=True))]
+            corner[weight == 0.0] = 0.0
+            for row in np.flatnonzero(np.isnan(corner)).tolist():
+                corner[row] = self._nearest(
+                    name, values, box, [int(each[row]) for each in at], [t[row] for t in track]
+                )
+            corners.append(corner)
+            weights.append(weight)
+        found, share = np.array(corners), np.array(weights)
+        if not turns:
+            return np.asarray((share * found).sum(axis=0))
+        angles = np.radians(found)
+        mean = np.degrees(
+            np.arctan2((share * np.sin(angles)).sum(axis=0), (share * np.cos(angles)).sum(axis=0))
+        )
+        beyond = np.mod(found - mean + 180.0, 360.0) - 180.0
+        return np.asarray(np.mod(mean + (share * beyond).sum(axis=0), 360.0))
+
+    def _read(self, field: xarray.DataArray, box: list[tuple[int, int]]) -> FloatArray:
+        """Return the values of a box of the grid, which may go over the file's first meridian."""
+        times, latitudes, (west, east) = slice(*box[0]), slice(*box[1]), box[2]
+        seams = range(-(-(west + 1) // self._count) * self._count, east, self._count)
+        read = []
+        for begin, end in pairwise([west, *seams, east]):
+            meridians = slice(begin % self._count, begin % self._count + end - begin)
+            read.append(field[times, latitudes, meridians].to_numpy().astype(np.float64))
+        return np.concatenate(read, axis=2)
+
+    def _nearest(
+        self,
+        name: str,
+        values: FloatArray,
+        box: list[tuple[int, int]],
+        corner: list[int],
+        place: list[Any],
+    ) -> float:
+        """Return the value of the sea nearest to a corner on land."""
+        sea = values[corner[0] - box[0][0]]
+        latitude, longitude = (
+            np.radians(axis[slice(*ends)])
+            for axis, ends in zip(self._grid[1:], box[1:], strict=True)
+        )
+        here = math.radians(self._latitude[corner[1]]), math.radians(self._longitude[corner[2]])
+        across = np.cos(latitude)[:, None] * math.cos(here[0])
+        haversine = (
+            np.sin(0.5 * (latitude - here[0]))[:, None] ** 2
+            + across * np.sin(0.5 * (longitude - here[1])) ** 2
+        )
+        apart_km = np.degrees(2.0 * np.arcsin(np.sqrt(np.minimum(haversine, 1.0)))) * _KM_PER_DEG
+        apart_km[np.isnan(sea)] = math.inf
+        nearest = np.unravel_index(np.argmin(apart_km), apart_km.shape)
+        if apart_km[nearest] > NEAREST_SEA_KM:
+            problem = (
+                f'has no value within {NEAREST_SEA_KM:g} km of '
+                f'{_place(place[1], place[2])} on {_day(place[0])} UTC: land, or ice'
+            )
+            remedy = 'Move the place out to sea, by a waypoint, or use another file.'
+            raise SceneError(self._path, name, ABSENT, problem, remedy)
+        return float(sea[nearest])
+
+
+_AXES = (_TIMES, _LATITUDES, _LONGITUDES)
+
+
+def _day(at_s: float) -> str:
+    return f'{datetime.fromtimestamp(float(at_s), UTC):%Y-%m-%dT%H:%M}'
+
+
+def _place(latitude: float, longitude: float) -> str:
+    return f'{latitude:.2f}°, {math.remainder(float(longitude), 360.0):.2f}°'
