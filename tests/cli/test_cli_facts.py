@@ -230,6 +230,22 @@ def test_a_case_in_resonance_with_the_wheel_is_warned_of(
     assert bool(warnings) == bool(resonance)
 
 
+@pytest.mark.parametrize(
+    ('times_a_day', 'said'),
+    [
+        (1e-9, 'none is expected in the highest sea, whose vertical acceleration is 3.4 m/s² rms'),
+        (963.9, 'about 964 times a day in the highest sea'),
+    ],
+)
+def test_how_often_the_thread_is_expected_to_go_slack_is_told(
+    tmp_path: Path, times_a_day: float, said: str
+) -> None:
+    found = facts(tmp_path, VERTICAL, ship=ROLL)
+    assert 'slack' not in found
+    found['slack'] = {'acceleration_m_s2': 3.3647, 'times_a_day': times_a_day}
+    assert said in ' '.join(' '.join(printed(found, 200)).split())
+
+
 def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
     assert facts(tmp_path)['thread'] is None
     found = facts(tmp_path, VERTICAL, ship=ROLL)

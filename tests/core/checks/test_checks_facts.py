@@ -17,13 +17,16 @@ from tauto_core.checks.facts import (
     case_following,
     lengths_between,
     reason,
+    slack_thread,
     thread_following,
 )
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import answers, modes
 from tauto_core.motion import propagator_name
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.loader import parse_scene
+from tauto_core.scene.times import DAY_S
 
 ESCAPEMENT = {'kind': 'impulse', 'energy': 9e-5}
 RECOIL = ESCAPEMENT | {'rest': {'recoil': 1e-6}}
@@ -144,3 +147,65 @@ def test_where_no_wave_is_known_no_departure_is_told():
     assert (found.departure, found.departure_rad, found.resonates_with) == (None, None, ())
     assert lengths_between(scene, machine)[1] is None
     assert case_following(scene, machine) is None
+
+
+def in_ripples(power: dict[str, Any], **ship: Any) -> Scene:
+    """A cork in waves so short and steep that she falls away from a weight, for two hours."""
+    return parse_scene(
+        yaml.safe_dump(
+            {
+                'name': 'ripples',
+                'duration': 7200.0,
+                'trochlea': {
+                    'inertia': 4e-4,
+                    'cam': {'kind': 'involute', 'base_radius': 0.02},
+                    'thread': {'kind': 'vertical'},
+                    'power': power,
+                    'release_angle': 1.0,
+                },
+                'ship': {
+                    'kind': 'sea',
+                    'heave': True,
+                    'height': 0.0,
+                    'rate': 20.0,
+                    'roll': {
+                        'natural_period': 11.0,
+                        'damping_ratio': 0.3,
+                        'slope_coefficient': 0.3,
+                    },
+                    'sea': {
+                        'spectrum': 'jonswap',
+                        'significant_wave_height': 1.5,
+                        'peak_period': 3.0,
+                    },
+                    **ship,
+                },
+                'log': {'interval': 10.0},
+                'solver': {'tolerance': 1e-9},
+            }
+        ),
+        'ripples',
+    )
+
+
+def test_as_many_slack_threads_are_expected_as_are_counted():
+    """Within twice the scatter √N of so many independent events."""
+    scene = in_ripples({'kind': 'weight', 'mass': 0.05})
+    found = slack_thread(scene)
+    assert found is not None
+    expected = found['times_a_day'] * scene.duration / DAY_S
+    counted = tauto.sail(scene).result['trochlea']['slacks']
+    assert expected > 60.0
+    assert abs(counted - expected) < 2.0 * math.sqrt(expected)
+
+
+@pytest.mark.parametrize(
+    ('power', 'ship'),
+    [
+        ({'kind': 'force', 'force': 0.5}, {}),
+        ({'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 5.0}, {}),
+        ({'kind': 'weight', 'mass': 0.05}, {'heave': False}),
+    ],
+)
+def test_no_slack_is_reckoned_where_no_weight_alone_is_heaved(power, ship):
+    assert slack_thread(in_ripples(power, **ship)) is None

@@ -44,6 +44,8 @@ from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.motions.sea import SeaShip
+from tauto_core.ship.waves import Harmonics, together
 
 # -----------------------------------------------------------------------------
 # How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
@@ -318,6 +320,43 @@ def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]
     }
 
 
+def slack_thread(scene: Scene) -> dict[str, float] | None:
+    """Return how often a weight's thread is expected to go slack in the highest sea.
+
+    The ship's vertical acceleration z̈ at the clock is nearly Gaussian, so that g + z̈ falls below
+    zero ν₀ exp(−g²/2σ²) times a second, ν₀ = σ′/2πσ, with the standard deviations σ of z̈ and σ′
+    of its derivative (Rice, Mathematical Analysis of Random Noise, 1945, section 3.3). Roll and
+    swing count for nothing here, nor does it that a wheel which winds its thread taut while
+    g + z̈ is still negative lets go again: where it often is, slacks are up to half as many again.
+
+    Returns:
+        `acceleration_m_s2`, σ, and `times_a_day`; None where no weight alone hangs on a thread,
+        or the ship lies in no sea that heaves her.
+    """
+    ship, trochlea = scene.ship, scene.trochlea
+    if trochlea is None or not isinstance(ship, SeaShip):
+        return None
+    pull = trochlea.power.pull
+    if not pull.pulling_mass or pull.force or pull.stiffness:
+        return None
+    seas = [ship]
+    if ship.weather is not None:
+        highest = max(ship.states(scene), key=lambda state: state.height)
+        seas = [ship.in_state(each) for each in highest.alone if each.sea is not None]
+    heaves = [each.channels(scene).heave for each in seas]
+    waves = [each for each in heaves if isinstance(each, Harmonics)]
+    if not waves:
+        return None
+    met = together(waves)
+    acceleration = met.amplitude * met.angular_frequency**2
+    sigma, of_jerk = (
+        float(np.linalg.norm(each)) / math.sqrt(2.0)
+        for each in (acceleration, acceleration * met.angular_frequency)
+    )
+    per_s = of_jerk / (math.tau * sigma) * math.exp(-0.5 * (scene.g / sigma) ** 2)
+    return {'acceleration_m_s2': sigma, 'times_a_day': per_s * DAY_S}
+
+
 def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     """Return warnings about a thread or a case in resonance with the wheel or the waves.
 
@@ -400,9 +439,10 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     """Return what a scene would run, after every check that `tauto sail` makes before it starts.
 
     It is the object of `tauto scene check --json`. `expected` has the figures of `cost.Forecast`;
-    `steps_a_swing` and `tolerance` are None where the propagator takes no steps. A scene that
-    cannot run is a SceneError, measured motion that cannot be used a MotionDataError. `progress`
-    is called with the share done, from 0 to 1.
+    `steps_a_swing` and `tolerance` are None where the propagator takes no steps. `slack` is there
+    for a weight in a sea that heaves the ship (`slack_thread`). A scene that cannot run is a
+    SceneError, measured motion that cannot be used a MotionDataError. `progress` is called with
+    the share done, from 0 to 1.
     """
     machine, motion = check_scene(scene)
     warnings = [
@@ -414,6 +454,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     name = propagator_name(machine, still=scene.lies_still)
     expected = forecast(scene, machine, motion, progress)
     stepping = expected.steps_a_swing is not None
+    slack = slack_thread(scene)
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
@@ -434,6 +475,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'motion_step_s': scene.step_ns * 1e-9,
         'suspension': hangs(scene, machine),
         'thread': thread(scene, machine),
+        **({} if slack is None else {'slack': slack}),
         'voyage': way(scene),
         **({} if scene.air is None else {'air': felt_air(scene)}),
         'motion_kept': scene.keeps_motion,

@@ -285,6 +285,29 @@ def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'released at', f'{printed(facts["release_angle_rad"], "g")} rad in the case'
 
 
+def _thread_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield how good a model an ideal thread is, and how often a weight's goes slack."""
+    if hanging := facts['thread']:
+        low, high = hanging['fair_lengths_m']
+        until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
+        fair = f'much longer than {low:.3g} m (wheel){until}'
+        if hanging['swings_in_s'] is None:
+            yield 'thread', f'ideal, as is fair of one {fair}'
+        else:
+            own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
+            yield 'thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}'
+    if slack := facts.get('slack'):
+        often = slack['times_a_day']
+        # less than one in a hundred such voyages, all of it in that sea
+        seldom = often * facts['duration_s'] < 0.01 * DAY_S
+        said = 'none is expected' if seldom else f'about {often:.3g} times a day'
+        yield (
+            'slack thread',
+            f'{said} in the highest sea, whose vertical acceleration is '
+            f'{slack["acceleration_m_s2"]:.2g} m/s² rms',
+        )
+
+
 def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield what sails: the ship, her sea and her way, and the clock."""
     yield 'duration', span(facts['duration_s'])
@@ -309,15 +332,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f'{hung["kind"]}, {angles}: the case swings in {periods}, '
             f'sampled every {hung["step_s"]:g} s{_departs(hung)}{turned}',
         )
-    if hanging := facts['thread']:
-        low, high = hanging['fair_lengths_m']
-        until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
-        fair = f'much longer than {low:.3g} m (wheel){until}'
-        if hanging['swings_in_s'] is None:
-            yield 'thread', f'ideal, as is fair of one {fair}'
-        else:
-            own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
-            yield 'thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}'
+    yield from _thread_rows(facts)
     if way := facts['voyage']:
         under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
         landfalls = ', '.join(span(time) for time in times)
