@@ -15,7 +15,11 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
 PAGES = [
     ROOT / 'README.md',
-    *(each for each in sorted(DOCS.rglob('*.md')) if each.name != 'cli.md'),
+    *(
+        each
+        for each in sorted(DOCS.rglob('*.md'))
+        if each.name != 'cli.md' and each.parent.name != 'lessons'
+    ),
 ]
 TYPED = re.compile(r'^ {4,}(?:ros2 run tauto_core )?(tauto .*?)(?:    #.*)?$', re.MULTILINE)
 RUN = [DOCS / 'tutorial.md', *sorted((DOCS / 'howto').glob('*.md'))]

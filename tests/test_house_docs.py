@@ -23,7 +23,11 @@ from tauto_core.wording import figure, with_sigma
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-PAGES = [ROOT / 'README.md', *sorted(DOCS.rglob('*.md'))]
+# lessons are pages that `make docs` makes of notebooks
+PAGES = [
+    ROOT / 'README.md',
+    *(each for each in sorted(DOCS.rglob('*.md')) if each.parent.name != 'lessons'),
+]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 GLANCE = (DOCS / 'glance.md').read_text(encoding='utf-8')
 TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')

@@ -51,6 +51,10 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers', 'demo.html'])
     write_site(folder / 'docs' / 'papers', all_claims())
     tauto.report('measured', folder / 'docs' / 'demo.html')
+    # without what the cells show: test_house_lessons runs them
+    lessons = [str(each) for each in (folder / 'docs' / 'lessons').glob('*.ipynb')]
+    convert = [sys.executable, '-m', 'nbconvert', '--log-level', 'ERROR', '--to', 'markdown']
+    subprocess.run([*convert, *lessons], check=True)
     shutil.copy(ROOT / 'zensical.toml', folder)
     (folder / 'src').symlink_to(ROOT / 'src')
     command = [str(Path(sys.executable).with_name('zensical')), 'build', '--strict']

@@ -41,7 +41,9 @@ LINT = [
 ]
 # The documentation site; 0.x may change from release to release.
 DOCS = [
+    'ipykernel>=6.29',
     'mkdocstrings-python>=2.0.11',
+    'nbconvert>=7.16',  # the lessons as pages
     'zensical>=0.0.73,<0.1',
 ]
 # `Voyage.to_pandas` and `to_xarray`.
