@@ -88,7 +88,7 @@ def sail_logs(
         make_trial,
         sail_trial,
     )
-    from tauto_core.plots.coast import LANDFALL_KM, no_landfall
+    from tauto_core.plots.coast import LANDFALL_KM, with_ends
     from tauto_core.ship.logbook import read_passages
 
     check_logs(asked.logs)
@@ -125,7 +125,7 @@ def sail_logs(
             say(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     with ended_by_sigterm(), counting_bar('voyages', trial.ships) as counting:
         sailed = sail_trial(trial, crew, out, counting)
-    answers = answers_of(sailed, asked.local_time_s)
+    answers = with_ends(answers_of(sailed, asked.local_time_s), trial.passages)
     for path in plots:
         from tauto_core.plots.tracks import draw_trial
 
@@ -133,14 +133,11 @@ def sail_logs(
         say(f'wrote {path}')
     if out is not None:
         say(f'wrote {out / "ships.parquet"}')
-    ends = {each.name: no_landfall(*each.entries[-1][1:3]) for each in trial.passages}
     if as_json:
-        told = asdict(answers)
-        told['voyages'] = [{**each, 'ends': ends[each['passage']]} for each in answers.voyages]
-        typer.echo(json.dumps(told, allow_nan=False))
+        typer.echo(json.dumps(asdict(answers), allow_nan=False))
         return
     print_rich(answers.answer, *trial_tables(answers), *_remarks(answers))
-    away = [name for name, where in ends.items() if where is not None]
+    away = list(dict.fromkeys(each['passage'] for each in answers.voyages if each['ends']))
     if away:
         print_rich(
             f'the last entry of {counted(len(away), "passage")} lies at sea, more than '
