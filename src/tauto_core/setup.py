@@ -98,7 +98,7 @@ setup(
             'scene/data/*/*',
             'ship/hulls/*.npz',
             'scene/scene.schema.json',
-            'plots/coasts.npz',
+            'ship/coasts.npz',
             'plots/report_page.html',
             'euler/site_page.html',
         ],

@@ -654,7 +654,6 @@ def trial(
     from tauto_core.ensembles.trial_answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
     from tauto_core.files import check_plot
-    from tauto_core.plots.coast import with_ends
     from tauto_core.ship.logbook import read_passages
 
     logbook, plotted = str(path('logs', logs)), None if file is None else path('file', file)
@@ -682,7 +681,7 @@ def trial(
     )
     where = None if out is None else path('out', out)
     sailed = trials.sail_trial(trial, Crew(whole('jobs', jobs), scheduler), where)
-    answers = with_ends(answers_of(sailed, local_time_s), trial.passages)
+    answers = answers_of(sailed, local_time_s)
     if plotted is not None:
         from tauto_core.plots.tracks import draw_trial
 

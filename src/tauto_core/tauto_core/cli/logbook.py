@@ -127,7 +127,7 @@ def _facts(passage: LoggedPassage) -> dict[str, Any]:
 
 def _ashore(passage: LoggedPassage) -> list[str]:
     """Return notes on entries that lie on land, and on a last one that does not reach it."""
-    from tauto_core.plots.coast import inland_km, no_landfall
+    from tauto_core.ship.coast import inland_km, no_landfall
 
     far = [inland_km(*entry[1:3]) for entry in passage.entries]
     rows = [index for index, km in enumerate(far) if km > INLAND_KM]

@@ -88,7 +88,7 @@ def sail_logs(
         make_trial,
         sail_trial,
     )
-    from tauto_core.plots.coast import LANDFALL_KM, with_ends
+    from tauto_core.ship.coast import LANDFALL_KM
     from tauto_core.ship.logbook import read_passages
 
     check_logs(asked.logs)
@@ -125,7 +125,7 @@ def sail_logs(
             say(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     with ended_by_sigterm(), counting_bar('voyages', trial.ships) as counting:
         sailed = sail_trial(trial, crew, out, counting)
-    answers = with_ends(answers_of(sailed, asked.local_time_s), trial.passages)
+    answers = answers_of(sailed, asked.local_time_s)
     for path in plots:
         from tauto_core.plots.tracks import draw_trial
 

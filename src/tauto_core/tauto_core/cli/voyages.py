@@ -75,7 +75,7 @@ def sail(
     odd = say_oddities(loaded, scene, anyway=anyway)
     log = None if loaded.voyage is None else loaded.voyage.log
     if log is not None and log.at[-1] <= loaded.duration:
-        from tauto_core.plots.coast import no_landfall
+        from tauto_core.ship.coast import no_landfall
 
         if (where := no_landfall(*log.entries[-1][1:3])) is not None:
             say(f'{loaded.name}: the last entry of the log is {where} there')

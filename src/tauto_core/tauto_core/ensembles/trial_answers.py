@@ -20,6 +20,7 @@ from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKE
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.sections import log_time, nautical_miles
 from tauto_core.scene.times import DAY_S
+from tauto_core.ship.coast import no_landfall
 from tauto_core.ship.logbook import LoggedPassage
 from tauto_core.wording import counted, percent
 
@@ -157,7 +158,8 @@ class TrialAnswers:
         wind_draws, hull_draws: how often wind and hull were drawn anew.
         clocks: in the order of the trial.
         companies: ships in company.
-        voyages: a mapping for each clock on each passage, as logged.
+        voyages: a mapping for each clock on each passage, as logged; `ends` says where the last
+            entry lies at sea, and is None elsewhere.
     """
 
     logs: str
@@ -206,6 +208,7 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
     """Return what a trial says; the navigator errs by `local_time_s` in his local time."""
     trial = sailed.trial
     passages = {each.name: each for each in trial.passages}
+    ends = {name: no_landfall(*each.entries[-1][1:3]) for name, each in passages.items()}
     judged = {
         name for name, each in passages.items() if _days(sailed, each) >= LEAST_UNCHECKED_DAYS
     }
@@ -234,7 +237,9 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
         clocks=clocks,
         companies=list(_companies(sailed)),
         voyages=[
-            _voyage(row, passages[row['passage']]) for row in sailed.rows if row['drawn'] == 'log'
+            _voyage(row, passages[row['passage']]) | {'ends': ends[row['passage']]}
+            for row in sailed.rows
+            if row['drawn'] == 'log'
         ],
     )
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from tauto_core.plots.coast import MapFrame, frame, land
 from tauto_core.samples import FloatArray
+from tauto_core.ship.coast import MapFrame, frame, land
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:

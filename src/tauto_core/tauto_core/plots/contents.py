@@ -21,7 +21,6 @@ from tauto_core.files import check_plot, write_figure
 from tauto_core.machines import FluidPendulum, HangingMachine, InPlaceOfWheel, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
-from tauto_core.plots.coast import place_name
 from tauto_core.plots.machine import cam_lines, draw_machine
 from tauto_core.results import not_whole
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples, take
@@ -29,6 +28,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import EstimationError, UsageError
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import Passage
+from tauto_core.ship.coast import place_name
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.weather_kind import WeatherState

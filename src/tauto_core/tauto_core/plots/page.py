@@ -19,7 +19,6 @@ from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
-from tauto_core.plots.coast import land
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine
 from tauto_core.plots.scenery import INK, SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
@@ -28,6 +27,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 from tauto_core.scene.times import DAY_S
+from tauto_core.ship.coast import land
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage

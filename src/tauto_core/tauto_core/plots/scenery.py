@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.plots.chart import Chart
-from tauto_core.plots.coast import MapFrame, land
 from tauto_core.samples import FloatArray
+from tauto_core.ship.coast import MapFrame, land
 
 INK = {
     'light': {

@@ -12,8 +12,8 @@ from tauto_core.ensembles.answers import mark_prizes
 from tauto_core.ensembles.trial_answers import TrialAnswers, size_nmi
 from tauto_core.ensembles.trials import Sailed
 from tauto_core.files import write_figure
-from tauto_core.plots.coast import frame, land
 from tauto_core.samples import FloatArray
+from tauto_core.ship.coast import frame, land
 from tauto_core.ship.logbook import LoggedPassage
 from tauto_core.wording import counted
 

@@ -7,19 +7,13 @@ run beyond ±180°, as those of a voyage across the Pacific do. `place_name` nam
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
-
-if TYPE_CHECKING:
-    from tauto_core.ensembles.trial_answers import TrialAnswers
-    from tauto_core.ship.logbook import LoggedPassage
 
 HUNDREDTH_DEG = 0.01
 """Unit of the shipped coordinates [°], 0.6 nautical miles of latitude."""
@@ -244,13 +238,6 @@ def no_landfall(latitude: float, longitude: float) -> str | None:
         return None
     said = 'more than 200 km' if math.isinf(offing) else f'{offing:.0f} km'
     return f'at sea, {said} from the coast: no landfall'
-
-
-def with_ends(answers: TrialAnswers, passages: Iterable[LoggedPassage]) -> TrialAnswers:
-    """Return the answers of a trial whose voyages have `ends`: where one makes no landfall."""
-    ends = {each.name: no_landfall(*each.entries[-1][1:3]) for each in passages}
-    voyages = [{**each, 'ends': ends[each['passage']]} for each in answers.voyages]
-    return replace(answers, voyages=voyages)
 
 
 def coast_km(latitude: float, longitude: float) -> float:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.plots.coast import MapFrame, coast_km, frame, inland_km, land, place_name
 from tauto_core.samples import FloatArray
+from tauto_core.ship.coast import MapFrame, coast_km, frame, inland_km, land, place_name
 
 
 def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bool:
