@@ -146,16 +146,15 @@ class ResistedWay:
         del gravity
         amplitude = np.array([start - self.zero])
         duration, bend = self._found(amplitude)
-        whole = self._at.series @ bend[0]
-        end = chebyshev.chebval(1.0, chebyshev.chebint(whole, 2, lbnd=-1.0, scl=0.5))
+        _, way = self._series(bend[0])
+        end = chebyshev.chebval(1.0, way)
         return Course(float(duration[0]), self.zero + float(amplitude[0]) * float(1.0 + end))
 
     def fall_time(self, start: float, gravity: float) -> float:
         """Return the time from rest at a signed arc [m] to the zero of the force [s]."""
         del gravity
         duration, bend = self._found(np.array([start - self.zero]))
-        speed = chebyshev.chebint(self._at.series @ bend[0], lbnd=-1.0, scl=0.5)
-        way = chebyshev.chebint(speed, lbnd=-1.0, scl=0.5)
+        speed, way = self._series(bend[0])
         tau = 0.5
         for _ in range(_NEWTON):
             x = 2.0 * tau - 1.0
@@ -176,8 +175,7 @@ class ResistedWay:
         for first in range(0, len(starts), rows):
             amplitude = starts[first : first + rows] - self.zero
             duration, bend = self._found(amplitude)
-            speed = chebyshev.chebint(self._at.series @ bend.T, lbnd=-1.0, scl=0.5)
-            way = chebyshev.chebint(speed, lbnd=-1.0, scl=0.5)
+            speed, way = self._series(bend)
             here = np.flatnonzero((which >= first) & (which < first + rows))
             at = which[here] - first
             x = 2.0 * np.minimum(time[here] / duration[at], 1.0) - 1.0
@@ -187,6 +185,12 @@ class ResistedWay:
             turned = chebyshev.chebval(x, speed[:, at], tensor=False)
             rate[here] = sizes * turned / duration[at]
         return arc, rate
+
+    def _series(self, bend: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return dσ/dτ and σ − 1 as Chebyshev series in 2τ − 1, a column for each half swing."""
+        speed = chebyshev.chebint(self._at.series @ bend.T, lbnd=-1.0, scl=0.5)
+        way = chebyshev.chebint(speed, lbnd=-1.0, scl=0.5)
+        return np.asarray(speed, np.float64), np.asarray(way, np.float64)
 
     def _found(self, amplitude: FloatArray) -> _Swings:
         found = self._swings(amplitude)

@@ -70,18 +70,23 @@ class ForceTableCorrected(CorrectedCam):
         found = np.sqrt(2.0 * self.law.energy(lift) / self._stiffness)
         return np.asarray(np.minimum(found, self.range_rad))
 
+    @property
+    def _edge(self) -> float:
+        """Angle at which the table ends [rad]."""
+        return math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
+
     @cached_property
     def range_rad(self) -> float:
         """Angle at which the table ends, or t reaches the hole [rad]."""
-        edge = math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
+        edge = self._edge
         if math.isinf(self.distance):
             return edge
 
         def within(angle: float) -> bool:
-            return float(self._arm_at(np.array([angle]))[0]) <= self.distance
+            return float(self._arm(np.array([angle]))[0]) <= self.distance
 
         angles = np.linspace(0.0, edge, _PROBES)
-        beyond = np.flatnonzero(self._arm_at(angles) > self.distance)
+        beyond = np.flatnonzero(self._arm(angles) > self.distance)
         if not len(beyond):
             return edge
         return bisect(within, float(angles[beyond[0] - 1]), float(angles[beyond[0]]))[0]
@@ -95,9 +100,8 @@ class ForceTableCorrected(CorrectedCam):
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return what change would widen the range to an amplitude, as the end of a sentence."""
         del mass, period
-        edge = math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
-        if amplitude <= edge:
-            return farther(float(self._arm_at(np.linspace(0.0, amplitude, _PROBES)).max()))
+        if amplitude <= self._edge:
+            return farther(float(self._arm(np.linspace(0.0, amplitude, _PROBES)).max()))
         needed = 0.5 * self._stiffness * amplitude * amplitude
         return (
             f', or give trochlea.power.points up to a lift at which the force has done '
@@ -108,11 +112,8 @@ class ForceTableCorrected(CorrectedCam):
     def _lift(self, x: FloatArray) -> FloatArray:
         return self.law.lift_of_energy(0.5 * self._stiffness * x * x)
 
-    def _arm_at(self, x: FloatArray) -> FloatArray:
-        return np.asarray(self._stiffness * x / self.law.force(self._lift(x)))
-
     def _arm(self, x: FloatArray) -> FloatArray:
-        return self._arm_at(x)
+        return np.asarray(self._stiffness * x / self.law.force(self._lift(x)))
 
     def _rate(self, x: FloatArray) -> FloatArray:
         lift = self._lift(x)
