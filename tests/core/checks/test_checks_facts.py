@@ -23,9 +23,10 @@ from tauto_core.checks.facts import (
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import answers, modes
 from tauto_core.motion import propagator_name
-from tauto_core.scene import Scene
+from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.loader import parse_scene
+from tauto_core.scene.tables import data_path
 from tauto_core.scene.times import DAY_S
 
 ESCAPEMENT = {'kind': 'impulse', 'energy': 9e-5}
@@ -209,3 +210,13 @@ def test_as_many_slack_threads_are_expected_as_are_counted():
 )
 def test_no_slack_is_reckoned_where_no_weight_alone_is_heaved(power, ship):
     assert slack_thread(in_ripples(power, **ship)) is None
+
+
+def test_no_slack_is_reckoned_for_an_operator_without_heave(tmp_path):
+    head, *rows = data_path('shipped:supply_rao/supply_rao.csv').read_text('utf-8').split()
+    flat = [','.join([*row.split(',')[:4], '0', '0']) for row in rows]
+    operator = tmp_path / 'flat.csv'
+    operator.write_text('\n'.join([head, *flat]) + '\n', 'utf-8')
+    assert slack_thread(load_scene('buoy_44004_supply')) is not None
+    scene = load_scene('buoy_44004_supply', **{'ship.rao.path': str(operator)})
+    assert slack_thread(scene) is None

@@ -353,6 +353,8 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
         float(np.linalg.norm(each)) / math.sqrt(2.0)
         for each in (acceleration, acceleration * met.angular_frequency)
     )
+    if not sigma:  # an operator may have a heave of 0
+        return None
     per_s = of_jerk / (math.tau * sigma) * math.exp(-0.5 * (scene.g / sigma) ** 2)
     return {'acceleration_m_s2': sigma, 'times_a_day': per_s * DAY_S}
 
