@@ -83,12 +83,14 @@ bench: setup  ## the eight clocks of the comparison, messages per second, run ti
 	  > benchmarks/work_precision.json.new
 	mv benchmarks/work_precision.json.new benchmarks/work_precision.json
 
-# Euler's involute with a weight, and four other clocks, in one sea each. TRIAL="--sample 12" sails fewer.
-trial: $(LOGS) setup-dev  ## five clocks on the passages of a log-book, LOGS=file; it goes on where it was
+# Euler's involute with a weight, and four other clocks, in one sea each; then the page, docs/trial.md.
+# TRIAL="--sample 12" sails fewer. Of one that was ended early `docs/trial.py` alone makes the page.
+trial: $(LOGS) setup-dev  ## five clocks on the passages of a log-book, LOGS=file, and the page of it
 	mkdir -p bags/out
 	$(TAUTO) fleet esperance_to_the_cape --logs '$(LOGS)' --accuracy 1e-3 --jobs $(JOBS) \
 	  --compare clock_cheek_weight,clock_own_cam_weight,clock_second_cam_force,clock_own_cam_spring \
-	  --out bags/out/trial --plot bags/out/trial.svg $(TRIAL)
+	  --out bags/out/trial $(TRIAL)
+	.venv/bin/python docs/trial.py bags/out/trial --logs '$(LOGS)'
 
 $(LOGS):
 	@echo 'make trial: there is no log-book $@. Name one with LOGS=…; docs/theory/logbooks.md says where' \

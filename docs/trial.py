@@ -1,0 +1,278 @@
+"""Write the page of the trial at sea anew: python docs/trial.py bags/out/trial --logs FILE.
+
+The folder is that of `tauto fleet SCENE --logs FILE --out FOLDER`, which may have been ended
+early: what counts are the passages that were sailed. In `docs/trial.md` and `README.md` the text
+between `<!-- trial: NAME -->` and `<!-- end -->` is replaced, and the map `docs/img/trial.png`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from tauto_core.ensembles.answers import QUANTILES
+from tauto_core.ensembles.fleets import Store
+from tauto_core.ensembles.trial_answers import (
+    ClockAnswers,
+    Part,
+    Prize,
+    TrialAnswers,
+    answers_of,
+    size_nmi,
+)
+from tauto_core.ensembles.trials import Choice, Rules, Sailed, Trial, TriedClock, trial_schema
+from tauto_core.plots.tracks import draw_trial
+from tauto_core.scene.loader import read_mapping
+from tauto_core.ship.logbook import LoggedPassage, read_passages
+from tauto_core.wording import counted, figure
+
+DOCS = Path(__file__).parent
+PAGES = (DOCS / 'trial.md', DOCS.parent / 'README.md')
+PICTURE = DOCS / 'img' / 'trial.png'
+BLOCK = re.compile(r'(<!-- trial: (\w+) -->\n).*?(<!-- end -->)', re.DOTALL)
+
+CLOCKS = {
+    'esperance_to_the_cape': 'involute, weight',
+    'clock_cheek_weight': 'cheek, weight',
+    'clock_own_cam_weight': 'own cam, weight',
+    'clock_second_cam_force': 'second cam, force',
+    'clock_own_cam_spring': 'own cam, spring',
+}
+"""What the page calls the clocks of `make trial`; others have the names of their scenes."""
+
+SAID = {
+    'raw': 'dial alone',
+    'corrected': 'rated in harbour',
+    'sensed': 'with thermometer and IMU',
+}
+
+
+def read_trial(folder: Path, logs: str) -> tuple[Sailed, int]:
+    """Return what a folder holds of a trial, and how many passages of its log-book are judged.
+
+    Only passages that all clocks have sailed as logged count, and what was drawn anew of them.
+    """
+    file = folder / 'fleet.yaml'
+    identity = read_mapping(file.read_text('utf-8'), str(file))
+    store = Store(folder, identity, trial_schema)
+    with store.opened():
+        rows = store.rows
+    sensed = {row['clock'] for row in rows if row['sensed_error_nmi'] is not None}
+    clocks = tuple(
+        TriedClock(content['name'], content['name'], content, SHAKEN * (content['name'] in sensed))
+        for content in identity['clocks']
+    )
+    rules = Rules(clocks, **identity['rules'])
+    known = {each.name: each for each in read_passages(logs)}
+    logged = {row['passage'] for row in rows if row['drawn'] == 'log'}
+    sailed = tuple(each for name, each in known.items() if name in logged)
+    draws = [
+        max((row['draw'] for row in rows if row['drawn'] == kind), default=0) for kind in DRAWN
+    ]
+    judged = Choice().of(known.values(), logs)
+    return Sailed(Trial(logs, rules, sailed, *draws), rows), len(judged)
+
+
+SHAKEN = ('sensed',)
+"""Covariates of a clock whose rows have an error with sensors: which they are is not kept."""
+
+DRAWN = ('wind', 'hull')
+
+
+def blocks(sailed: Sailed, answers: TrialAnswers, of: int) -> dict[str, str]:
+    """Return the text of each block by its name."""
+    if not answers.judged:
+        raise SystemExit(
+            f'{answers.logs}: no passage of six weeks was sailed; there is no verdict'
+        )
+    return {
+        'sailed': _wrapped(_what_was_sailed(sailed, answers, of)),
+        'shares': _shares(answers) + '\n' + _wrapped(_verdict(answers)),
+        'map': (
+            f'![Tracks of {answers.passages} passages coloured by the error of the first clock, '
+            'rated in harbour, and the distribution of the errors of all](img/trial.png)\n'
+        ),
+        'parts': _parts(answers),
+        'passages': _by_passage(sailed, answers),
+        'answer': _wrapped(_short_answer(answers)),
+    }
+
+
+def renewed(text: str, made: dict[str, str]) -> str:
+    """Return a page with its blocks written anew."""
+    return BLOCK.sub(lambda found: f'{found[1]}\n{made[found[2]]}\n{found[3]}', text)
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False) + '\n'
+
+
+def _table(rows: Sequence[Sequence[str]]) -> str:
+    lines = [rows[0], ['---'] * len(rows[0]), *rows[1:]]
+    return ''.join(f'| {" | ".join(cells)} |\n' for cells in lines)
+
+
+def _called(clock: str) -> str:
+    return CLOCKS.get(clock, clock)
+
+
+def _what_was_sailed(sailed: Sailed, answers: TrialAnswers, of: int) -> str:
+    """Return what the figures rest on."""
+    trial, voyages = sailed.trial, answers.voyages
+    years = sorted(int(each['first_utc'][:4]) for each in voyages)
+    days = sorted({each['passage']: each['days'] for each in voyages}.values())
+    content = trial.rules.clocks[0].content
+    accuracy = (content.get('solver') or {}).get('accuracy')
+    hours = sum(row['run_s'] for row in sailed.rows) / 3600.0
+    said = (
+        f'**Sailed were {answers.passages} of the {of} passages**, {years[0]} to {years[-1]}, of '
+        f'{days[0]:.0f} to {days[-1]:.0f} days, with {counted(len(answers.clocks), "clock")} in '
+        f'one sea each, once as logged'
+    )
+    for draws, what in ((answers.wind_draws, 'wind'), (answers.hull_draws, 'hull')):
+        if draws:
+            said += f' and {counted(draws, "time")} with the {what} drawn anew'
+    if accuracy is not None:
+        said += f', to {accuracy:g} s a day'
+    read = sum(each.share(5) > 0.0 for each in trial.passages)
+    away = len({each['passage'] for each in voyages if each['ends']})
+    failed = sum(each['failure'] is not None for each in voyages)
+    stopped = sum(each['stopped_s'] is not None for each in voyages)
+    ended = f'{counted(failed, "voyage")} ended early, on {stopped} the clock stopped'
+    return (
+        f'{said}. That took {hours:.3g} hours of one processor. Of {len(voyages)} voyages as '
+        f'logged {ended if failed or stopped else "none ended early, and no clock stopped"}. On '
+        f'{counted(away, "passage")} the last entry lies more than 30 km from the coast: no '
+        'landfall is made there, and the error is that of a reckoning at sea. A thermometer was '
+        f'read on {read or "none"} of them.'
+    )
+
+
+def _shares(answers: TrialAnswers) -> str:
+    """Return the table of the shares within the limits of the Act."""
+    first = answers.clocks[0].ways['raw'].prizes
+    heads = ['clock', 'longitude', *(f'within {each.limit_nmi:g} miles' for each in first)]
+    heads.append(f'30 miles, local time ± {answers.local_time_s:g} s')
+    draws = (('wind', answers.wind_draws), ('hull', answers.hull_draws))
+    heads += [f'± {name}' for name, count in draws if count]
+    rows = [[*heads, 'median', '95 %']]
+    for clock in answers.clocks:
+        for way, found in clock.ways.items():
+            prizes = found.prizes
+            quantiles = found.quantiles_nmi or [None] * len(QUANTILES)
+            drawn = [getattr(prizes[0], name) for name, count in draws if count]
+            rows.append(
+                [
+                    _called(clock.clock),
+                    SAID[way],
+                    *(_share(each) for each in prizes),
+                    f'{100.0 * prizes[0].with_local_time:.0f} %',
+                    *('–' if each is None else f'± {100.0 * each:.2g} %' for each in drawn),
+                    figure(quantiles[QUANTILES.index(0.5)], 'nmi'),
+                    figure(quantiles[QUANTILES.index(0.95)], 'nmi'),
+                ]
+            )
+    return _table(rows)
+
+
+def _share(prize: Prize) -> str:
+    share, low, high = (round(100.0 * each) for each in (prize.share, prize.low, prize.high))
+    return f'{prize.passages}: {share} % ({low}–{high})'
+
+
+def _verdict(answers: TrialAnswers) -> str:
+    """Return how many passages each clock has within 30 miles, rated and with sensors."""
+
+    def listed(way: str) -> str:
+        found = [
+            f'{_called(each.clock)} {each.ways[way].prizes[0].passages}'
+            for each in answers.clocks
+            if way in each.ways
+        ]
+        return '; '.join(found)
+
+    return (
+        f'**Of {answers.judged} passages within the 30 miles of the largest prize, rated in '
+        f'harbour: {listed("corrected")}.** With thermometer and IMU: {listed("sensed")}.'
+    )
+
+
+def _short_answer(answers: TrialAnswers) -> str:
+    """Return the answer of the README."""
+
+    def within(clock: ClockAnswers) -> int:
+        return clock.ways['corrected'].prizes[0].passages
+
+    best = max(answers.clocks, key=within)
+    said = (
+        f'On {within(answers.clocks[0])} of {counted(answers.judged, "passage")} of real '
+        '[log-books](docs/trial.md) an involute under a weight, rated in harbour, ends within '
+        '30 miles'
+    )
+    if best is not answers.clocks[0]:
+        said += f', the best of {len(answers.clocks)} clocks on {within(best)}'
+    return f'{said}.'
+
+
+def _parts(answers: TrialAnswers) -> str:
+    """Return the passages within 30 miles, rated in harbour, by season and by ocean."""
+    heads = ['rated in harbour, within 30 miles', 'passages']
+    rows = [[*heads, *(_called(each.clock) for each in answers.clocks)]]
+    for kind in ('seasons', 'oceans'):
+        columns: list[list[Part]] = [
+            getattr(each.ways['corrected'], kind) for each in answers.clocks
+        ]
+        for parts in zip(*columns, strict=True):
+            cells = [f'{part.within[0]}, {figure(part.median_nmi, "nmi")}' for part in parts]
+            rows.append([parts[0].name, str(parts[0].passages), *cells])
+    return _table(rows)
+
+
+def _by_passage(sailed: Sailed, answers: TrialAnswers) -> str:
+    """Return the table of all passages: in a cell the error rated, then with sensors."""
+    voyages: dict[tuple[str, str], dict[str, Any]] = {
+        (each['passage'], each['clock']): each for each in answers.voyages
+    }
+    clocks = answers.clocks
+    rows = [['passage', 'from, to', 'days', *(_called(each.clock) for each in clocks)]]
+    for passage in sailed.trial.passages:
+        ends = ', '.join(_places(passage))
+        found = [voyages[passage.name, each.clock] for each in clocks]
+        cells = [', '.join(_errors(*each)) for each in zip(found, clocks, strict=True)]
+        rows.append([passage.name, ends, f'{passage.days:.0f}', *cells])
+    return _table(rows)
+
+
+def _errors(voyage: dict[str, Any], clock: ClockAnswers) -> Iterator[str]:
+    for way in ('corrected', 'sensed'):
+        if way in clock.ways:
+            size = size_nmi(voyage, way)
+            yield 'stopped' if size == float('inf') else figure(size, 'nmi')
+
+
+def _places(passage: LoggedPassage) -> Iterator[str]:
+    for entry in (passage.entries[0], passage.entries[-1]):
+        north, east = entry[1:3]
+        yield f'{abs(north):.0f}° {"NS"[north < 0]} {abs(east):.0f}° {"EW"[east < 0]}'
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Write the pages and the map."""
+    parser = argparse.ArgumentParser(description='Write the page of the trial at sea anew.')
+    parser.add_argument('folder', type=Path, help='folder of the trial')
+    parser.add_argument('--logs', required=True, help='its log-book')
+    asked = parser.parse_args(arguments)
+    sailed, judged = read_trial(asked.folder, asked.logs)
+    answers = answers_of(sailed)
+    made = blocks(sailed, answers, judged)
+    for page in PAGES:
+        page.write_text(renewed(page.read_text('utf-8'), made), 'utf-8')
+    draw_trial(sailed, answers, PICTURE)
+
+
+if __name__ == '__main__':
+    main()
