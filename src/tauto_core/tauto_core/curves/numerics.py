@@ -79,7 +79,22 @@ def logarithmic_mean(z: FloatArray) -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# Newton's method for many equations at once, each independent of the others.
+# Roots, of three kinds: one equation by Brent's method of SciPy; many equations at once by
+# Newton's method in brackets, for which SciPy has no function; the edge of a condition, which has
+# no value, by bisection. Within a step of a motion the kernels `locate` and `first_holds` of
+# `motion.events` do the first and the third.
+
+
+def root_of(function: Callable[[float], float], low: float, high: float, absolute: float) -> float:
+    """Return a root of a function with different signs at `low` and `high`, or 0 at one of them.
+
+    It is within `absolute` > 0 plus rounding of a place where the sign changes.
+    """
+    from scipy.optimize import brentq  # slow to import
+
+    rounding = 4.0 * np.finfo(float).eps  # the least that it takes
+    return float(brentq(function, low, high, xtol=absolute, rtol=rounding, maxiter=10_000))
+
 
 _STEPS = 100
 
@@ -114,10 +129,6 @@ def bracketed_newton(
         if np.all(settled):
             break
     return np.asarray(x)
-
-
-# -----------------------------------------------------------------------------
-# Finding the place where a condition ceases to hold, by bisection.
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:

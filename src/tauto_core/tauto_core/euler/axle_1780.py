@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import quad
 
+from tauto_core.curves.numerics import root_of
 from tauto_core.euler.claim import Claim, G
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
@@ -73,13 +74,12 @@ def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
 
 def time_to_rest(ratio: float) -> float:
     """Return when a body released in the shape θ : φ = c : ratio first comes to rest [s]."""
-    from scipy.optimize import brentq
 
     def rate(time_s: float) -> float:
         return float(linear_motion(E, np.array([C, ratio, 0.0, 0.0]) * 1e-3, time_s)[3])
 
     guess = math.pi * math.sqrt((E + ratio) / G)
-    return float(brentq(rate, 0.9 * guess, 1.1 * guess, xtol=1e-14))
+    return root_of(rate, 0.9 * guess, 1.1 * guess, 1e-14)
 
 
 def by_euler() -> FloatArray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 import numpy as np
 
-from tauto_core.curves.numerics import QuadratureError
+from tauto_core.curves.numerics import QuadratureError, root_of
 from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.machines.parts import DragKind, EscapementKind, InPlaceOfWheel, Regulator
 from tauto_core.machines.sections import (
@@ -302,9 +302,7 @@ def amplitude_of(machine: AnyMachine, energy: float) -> float:
 
     if recoil == 0.0 or above(free) <= 0.0:
         return free
-    from scipy.optimize import brentq  # slow to import
-
-    return float(brentq(above, 0.0, free, xtol=_SAME * free, rtol=_SAME))
+    return root_of(above, 0.0, free, _SAME * free)
 
 
 def nearest_period(machine: AnyMachine, amplitude: float) -> float:

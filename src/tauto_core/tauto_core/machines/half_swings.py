@@ -12,6 +12,7 @@ import numpy as np
 
 from tauto_core.curves.branches import Quarter
 from tauto_core.curves.fluid import DescentCurve
+from tauto_core.curves.numerics import root_of
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
@@ -133,8 +134,6 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
     """
     if float(curve.slope(0.0)) == pull:
         return 0.0
-    from scipy.optimize import brentq  # slow to import
-
     way = 1.0 if float(curve.slope(0.0)) < pull else -1.0
     edge = curve.descent_cusp if way > 0.0 else curve.ascent_cusp
     far = min(abs(edge), 1e-3 * curve.pendulum_length)
@@ -145,8 +144,7 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
                 'curve; give less'
             )
         far = min(2.0 * far, abs(edge))
-    found = brentq(lambda s: float(curve.slope(s)) - pull, 0.0, way * far, xtol=1e-300, rtol=1e-15)
-    return float(found)
+    return root_of(lambda s: float(curve.slope(s)) - pull, 0.0, way * far, 1e-300)
 
 
 class BothWays:

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.curves.numerics import QuadratureError, panel_nodes, running, unresolved
+from tauto_core.curves.numerics import QuadratureError, panel_nodes, root_of, running, unresolved
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import DragKind, EscapementKind
 from tauto_core.machines.threads.lever import LeverMachine
@@ -158,19 +158,12 @@ def _driven(
             f'the swing grows to the end of its range: at {top:.6g} rad the drag takes '
             f'{loss(top):.6g} J in a swing, the escapement gives {work:.6g} J'
         )
-    from scipy.optimize import brentq  # slow to import
 
     def missing(log_amplitude: float) -> float:
         return math.log(work / loss(math.exp(log_amplitude)))
 
     # the loss is roughly a power of the amplitude, so logarithms of both are used
-    ends = math.log(least), math.log(top)
-    log_amplitude, found = brentq(
-        missing, *ends, xtol=_SAME, rtol=_SAME, maxiter=100, full_output=True, disp=False
-    )
-    if not found.converged:
-        raise QuadratureError(f'no swing between {least:.6g} and {top:.6g} rad loses {work:.6g} J')
-    amplitude = math.exp(log_amplitude)
+    amplitude = math.exp(root_of(missing, math.log(least), math.log(top), _SAME))
     legs = _legs(machine, torques, escapement.angle, amplitude)
     if abs(start) > least:
         legs.append(
@@ -258,8 +251,6 @@ def _legs(
     # the turning point on the other side, at which V + R |θ| is the same
     far = machine.far_turning(amplitude)
     if torques.recoil:
-        from scipy.optimize import brentq  # slow to import
-
         height = float(machine.potential(amplitude)) + torques.recoil * amplitude
 
         def above(angle: float) -> float:
@@ -268,7 +259,7 @@ def _legs(
         # at these two angles V alone, or R |θ| alone, is the same
         far, high = sorted((far, -amplitude))
         if above(far) > 0.0:
-            far = float(brentq(above, far, high, xtol=_SAME, rtol=_SAME))
+            far = root_of(above, far, high, _SAME)
     return [
         _leg(machine, torques, far, angle, -1.0),
         _leg(machine, torques, amplitude, angle, 1.0),

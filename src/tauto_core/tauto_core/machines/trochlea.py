@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
-from tauto_core.curves.numerics import bracketed_newton, gauss_sums, integrate
+from tauto_core.curves.numerics import bracketed_newton, gauss_sums, integrate, root_of
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, Imbalance, PowerKind, Regulator
 from tauto_core.samples import FloatArray
@@ -241,10 +241,8 @@ class Machine:
         """ϑ at which the wheel would rest on land [rad]; 0 if it is balanced."""
         if self.imbalance is None:
             return 0.0
-        from scipy.optimize import brentq  # slow to import
-
         end = min(math.pi, 0.999 * self.cam.range_rad)
-        return float(brentq(lambda angle: float(self._slope(angle)), -end, end, xtol=1e-16))
+        return root_of(lambda angle: float(self._slope(np.asarray(angle))), -end, end, 1e-16)
 
     def lift_of_potential(self, potential: ArrayLike) -> FloatArray:
         """Return the lift h at which V = P h + κh²/2 + m g h, on land [m]."""
@@ -359,8 +357,6 @@ class Machine:
 
         CamRangeError: the swing goes beyond the cam there.
         """
-        from scipy.optimize import brentq  # slow to import
-
         rest, top = self.rest_angle, float(self.potential(amplitude))
         edge = math.copysign(self.cam.range_rad, rest - amplitude)
         far = rest - (amplitude - rest)
@@ -372,9 +368,7 @@ class Machine:
                 )
             far += 0.5 * (far - rest)
         far = float(np.clip(far, -abs(edge), abs(edge)))
-        return float(
-            brentq(lambda angle: float(self.potential(angle)) - top, rest, far, xtol=1e-15)
-        )
+        return root_of(lambda angle: float(self.potential(angle)) - top, rest, far, 1e-15)
 
     def raised(self, angle: ArrayLike) -> FloatArray:
         """Return V(ϑ) − V(rest) of an unbalanced wheel, on land [J], to its digits at rest too."""
@@ -425,15 +419,13 @@ class Machine:
         """Return ϑ ≥ 0 at which V is `potential` [J], at most the cam's range."""
         edge = self.cam.range_rad
         if self.imbalance is not None:
-            from scipy.optimize import brentq  # slow to import
-
             high, rest = min(edge, 1.0), max(self.rest_angle, 0.0)
             while high < edge and self.potential(high) < potential:
                 high = min(2.0 * high, edge)
             if self.potential(high) <= potential:
                 return high
-            return float(
-                brentq(lambda angle: float(self.potential(angle)) - potential, rest, high)
+            return root_of(
+                lambda angle: float(self.potential(angle)) - potential, rest, high, 2e-12
             )
         if math.isfinite(edge):
             potential = min(potential, float(self.potential(edge)))

@@ -17,6 +17,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from tauto_core.curves.numerics import root_of
 from tauto_core.machines.axle_clock import AxleClock
 from tauto_core.machines.axle_pendulum import (
     STILL,
@@ -282,12 +283,10 @@ class AxleMotion:
         before = 0.0
         for share, left in zip(_ENDS.tolist(), [*inside.tolist(), margin(1.0)], strict=True):
             if left < 0.0:
-                from scipy.optimize import brentq  # slow to import
-
                 low = before if before > 0.0 else 1e-9
                 if margin(low) <= 0.0:
                     return size * low
-                return size * float(brentq(margin, low, share, xtol=1e-15, rtol=1e-15))
+                return size * root_of(margin, low, share, 1e-15)
             before = share
         return None
 

@@ -236,6 +236,38 @@ def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -
 
 
 # -----------------------------------------------------------------------------
+# The place within a step from which a condition holds.
+
+HALVINGS = 60
+"""As many as leave no doubt in a double."""
+
+
+class WatchedCondition(Protocol):
+    """An object with a condition within a step: a NamedTuple with this method."""
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at the fraction xi of the step."""
+
+
+@compiled
+def first_holds(watch: WatchedCondition, probes: int) -> float:
+    """Return the first fraction of the step at which a condition holds; 2 if it holds nowhere.
+
+    It is looked at in so many equal parts, and found by bisection in the first at whose end it
+    holds.
+    """
+    for i in range(1, probes + 1):
+        b = i / probes
+        if watch.holds(b):
+            a = (i - 1) / probes
+            for _ in range(HALVINGS):
+                middle = 0.5 * (a + b)
+                a, b = (a, middle) if watch.holds(middle) else (middle, b)
+            return b
+    return 2.0
+
+
+# -----------------------------------------------------------------------------
 # The first event within a step, and when it happens.
 #
 # Most steps are decided by the state at their end, at the price of one instant. Only where more

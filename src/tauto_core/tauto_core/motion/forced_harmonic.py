@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.machines import Machine
 from tauto_core.motion.closed_forms import frequency
+from tauto_core.motion.events import first_holds
 from tauto_core.motion.forcing import (
     Forcing,
     Motion,
@@ -403,7 +404,7 @@ def _count_in_parts(
         else:
             now = after
         if math.hypot(now.angle, now.rate / well.omega0) > well.edge * NEARLY_EDGE:
-            at = _first_beyond(well, step, then, now)
+            at = first_holds(WatchEdge(well, step, then, now), EDGE_TRIALS)
             if at <= 1.0:
                 return (j + at) / parts
         _count_part(well, step, then, now, wheel)
@@ -442,18 +443,17 @@ def _returns(well: LinearWell, step: float, then: Angle, now: Angle) -> bool:
     return False
 
 
-@compiled
-def _first_beyond(well: LinearWell, step: float, then: Angle, now: Angle) -> float:
-    """Return the fraction of a part at which |θ| first exceeds the edge; 2 if it does not."""
-    for i in range(1, EDGE_TRIALS + 1):
-        if abs(_within(well, step, then, now, i / EDGE_TRIALS).angle) > well.edge:
-            a, b = (i - 1) / EDGE_TRIALS, i / EDGE_TRIALS
-            for _ in range(PART_HALVINGS):
-                middle = 0.5 * (a + b)
-                beyond = abs(_within(well, step, then, now, middle).angle) > well.edge
-                a, b = (a, middle) if beyond else (middle, b)
-            return b
-    return 2.0
+class WatchEdge(NamedTuple):
+    """The condition that |θ| exceeds the edge, within a part."""
+
+    well: LinearWell
+    step: float
+    then: Angle
+    now: Angle
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at a fraction of the part."""
+        return abs(_within(self.well, self.step, self.then, self.now, xi).angle) > self.well.edge
 
 
 @compiled

@@ -18,6 +18,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from tauto_core.kernels import compiled, inlined
+from tauto_core.motion.events import first_holds
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, load, store, width
 from tauto_core.motion.suspended_case import (
@@ -47,7 +48,6 @@ from tauto_core.motion.system import (
     state_type,
 )
 from tauto_core.motion.wells import term
-from tauto_core.motion.wheel import LOOSE_BISECTIONS
 from tauto_core.samples import FloatArray
 
 GIMBALS_NODES = 'sway', 'lift', 'roll_rate'
@@ -185,24 +185,30 @@ class GimbalsCase(_GimbalsNumbers, System):
     def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held case with the ship; return the fraction at which it breaks loose, or 1."""
         state, work = run.state, run.work
-        angle, friction = state.held_angle, term(self.law.friction, 1.0)
-        probes = 2 * width(work.fractions)
-        for i in range(1, probes + 1):
-            b = i / probes
-            at = outside_at(place.terms, place.begin + b * place.size, work)
-            if abs(holding(self.law, angle, at)) > friction:
-                a = (i - 1) / probes
-                for _ in range(LOOSE_BISECTIONS):
-                    middle = 0.5 * (a + b)
-                    at = outside_at(place.terms, place.begin + middle * place.size, work)
-                    loose = abs(holding(self.law, angle, at)) > friction
-                    a, b = (a, middle) if loose else (middle, b)
-                at = outside_at(place.terms, place.begin + b * place.size, work)
-                self.set_off(run.omega, angle, at, state)
-                return b
-        at = outside_at(place.terms, place.begin + place.size, work)
-        _rest_in_ship(run.omega, angle, at, state)
-        return 1.0
+        watch = WatchCase(self.law, state.held_angle, place, work)
+        loose = first_holds(watch, 2 * width(work.fractions))
+        xi = min(loose, 1.0)
+        at = outside_at(place.terms, place.begin + xi * place.size, work)
+        if loose <= 1.0:
+            self.set_off(run.omega, state.held_angle, at, state)
+        else:
+            _rest_in_ship(run.omega, state.held_angle, at, state)
+        return xi
+
+
+class WatchCase(NamedTuple):
+    """The condition that friction no longer holds the case at φ − ρ = angle."""
+
+    law: GimbalsLaw
+    angle: float
+    place: StepPlace
+    work: Work
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at a fraction of the step."""
+        place = self.place
+        at = outside_at(place.terms, place.begin + xi * place.size, self.work)
+        return abs(holding(self.law, self.angle, at)) > term(self.law.friction, 1.0)
 
 
 @compiled

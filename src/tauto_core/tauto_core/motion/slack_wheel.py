@@ -19,7 +19,7 @@ import math
 from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled
-from tauto_core.motion.events import is_due
+from tauto_core.motion.events import first_holds, is_due
 from tauto_core.motion.gauss_step import (
     PART_STEP,
     Omega,
@@ -49,7 +49,6 @@ from tauto_core.motion.system import (
 )
 from tauto_core.motion.wells import kick, lever_arm, pull_of, resistance, term, unbalanced
 from tauto_core.motion.wheel import (
-    LOOSE_BISECTIONS,
     Wheel,
     coordinate_and_momentum,
     row_or_zero,
@@ -255,17 +254,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
             run.tolerance.settled,
         )
         fill_integrals(omega, work)
-        reached = 1.0
-        for i in range(1, probes + 1):
-            b = i / probes
-            if _is_loose(self, run, place, b):
-                a = (i - 1) / probes
-                for _ in range(LOOSE_BISECTIONS):
-                    middle = 0.5 * (a + b)
-                    loose = _is_loose(self, run, place, middle)
-                    a, b = (a, middle) if loose else (middle, b)
-                reached = b
-                break
+        reached = min(first_holds(WatchHeld(self, run, place), probes), 1.0)
         at = outside_at(place.terms, place.begin + reached * place.size, work)
         if self.scale is not None:
             x, y = inside(omega, 1, h, reached, state.planes, work)
@@ -325,20 +314,27 @@ class HeldWheel(_HeldNumbers):
         store(work.d2, 0, omega[0] * load(work.x, 0))
 
 
-@compiled
-def _is_loose(free: FreeWheel, run: SteppedRun, place: StepPlace, xi: float) -> bool:
-    """Return whether at a fraction of the step friction no longer holds, or the thread is taut."""
-    state, work, angle = run.state, run.work, run.state.held_angle
-    at = outside_at(place.terms, place.begin + xi * place.size, work)
-    per_inertia = wheel_now(free.wheel, at).per_inertia
-    torque = _holding_torque(free, mode_of(state), angle, at)
-    lift = lever_arm(free.wheel.lever, 1.0, abs(angle - at.tilt.value)).lift
-    if free.scale is None:
-        gap = free.pull_rounding - pull_of(per_inertia, lift, at.gravity)
-    else:
-        height, _ = inside(run.omega, 1, place.size * place.length, xi, state.planes, work)
-        gap = height - free.scale * lift + rounding_of(angle, height)
-    return abs(torque) > term(per_inertia.coulomb, 1.0) or not gap > 0.0
+class WatchHeld(NamedTuple):
+    """The condition that friction no longer holds the wheel, or the thread is taut."""
+
+    free: FreeWheel
+    run: SteppedRun
+    place: StepPlace
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at a fraction of the step."""
+        free, run, place = self.free, self.run, self.place
+        state, work, angle = run.state, run.work, run.state.held_angle
+        at = outside_at(place.terms, place.begin + xi * place.size, work)
+        per_inertia = wheel_now(free.wheel, at).per_inertia
+        torque = _holding_torque(free, mode_of(state), angle, at)
+        lift = lever_arm(free.wheel.lever, 1.0, abs(angle - at.tilt.value)).lift
+        if free.scale is None:
+            gap = free.pull_rounding - pull_of(per_inertia, lift, at.gravity)
+        else:
+            height, _ = inside(run.omega, 1, place.size * place.length, xi, state.planes, work)
+            gap = height - free.scale * lift + rounding_of(angle, height)
+        return abs(torque) > term(per_inertia.coulomb, 1.0) or not gap > 0.0
 
 
 @compiled

@@ -15,7 +15,7 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import HeatFactors
 from tauto_core.motion import stepping
-from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to
+from tauto_core.motion.events import BEYOND, SPARE, first_holds, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
 from tauto_core.motion.gauss_step import Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
@@ -468,25 +468,17 @@ class Wheel(NamedTuple):
         constant.
         """
         state, work, felt = run.state, run.work, self.felt
-        angle, mode = state.held_angle, mode_of(state)
         steady = felt.line is None and felt.gravity is None and felt.heat is None
         probes = 1 if steady else 2 * width(work.fractions)
-        for i in range(1, probes + 1):
-            b = i / probes
-            at = outside_at(place.terms, place.begin + b * place.size, work)
-            if _is_loose(self, mode, angle, at):
-                a = (i - 1) / probes
-                for _ in range(LOOSE_BISECTIONS):
-                    middle = 0.5 * (a + b)
-                    at = outside_at(place.terms, place.begin + middle * place.size, work)
-                    loose = _is_loose(self, mode, angle, at)
-                    a, b = (a, middle) if loose else (middle, b)
-                at = outside_at(place.terms, place.begin + b * place.size, work)
-                set_off_or_hold(wheel_now(self, at), run.omega, angle, at, state)
-                return b
-        at = outside_at(place.terms, place.begin + place.size, work)
-        _place_at_rest(wheel_now(self, at), run.omega, angle, at, state)
-        return 1.0
+        watch = WatchFriction(self, mode_of(state), state.held_angle, place, work)
+        loose = first_holds(watch, probes)
+        xi = min(loose, 1.0)
+        at = outside_at(place.terms, place.begin + xi * place.size, work)
+        if loose <= 1.0:
+            set_off_or_hold(wheel_now(self, at), run.omega, state.held_angle, at, state)
+        else:
+            _place_at_rest(wheel_now(self, at), run.omega, state.held_angle, at, state)
+        return xi
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
@@ -613,18 +605,26 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
     return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
 
 
-@inlined
-def _is_loose(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> bool:
-    """Return whether friction no longer holds the wheel at θ = angle."""
-    now = wheel_now(wheel, at)
-    return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
-
-
 # -----------------------------------------------------------------------------
 # Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
 
-LOOSE_BISECTIONS = 60
-"""As many as leave no doubt in a double."""
+
+class WatchFriction(NamedTuple):
+    """The condition that friction no longer holds the wheel at θ = angle."""
+
+    wheel: Wheel
+    mode: Mode
+    angle: float
+    place: StepPlace
+    work: Work
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at a fraction of the step."""
+        place = self.place
+        at = outside_at(place.terms, place.begin + xi * place.size, self.work)
+        now = wheel_now(self.wheel, at)
+        torque = holding_torque(now, self.mode, self.angle, at)
+        return abs(torque) > term(now.per_inertia.coulomb, 1.0)
 
 
 @compiled

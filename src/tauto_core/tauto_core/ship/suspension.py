@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tauto_core.curves.numerics import root_of
 from tauto_core.kernels import entry
 from tauto_core.motion import smooth_tolerance
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
@@ -217,9 +218,7 @@ def _first_root(a: float, first: float, second: float, third: float) -> float | 
         extremes = [above / below for above, below in quotients if abs(above) < abs(below)]
     for place in (*sorted(root for root in extremes if root > 0.0), 1.0):
         if value(place) <= 0.0:
-            from scipy.optimize import brentq  # slow to import
-
-            return float(brentq(value, low, place))
+            return root_of(value, low, place, 2e-12)
         low = place
     return None
 
