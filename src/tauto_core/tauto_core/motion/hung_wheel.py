@@ -32,6 +32,7 @@ from tauto_core.motion.system import (
     TILT_RATE,
     Beyond,
     HotNumbers,
+    Instant,
     Mode,
     Outside,
     Plane,
@@ -59,6 +60,7 @@ from tauto_core.motion.wheel import (
     Collocation,
     FeltChannels,
     Wheel,
+    WithWheel,
     wheel_at_nodes,
     wheel_now,
 )
@@ -66,21 +68,6 @@ from tauto_core.scene.errors import PropagationError
 
 LONGEST_PHASE_RAD = 3.0
 """Longest step, as the angle by which the fastest plane turns [rad]."""
-
-
-class HungInstant(NamedTuple):
-    """The fields of `system.Instant`, and the derivatives of the planes for `drift`."""
-
-    angle: float
-    rate: float
-    bend: float
-    tension: float
-    margin: float
-    torque: float
-    coordinate: float
-    speed: float
-    acceleration: float
-    drift: tuple[Plane, ...]
 
 
 class CaseState(NamedTuple):
@@ -121,33 +108,8 @@ class _HungNumbers(NamedTuple):
     gravity: float
 
 
-class HungWheel(_HungNumbers, System):
+class HungWheel(_HungNumbers, WithWheel, System):
     """Wheel and case as `system.System`."""
-
-    @property
-    def impulse(self) -> float:
-        """Angle of the impulse [rad]."""
-        return self.wheel.impulse
-
-    @property
-    def pace(self) -> float:
-        """Frequency of the wheel's swing [rad/s]."""
-        return self.wheel.pace
-
-    @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.wheel.feels_impulse
-
-    @property
-    def recoils(self) -> bool:
-        """Whether a resting tooth pushes the wheel back."""
-        return self.wheel.recoils
-
-    @property
-    def turns_abruptly(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.wheel.turns_abruptly
 
     @property
     def kinked(self) -> bool:
@@ -222,9 +184,7 @@ class HungWheel(_HungNumbers, System):
         """Return θ = ϑ."""
         return planes[0].x
 
-    def instant(  # type: ignore[override]  # the driver takes what has the fields
-        self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
-    ) -> HungInstant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and case at an instant."""
         wheel, angle, w = wheel_now(self.wheel, at), planes[0].x, omega[0] * planes[0].y
         case = case_of(self, omega, planes)
@@ -246,7 +206,7 @@ class HungWheel(_HungNumbers, System):
         if isinstance(self.case, AxleNumbers):
             drift = (*drift, Plane(omega[2] * planes[2].y, bends.second))
         over = OVER - max(abs(case.theta), abs(case.phi - case.theta))
-        return HungInstant(
+        return Instant(
             angle=angle,
             rate=rate,
             bend=bend,
@@ -258,12 +218,6 @@ class HungWheel(_HungNumbers, System):
             acceleration=bend,
             drift=drift,
         )
-
-    def drift(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, at: Outside, now: HungInstant
-    ) -> tuple[Plane, ...]:
-        """Return the time derivatives of X and ωY of each plane."""
-        return now.drift
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle in a case that hangs at rest."""
@@ -283,8 +237,8 @@ class HungWheel(_HungNumbers, System):
         state.direction = -1 if now.bend < 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)
 
-    def strike(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, at: Outside, now: HungInstant, state: RunningState
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse part wheel and case: its energy is all that it adds to both."""
         per_inertia, planes = wheel_now(self.wheel, at).per_inertia, state.planes

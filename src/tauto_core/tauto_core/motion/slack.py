@@ -45,9 +45,7 @@ from tauto_core.motion.system import (
     ForcingPieces,
     HotNumbers,
     Instant,
-    Mode,
     Outside,
-    Plane,
     RunningState,
     SteppedRun,
     System,
@@ -82,24 +80,6 @@ def rounding_of(x: float, height: float) -> float:
     return ROUNDING * (1.0 + abs(x) + abs(height))
 
 
-class LooseInstant(NamedTuple):
-    """The fields of `system.Instant`, and the derivatives of the planes for `drift`.
-
-    `tension` is the gap in the thread: what it is longer than its way, in the unit of the planes.
-    """
-
-    angle: float
-    rate: float
-    bend: float
-    tension: float
-    margin: float
-    torque: float
-    coordinate: float
-    speed: float
-    acceleration: float
-    drift: tuple[Plane, ...]
-
-
 class Tautened(NamedTuple):
     """What the thread does as it tautens.
 
@@ -115,17 +95,15 @@ class Tautened(NamedTuple):
 
 
 class LooseSystem(System):
-    """A system whose thread is slack; those of all threads have a wheel that goes free."""
+    """A system whose thread is slack; those of all threads have a wheel that goes free.
+
+    `Instant.tension` is the gap in the thread: what it is longer than its way, in the unit of the
+    planes.
+    """
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return False: passages are followed on the polynomials."""
         return False
-
-    def drift(  # type: ignore[override]  # the driver takes what has the fields
-        self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant
-    ) -> tuple[Plane, ...]:
-        """Return the time derivatives of X and ωY of each plane."""
-        return now.drift
 
     def let_go(self, taut: Any, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
         """Set the planes of `free` to the motion of the taut system, which is `now`."""

@@ -37,7 +37,7 @@ from tauto_core.motion.lanes import (
     with_lane,
 )
 from tauto_core.motion.lever import LeverNodes, SullyLever, lever_now, lever_on_arc
-from tauto_core.motion.slack import LooseInstant, LooseSystem, Tautened, rounding_of
+from tauto_core.motion.slack import LooseSystem, Tautened, rounding_of
 from tauto_core.motion.system import (
     Beyond,
     Instant,
@@ -55,6 +55,7 @@ from tauto_core.motion.threads import (
     Hanging,
     OnWheel,
     ThreadNodes,
+    WithThread,
     drag_on_wheel,
     hot_on_wheel,
     thread_now,
@@ -65,36 +66,11 @@ SETTLED, MOST_ITERATIONS = 1e-15, 40
 """Change of an angle at which Newton's method ends, and most of its iterations."""
 
 
-class LooseOnWheel(LooseSystem):
+class LooseOnWheel(WithThread, LooseSystem):
     """What a free wheel shares that had one of these threads."""
 
-    @property
-    def on_wheel(self) -> OnWheel:
-        """What acts on the wheel."""
-        raise NotImplementedError
-
-    @property
-    def impulse(self) -> float:
-        """Angle of the impulse [rad]."""
-        return self.on_wheel.impulse
-
-    @property
-    def recoils(self) -> bool:
-        """Whether a resting tooth pushes the wheel back."""
-        return self.on_wheel.recoil is not None
-
-    @property
-    def pace(self) -> float:
-        """Frequency of the swing with a taut thread [rad/s]."""
-        return self.on_wheel.pace
-
-    @property
-    def turns_abruptly(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.on_wheel.law is not None or self.on_wheel.quadratic > 0.0
-
-    def strike(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant, state: RunningState
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum of the wheel alone: ½ I θ̇² grows by its energy."""
         on_wheel, plane = self.on_wheel, state.planes[0]
@@ -197,9 +173,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         """Return θ = ψ − α."""
         return planes[0].x - (at.drive.value - at.tilt.value)
 
-    def instant(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
-    ) -> LooseInstant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and weight at an instant."""
         line, tilt, thread = at.drive, at.tilt, thread_now(self.thread, at)
         psi, psi_rate, length = planes[0].x, omega[0] * planes[0].y, thread.length
@@ -219,7 +193,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         reach_rate = along_rate + thread.radius * u * delta_rate
         delta_bend = turn_bend - thread.radius * psi_bend - delta_rate * along_rate
         delta_bend = (delta_bend - reach_rate * delta_rate) / hangs.reach
-        return LooseInstant(
+        return Instant(
             angle=psi - (line.value - tilt.value),
             rate=rate,
             bend=psi_bend - (line.bend - tilt.bend),
@@ -389,9 +363,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         """Return θ."""
         return planes[0].x
 
-    def instant(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
-    ) -> LooseInstant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and lever at an instant."""
         tilt, lever, theta = at.tilt, lever_now(self.lever, at), planes[0].x
         alpha_rate, alpha_bend = at.drive.rate - tilt.rate, at.drive.bend - tilt.bend
@@ -401,7 +373,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         bend, speed = psi_bend - alpha_bend, rate / held.n
         fall = lever.kappa * at.gravity * math.cos(height / lever.root_j - tilt.value)
         height_rate = omega[1] * planes[1].y - lever.root_j * alpha_rate
-        return LooseInstant(
+        return Instant(
             angle=theta,
             rate=rate,
             bend=bend,

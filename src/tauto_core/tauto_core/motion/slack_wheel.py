@@ -30,7 +30,7 @@ from tauto_core.motion.gauss_step import (
     inside,
 )
 from tauto_core.motion.lanes import Lanes, larger, largest, load, store, width
-from tauto_core.motion.slack import ROUNDING, LooseInstant, LooseSystem, Tautened, rounding_of
+from tauto_core.motion.slack import ROUNDING, LooseSystem, Tautened, rounding_of
 from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
@@ -50,6 +50,7 @@ from tauto_core.motion.system import (
 from tauto_core.motion.wells import kick, lever_arm, pull_of, resistance, term, unbalanced
 from tauto_core.motion.wheel import (
     Wheel,
+    WithWheel,
     coordinate_and_momentum,
     row_or_zero,
     wheel_at_nodes,
@@ -72,33 +73,8 @@ class _FreeNumbers(NamedTuple):
     scale: float | None
 
 
-class FreeWheel(_FreeNumbers, LooseSystem):
+class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     """Wheel and weight: X = ϑ and ωY = ψ̇ of the one, X = scale·η and ωY = scale·η̇ of the other."""
-
-    @property
-    def impulse(self) -> float:
-        """Angle of the impulse [rad]."""
-        return self.wheel.impulse
-
-    @property
-    def pace(self) -> float:
-        """Frequency of the swing with a taut thread [rad/s]."""
-        return self.wheel.pace
-
-    @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.wheel.feels_impulse
-
-    @property
-    def recoils(self) -> bool:
-        """Whether a resting tooth pushes the wheel back."""
-        return self.wheel.recoils
-
-    @property
-    def turns_abruptly(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.wheel.turns_abruptly
 
     @property
     def sticks(self) -> bool:
@@ -169,9 +145,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
         """Return θ = ϑ + τ."""
         return planes[0].x + at.tilt.value
 
-    def instant(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside
-    ) -> LooseInstant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return wheel and weight at an instant."""
         wheel, line, tilt = wheel_now(self.wheel, at), at.drive, at.tilt
         per_inertia, q, w = wheel.per_inertia, planes[0].x, omega[0] * planes[0].y
@@ -191,7 +165,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
             fall = pull_of(per_inertia, planes[1].x / self.scale, at.gravity)
             fall = fall * (self.scale / per_inertia.carried)
             drift = (*drift, Plane(omega[1] * planes[1].y, -fall))
-        return LooseInstant(
+        return Instant(
             angle=q + tilt.value,
             rate=rate,
             bend=acceleration + tilt.bend,
@@ -204,8 +178,8 @@ class FreeWheel(_FreeNumbers, LooseSystem):
             drift=drift,
         )
 
-    def strike(  # type: ignore[override]
-        self, mode: Mode, omega: Omega, at: Outside, now: LooseInstant, state: RunningState
+    def strike(
+        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum of the wheel alone."""
         impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]

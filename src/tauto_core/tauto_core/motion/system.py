@@ -345,6 +345,8 @@ class Instant(NamedTuple):
         coordinate, speed, acceleration: the quantity whose upward passages of zero are counted as
             turns of the phase, and its first two time derivatives: ϑ of the wheel, s of the lever,
             u of the swinging thread, φ of a suspended case.
+        drift: the time derivatives of X and ωY of each plane, where `System.drift` takes them
+            from here.
     """
 
     angle: float
@@ -356,6 +358,7 @@ class Instant(NamedTuple):
     coordinate: float
     speed: float
     acceleration: float
+    drift: tuple[Plane, ...] = ()
 
 
 class Beyond(NamedTuple):
@@ -543,7 +546,7 @@ class System(Protocol):
 
     def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
         """Return the time derivatives of X and ωY of each plane, in the place of X and Y."""
-        raise TypeError('nothing happens to this system on its way')
+        return now.drift
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ alone."""

@@ -84,11 +84,8 @@ class OnWheel(NamedTuple):
     growth: float | None = None
 
 
-class ThreadSystem(System):
-    """A wheel on a real thread, as `System`.
-
-    Absent drag is zero, not None, so that machines with and without it share their kernels.
-    """
+class WithThread:
+    """What a system has of a wheel that hangs on a real thread."""
 
     @property
     def on_wheel(self) -> OnWheel:
@@ -107,13 +104,20 @@ class ThreadSystem(System):
 
     @property
     def pace(self) -> float:
-        """Frequency of the swing [rad/s]."""
+        """Frequency of the swing with a taut thread [rad/s]."""
         return self.on_wheel.pace
 
     @property
     def turns_abruptly(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return self.on_wheel.law is not None or self.on_wheel.quadratic > 0.0
+
+
+class ThreadSystem(WithThread, System):
+    """A wheel on a real thread, as `System`.
+
+    Absent drag is zero, not None, so that machines with and without it share their kernels.
+    """
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""

@@ -605,6 +605,37 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
     return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
 
 
+class WithWheel:
+    """What a system has of the wheel that is part of it."""
+
+    wheel: Wheel
+
+    @property
+    def impulse(self) -> float:
+        """Angle of the impulse [rad]."""
+        return self.wheel.impulse
+
+    @property
+    def pace(self) -> float:
+        """Frequency of the wheel's swing with a taut thread [rad/s]."""
+        return self.wheel.pace
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.wheel.feels_impulse
+
+    @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.wheel.recoils
+
+    @property
+    def turns_abruptly(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.wheel.turns_abruptly
+
+
 # -----------------------------------------------------------------------------
 # Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
 
