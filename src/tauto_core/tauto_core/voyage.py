@@ -56,6 +56,7 @@ from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoE
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:
@@ -210,9 +211,16 @@ class Pipeline:
         return counters
 
 
-def pipeline(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> Pipeline:
-    """Return the stages of a scene: trochlea, drift, longitude; a built machine is used."""
-    trochlea = TrochleaStage(scene, machine=machine)
+def pipeline(
+    scene: Scene,
+    machine: AnyMachine | InPlaceOfWheel | None = None,
+    buffers: SharedBuffers | None = None,
+) -> Pipeline:
+    """Return the stages of a scene: trochlea, drift, longitude; a built machine is used.
+
+    `buffers` are those of several clocks in one sea, see `TrochleaStage`.
+    """
+    trochlea = TrochleaStage(scene, machine=machine, buffers=buffers)
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
 
 

@@ -12,7 +12,10 @@ from tauto_core.ensembles.comparison import on_passage_of
 from tauto_core.ensembles.fleets import FIGURES
 from tauto_core.ensembles.trials import (
     Choice,
+    Rules,
     Sailing,
+    TriedClock,
+    clocks_beside,
     make_trial,
     ocean_of_passage,
     regulated_s,
@@ -26,6 +29,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT, SceneError, UsageError
 from tauto_core.ship.logbook import read_passages
+from tauto_core.ship.sampling import rate_for
 from tests.trial_examples import CLOCK, LOG, OTHER, clock, write_log
 
 ALL = Choice(days=(0.0, math.inf))
@@ -70,6 +74,44 @@ def test_a_row_is_the_voyage_of_its_clock_alone(trial, alone):
         noons = np.searchsorted(report.time_s, [43200.0, 129600.0, 216000.0])
         assert row['noon_error_nmi'] == report.longitude_error_nmi[noons].tolist()
         assert row['noon_raw_error_nmi'] == report.raw_longitude_error_nmi[noons].tolist()
+
+
+def planned(folder, names, **more):
+    """Return rules for clocks on the ship of esperance_to_the_cape, and passages."""
+    first = load_scene('esperance_to_the_cape', **{'log.interval': 600.0})
+    scenes = [('first', first), *clocks_beside(first, 'first', names)]
+    priors = {name: {'value': -1.0, 'sigma': 0.1} for name in ('heave', 'roll', 'gravity')}
+    clocks = tuple(
+        TriedClock(origin, scene.name, trials._content(scene, origin), tuple(priors), priors)
+        for origin, scene in scenes
+    )
+    return Rules(clocks, first.seed, 0.1, **more), read_passages(write_log(folder))
+
+
+def test_clocks_that_feel_the_sea_alike_have_the_bits_of_one_alone(tmp_path):
+    """Forcing and integrals of the covariates are computed once for two of three clocks."""
+    names = ('clock_cheek_weight', 'clock_own_cam_spring')
+    rules, passages = planned(tmp_path, names, longest_s=57600.0)
+    sailing = Sailing(0, next(iter(passages)))
+    together = lasting(sail_passage(rules, sailing, lambda _: None))
+    assert all(row['sensed_error_nmi'] is not None for row in together)
+    for place, each in enumerate(rules.clocks):
+        (row,) = sail_passage(replace(rules, clocks=(each,)), sailing, lambda _: None)
+        assert lasting([{**row, 'ship': place}]) == [together[place]]
+
+
+def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
+    """Against 16 Hz; fewer samples do than if all pieces were like the first one."""
+    rules, passages = planned(tmp_path, (), longest_s=2.0 * 86400.0)
+    for _, passage in zip(range(2), passages, strict=False):
+        scenes = [
+            rules.scene(rules.clocks[0], Sailing(0, passage), rate_hz=hz)[0] for hz in (None, 16.0)
+        ]
+        asked, ship = scenes[0].accuracy, scenes[0].ship
+        of_all = rate_for(scenes[0], ship, asked, forgets=True, case_hz=None)
+        assert ship.rate < of_all < 16.0
+        error_s = [voyage.sail(scene).clock_error_s for scene in scenes]
+        assert np.max(np.abs(error_s[0] - error_s[1])) <= asked
 
 
 def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):

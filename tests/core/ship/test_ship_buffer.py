@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from tauto_core.samples import take
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.buffer import MotionBuffer, samples_a_piece
+from tauto_core.ship.buffer import MotionBuffer, SharedBuffers, samples_a_piece
 from tauto_core.ship.imu import attitude, imu_samples
 from tauto_core.ship.kernels import LEAST_UPWARD
 
@@ -299,3 +299,32 @@ def test_pieces_span_what_logs_and_steps_divide(interval, longest_s, wanted):
     assert samples_a_piece(changed, steps_in) == wanted
     if longest_s == math.inf:
         assert samples_a_piece(changed) == wanted
+
+
+def test_buffers_of_clocks_in_one_sea_have_the_forcing_of_one_alone():
+    """Whoever comes first computes it; a clock that comes late would have the wrong one."""
+    times, shared, alone = np.arange(0, 400 * STEP, STEP), SharedBuffers(), buffer()
+    wanted = {
+        'apparent_vertical': True,
+        'apparent_gravity': True,
+        'still': False,
+        'step_ns': STEP,
+        'max_gap_s': 1.0,
+        'stride': 4,
+    }
+    first, second = (shared.buffer('same', **wanted) for _ in range(2))
+    other = shared.buffer('same', **{**wanted, 'stride': 2})
+    for part in np.split(times, [100, 150, 390]):
+        order = (first, second) if part[0] else (second, first)
+        for each in (alone, *order, other):
+            each.add(motion(part), 0)
+        forced = [each.forcing(LOG, None, final=False) for each in (alone, *order)]
+        for found in forced[1:]:
+            assert np.array_equal(found.end_ns, forced[0].end_ns)
+            assert np.array_equal(found.neutral, forced[0].neutral)
+            assert np.array_equal(found.gravity, forced[0].gravity)
+        assert len(other.forcing(LOG, None, final=False).end_ns) > len(forced[0].end_ns)
+    first.forcing(LOG, None, final=False)
+    first.forcing(LOG, None, final=False)
+    with pytest.raises(RuntimeError, match='behind'):
+        second.forcing(LOG, None, final=False)

@@ -15,18 +15,31 @@ from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.buffer import SamplePieces, polynomials
-from tauto_core.ship.sampling import MAX_STRIDE, RATES_HZ, ROUNDING, _remainder
+from tauto_core.ship.sampling import (
+    FORCE_BEFORE,
+    MAX_STRIDE,
+    RATES_HZ,
+    ROLL_BEFORE,
+    ROUNDING,
+    _remainder,
+)
 
 ASKED = (1e-9, 1e-6, 1e-3, 1e-1)
 
 
+@pytest.mark.parametrize('inside', [False, True])
 @pytest.mark.parametrize('slopes', [False, True])
 @pytest.mark.parametrize('stride', [2, 3, MAX_STRIDE])
-def test_the_remainder_is_that_of_the_polynomials_of_the_first_piece(stride, slopes):
-    """Of a wave of any phase the largest error is that of e^{iΩt}; both windows begin there."""
+def test_the_remainder_is_that_of_the_polynomials_of_a_piece(stride, slopes, inside):
+    """Of a wave of any phase the largest error is that of e^{iΩt}.
+
+    The first window begins at its piece, another has samples on either side.
+    """
     h_s, omega = 0.25, 2.0
-    stamps = np.arange(stride + 9) * round(h_s * 1e9)
-    pieces = SamplePieces(np.zeros(1, np.int64), np.full(1, stride), np.zeros(1, np.bool_))
+    before = (ROLL_BEFORE if slopes else FORCE_BEFORE) * inside
+    stamps = (np.arange(stride + 9) - before) * round(h_s * 1e9)
+    begin = np.full(1, before)
+    pieces = SamplePieces(begin, begin + stride, np.full(1, inside))
     x = (np.arange(2 * stride) + 0.5) / (2 * stride)
     wrong = np.zeros(2 * stride, np.complex128)
     for part, phase in ((1.0, 0.0), (1j, -0.5 * np.pi)):
@@ -35,7 +48,7 @@ def test_the_remainder_is_that_of_the_polynomials_of_the_first_piece(stride, slo
         row = polynomials(stamps, np.cos(angle), rates, pieces, stride=stride, offset=0)[0]
         exact = np.cos(omega * h_s * stride * x + phase)
         wrong += part * (np.polynomial.polynomial.polyval(x, row) - exact)
-    found = _remainder(stride, np.array([omega * h_s]), slopes=slopes)[0]
+    found = _remainder(stride, np.array([omega * h_s]), slopes=slopes, inside=inside)[0]
     # windows on one side magnify rounding some thousandfold
     assert np.max(np.abs(wrong)) == pytest.approx(found, rel=1e-3, abs=1e-12)
 

@@ -225,8 +225,10 @@ class Built(NamedTuple):
     motion: ShipMotion
 
 
-def check_scene(scene: Scene) -> Built:
+def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
     """Check how the parts of a scene fit together, before anything is started or overwritten.
+
+    `motion` is that of the ship, if it has been built.
 
     It is a SceneError if the machine or its suspension cannot be built, the impulse lies beyond
     the range of the wheel, the release and the ship's motion at the start put the cam angle beyond
@@ -242,11 +244,11 @@ def check_scene(scene: Scene) -> Built:
 
         if isinstance(machine, FluidPendulum):
             _check_swing(scene, machine)
-        return Built(machine, ShipMotion(scene))
+        return Built(machine, motion or ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
     _check_drag(scene, machine)
     felt_parts(scene)
-    motion = ShipMotion(scene)
+    motion = motion or ShipMotion(scene)
     _check_start(scene, machine, motion)
     _check_motion(scene, machine)
     return Built(machine, motion)

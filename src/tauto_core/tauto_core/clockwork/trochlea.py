@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -40,7 +40,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
-from tauto_core.ship.buffer import MotionBuffer, felt_step_ns, samples_a_piece
+from tauto_core.ship.buffer import MotionBuffer, SharedBuffers, felt_step_ns, samples_a_piece
 from tauto_core.ship.imu import message, parted, screen
 from tauto_core.wording import significant
 
@@ -140,6 +140,7 @@ class TrochleaStage:
         anchor: 'scene': the first stamp must be `starts_at`, and the run ends with the scene.
             'first': time starts at the first stamp, and the run has no end.
         machine: the regulator of the scene, if it has been built already.
+        buffers: those of the clocks that are fed in the same sea in turn, if there are others.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -152,6 +153,7 @@ class TrochleaStage:
         scene: Scene,
         anchor: Literal['scene', 'first'] = 'scene',
         machine: AnyMachine | InPlaceOfWheel | None = None,
+        buffers: SharedBuffers | None = None,
     ) -> None:
         self._scene = scene
         self._anchor = anchor
@@ -177,18 +179,24 @@ class TrochleaStage:
                 scene, scene.suspension, max_gap_s=max_gap_s, stride=stride, smooth=smooth
             )
         else:
-            self._buffer = MotionBuffer(
-                apparent_vertical=self._machine.follows_apparent_vertical,
-                apparent_gravity=self._machine.feels_gravity,
-                plane='ship' if scene.trochlea is None else scene.trochlea.thread_plane,
-                still=self._still,
-                step_ns=felt_step_ns(scene),
-                max_gap_s=max_gap_s,
-                stride=stride,
-                smooth=smooth,
-                by_samples=self._propagator.name == 'forced_harmonic',
-                unbalanced=getattr(self._machine, 'imbalance', None) is not None,
-            )
+            settings: dict[str, Any] = {
+                'apparent_vertical': self._machine.follows_apparent_vertical,
+                'apparent_gravity': self._machine.feels_gravity,
+                'plane': 'ship' if scene.trochlea is None else scene.trochlea.thread_plane,
+                'still': self._still,
+                'step_ns': felt_step_ns(scene),
+                'max_gap_s': max_gap_s,
+                'stride': stride,
+                'smooth': smooth,
+                'by_samples': self._propagator.name == 'forced_harmonic',
+                'unbalanced': getattr(self._machine, 'imbalance', None) is not None,
+            }
+            if buffers is None or scene.suspension is not None:
+                self._buffer = MotionBuffer(**settings)
+            else:
+                waits = self._warmth is not None and self._warmth.varies
+                logged = scene.log_interval_ns, scene.duration_ns, anchor
+                self._buffer = buffers.buffer((waits, *logged), **settings)
             if scene.suspension is not None:
                 from tauto_core.ship.suspension import Suspension
 

@@ -16,7 +16,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machin
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
-from tauto_core.navigation.regressors import SHAKEN_BY
+from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary
 from tauto_core.samples import (
     LONGITUDE_ERROR,
@@ -60,11 +60,15 @@ from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry
 from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship import ShipMotion
 from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.hull import SHAPES
+from tauto_core.ship.imu import Sensed, kept, message
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 from tauto_core.ship.oceans import OCEANS, ocean_of
 from tauto_core.ship.passage import Passage
+from tauto_core.ship.sampling import rate_under_way
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -230,6 +234,9 @@ def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[st
 # -----------------------------------------------------------------------------
 # The plan of a trial.
 
+ANY_RATE_HZ = 10.0
+"""A `ship.rate` of scenes whose own is not known yet [Hz]."""
+
 
 @dataclass(frozen=True)
 class TriedClock:
@@ -293,7 +300,8 @@ class Rules:
     ) -> tuple[Scene, dict[str, Any]]:
         """Return the scene of a clock on a passage, and the values that were drawn for its hull.
 
-        `rate_hz` is a `ship.rate` in place of that which follows from `solver.accuracy`.
+        `rate_hz` is a `ship.rate` in place of that which follows from `solver.accuracy`: for fixed
+        clocks with an escapement that of `rate_under_way`.
         """
         passage, hull = sailing.passage, dict[str, Any]()
         if sailing.drawn == 'wind':
@@ -305,8 +313,10 @@ class Rules:
         )
         if self.longest_s is not None:
             content['duration'] = self.longest_s
-        if rate_hz is not None:
-            content['ship']['rate'] = rate_hz
+        goes = content.get('escapement') is not None and content.get('suspension') is None
+        follows = goes and rate_hz is None and 'rate' not in content['ship']
+        if rate_hz is not None or follows:
+            content['ship']['rate'] = rate_hz or ANY_RATE_HZ
         if sailing.drawn == 'hull':
             random = np.random.default_rng(self._stream(passage, 2, sailing.draw))
             hull = drawn_hull(content, random)
@@ -323,6 +333,10 @@ class Rules:
             raise SceneError(
                 clock.origin, place, first.value, first.problem, first.remedy, further=further
             ) from None
+        if follows and scene.accuracy is not None:
+            rate_hz = rate_under_way(scene, scene.ship, scene.accuracy)
+            ship = scene.ship.model_copy(update={'rate': rate_hz})
+            scene = scene.model_copy(update={'ship': ship})
         return scene, hull
 
     def _stream(self, passage: LoggedPassage, *which: int) -> np.random.SeedSequence:
@@ -418,7 +432,7 @@ class Trial:
         for number, passage in enumerate(self.passages):
             for clock in self.rules.clocks:
                 # the rate that an accuracy needs takes a hundred times as long as all the rest
-                scene, _ = self.rules.scene(clock, Sailing(number, passage), rate_hz=10.0)
+                scene, _ = self.rules.scene(clock, Sailing(number, passage), rate_hz=ANY_RATE_HZ)
                 assert scene.voyage is not None
                 with naming(self.logs, f'passage {passage.name}'):
                     Passage(scene, scene.voyage)
@@ -565,24 +579,49 @@ def regulated_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     return machine.small_period
 
 
+class _Sea:
+    """The sea of a passage, and what several clocks feel of it alike."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.motion = ShipMotion(scene)
+        self.buffers = SharedBuffers()
+        self._integrals: dict[tuple[object, ...], SharedIntegrals] = {}
+
+    def integrals(self, scene: Scene) -> SharedIntegrals:
+        """Return the source of the integrals of a scene's covariates."""
+        key = SharedIntegrals.key(scene)
+        if key not in self._integrals:
+            self._integrals[key] = SharedIntegrals(scene)
+        return self._integrals[key]
+
+    def pass_on(self, batches: Batches) -> Batches:
+        """Return the next batches of the ship, for all clocks to read."""
+        imu = kept(cast(Sensed, batches[SHIP_IMU]))
+        said = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
+        for each in self._integrals.values():
+            each.take(said)
+        return {**batches, SHIP_IMU: imu}
+
+
 class _Afloat:
     """A clock under way, with its two navigators."""
 
-    def __init__(self, clock: TriedClock, scene: Scene) -> None:
-        machine, _ = check_scene(scene)
+    def __init__(self, clock: TriedClock, scene: Scene, sea: _Sea) -> None:
+        machine, _ = check_scene(scene, sea.motion)
         dial = scene.clock.model_copy(update={'nominal_period': regulated_s(scene, machine)})
         self.scene = scene.model_copy(update={'clock': dial})
         self.clock, self.run_s = clock, 0.0
         self.failure: str | None = None
         self._stages, self._summary = (
-            voyage.pipeline(self.scene, machine),
+            voyage.pipeline(self.scene, machine, sea.buffers),
             Summary(self.scene, machine),
         )
         self._tally = LongitudeTally()
         self._sensed: voyage.Pipeline | None = None
         if clock.covariates:
             rated = _with_covariates(self.scene, clock.covariates, clock.priors)
-            self._sensed = voyage.Pipeline([DriftStage(rated), LongitudeStage(rated)])
+            drift = DriftStage(rated, motion=sea.integrals(rated))
+            self._sensed = voyage.Pipeline([drift, LongitudeStage(rated)])
         voyage_log = self.scene.voyage and self.scene.voyage.log
         assert voyage_log
         noons = [self.scene.starts_at_ns + round(NS_PER_S * at) for at in voyage_log.at]
@@ -657,22 +696,34 @@ def sail_passage(
     cannot be sailed is a SceneError.
     """
     began = time.thread_time()
-    built = [rules.scene(clock, sailing) for clock in rules.clocks]
-    rate = max(scene.ship.rate for scene, _ in built)
-    afloat = []
-    for clock, (scene, _) in zip(rules.clocks, built, strict=True):
-        rated = scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})})
-        with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
-            afloat.append(_Afloat(clock, rated))
+    built: list[tuple[Scene, dict[str, Any]]] = []
+    rates_hz: dict[str, float] = {}
+    for clock in rules.clocks:
+        # clocks of the same kind on the same ship need the same rate
+        kind = repr([clock.content.get(key) for key in ('ship', 'solver', 'log', 'suspension')])
+        kind += str('escapement' in clock.content)
+        scene, hull = rules.scene(clock, sailing, rate_hz=rates_hz.get(kind))
+        rates_hz[kind] = scene.ship.rate
+        built.append((scene, hull))
+    rate = max(rates_hz.values())
+    rated = [
+        scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})})
+        for scene, _ in built
+    ]
     # a hung case needs samples farther beyond the end
-    widest = max((each.scene for each in afloat), key=lambda scene: scene.samples_beyond_end)
-    as_messages = len(afloat) > 1 or any(clock.covariates for clock in rules.clocks)
-    source = voyage.ShipSource(widest, says_scene=False, as_messages=as_messages)
-    chunk = voyage.CHUNK if as_messages else voyage.QUIET_CHUNK
+    place = max(range(len(rated)), key=lambda k: rated[k].samples_beyond_end)
+    widest, afloat = rated[place], []
+    with naming(rules.clocks[place].origin, f'passage {sailing.passage.name}'):
+        sea = _Sea(widest)
+    for clock, scene in zip(rules.clocks, rated, strict=True):
+        with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
+            afloat.append(_Afloat(clock, scene, sea))
+    source = voyage.ShipSource(widest, sea.motion, says_scene=False, as_messages=False)
+    chunk = voyage.CHUNK
     if any(each.scene.suspension for each in afloat):
         chunk = voyage.HUNG_CHUNK
     while source.produced < source.total:
-        batches = source.produce(chunk)
+        batches = sea.pass_on(source.produce(chunk))
         for each in afloat:
             each.feed(batches)
         progress(source.produced / source.total)

@@ -564,6 +564,78 @@ def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
     return AllRegressors(covariates, sources) if others else only
 
 
+class SharedIntegrals:
+    """Gives the integrals at the logged instants to several clocks in one sea, computed once.
+
+    It is fed by who has the sea, before the clocks are: `take`.
+
+    Args:
+        scene: of any of the clocks, which must have the same covariates and threads that lean
+            alike, in the same air.
+    """
+
+    inputs: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+
+    def __init__(self, scene: Scene) -> None:
+        self._source = regressors(scene, live=False)
+        self._next_ns, self._every_ns = scene.starts_at_ns, scene.log_interval_ns
+        self._stamp: IntArray = np.empty(0, np.int64)
+        self._integral = np.empty((0, len(scene.drift.covariates or ())))
+
+    @staticmethod
+    def key(scene: Scene) -> tuple[object, ...]:
+        """Return what clocks in one sea must have in common."""
+        trochlea = scene.trochlea
+        leans = None if trochlea is None else (trochlea.thread_plane, trochlea.thread)
+        return scene.drift.covariates, scene.g, repr(leans), repr(scene.air)
+
+    def take(self, batches: Mapping[str, Samples]) -> None:
+        """Take the next samples of the ship."""
+        self._source.feed(batches)
+        new = np.arange(self._next_ns, self._source.reached_ns + 1, self._every_ns)
+        if len(new):
+            self._next_ns = int(new[-1]) + self._every_ns
+            self._stamp = np.concatenate((self._stamp, new))
+            self._integral = np.concatenate((self._integral, self._source.at(new)))
+
+    @property
+    def reached_ns(self) -> int:
+        """The last logged instant that the ship has reached; BEFORE_ALL if none."""
+        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
+
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Ignore the samples of a clock."""
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at logged instants that have been reached [s], (n, c)."""
+        place = np.searchsorted(self._stamp, stamp_ns)
+        if len(place) and not (
+            place[-1] < len(self._stamp) and np.array_equal(self._stamp[place], stamp_ns)
+        ):
+            raise ValueError('stamps that are not logged, or not reached yet')
+        return np.asarray(self._integral[place], np.float64)
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {
+            'source': self._source.state(),
+            'next_ns': self._next_ns,
+            'stamp': self._stamp.copy(),
+            'integral': self._integral.copy(),
+        }
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._source.restore(state['source'])
+        self._next_ns = state['next_ns']
+        self._stamp, self._integral = state['stamp'], state['integral']
+
+    def health(self) -> dict[str, int]:
+        """Return the counters of the source."""
+        return self._source.health()
+
+
 class RecordedIntegrals:
     """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
 

@@ -561,6 +561,65 @@ class MotionBuffer:
         self.bridged, self.crowded = state['bridged'], state['crowded']
 
 
+class SharedBuffers:
+    """Buffers of clocks in one sea, which are fed in turn: what is the same is computed once.
+
+    Clocks whose buffers have the same settings, and that take their samples in the same parts,
+    get the same forcing.
+    """
+
+    def __init__(self) -> None:
+        self._known: dict[tuple[object, ...], _Shared] = {}
+
+    def buffer(self, parts: object, **settings: Any) -> MotionBuffer:
+        """Return the buffer of one more clock; `parts` says on what its parts depend."""
+        key = parts, *sorted(settings.items())
+        if key not in self._known:
+            self._known[key] = _Shared(MotionBuffer(**settings))
+        return _InCommon(self._known[key], **settings)
+
+
+@dataclass
+class _Shared:
+    """The buffer of all clocks with the same settings, and what it has said last."""
+
+    buffer: MotionBuffer
+    last_ns: int = -1
+    turns: int = 0
+    said: Forcing | None = None
+
+
+class _InCommon(MotionBuffer):
+    """The buffer of one of the clocks."""
+
+    def __init__(self, shared: _Shared, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._shared, self._turn = shared, 0
+
+    def add(self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, origin_ns: int) -> None:
+        """Take screened samples, unless another clock has brought them."""
+        shared = self._shared
+        if int(imu.stamp_ns[-1]) > shared.last_ns:
+            shared.buffer.add(imu, origin_ns)
+            shared.last_ns = int(imu.stamp_ns[-1])
+            self.bridged, self.crowded = shared.buffer.bridged, shared.buffer.crowded
+
+    def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
+        """Return the forcing over the pieces that are complete, as another clock has had it."""
+        shared = self._shared
+        self._turn += 1
+        if self._turn > shared.turns:
+            shared.said, shared.turns = None, self._turn
+            shared.said = shared.buffer.forcing(log_ns, end_ns, final=final)
+        if self._turn < shared.turns:
+            raise RuntimeError('a clock is fed behind the others in its sea')
+        return shared.said
+
+    def state(self) -> State:
+        """Refuse: what clocks share is not saved with one of them."""
+        raise TypeError('the buffer of clocks in one sea is not saved')
+
+
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:
     """Return pieces cut at logged instants and at the end, and the piece of each span."""
     until = np.minimum(stops, end_ns)

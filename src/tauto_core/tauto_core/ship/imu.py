@@ -308,6 +308,16 @@ def message(imu: ImuSamples | PlanarImu | SpatialImu) -> ImuSamples:
 Sensed: TypeAlias = ImuSamples | PlanarImu | SpatialImu
 
 
+def kept(imu: Sensed) -> Sensed:
+    """Return the same samples, whose readings are computed once however many clocks ask."""
+    if isinstance(imu, ImuSamples):
+        return imu
+    if isinstance(imu, PlanarImu):
+        return replace(imu, accelerations=cache(imu.accelerations))
+    whole = cache(lambda: imu.samples(True, True))
+    return SpatialImu(imu.stamp_ns, lambda *_: whole())
+
+
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
     """Return the samples before a row, and those from it on.
 

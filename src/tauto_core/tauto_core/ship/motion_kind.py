@@ -223,6 +223,11 @@ class ShipKind(Kind):
         """
         return (WorstSea('the only sea', None, self, scene.duration),)
 
+    def seas_at_start(self, scene: Surroundings) -> tuple[ShipKind, ...]:
+        """Return the ship in each sea that it may meet first; their channels are harmonics."""
+        del scene
+        return (self,)
+
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
         """Yield the numbers of the ship that nobody knows well, and how far they may lie off."""
         del scene

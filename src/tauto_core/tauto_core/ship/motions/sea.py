@@ -318,6 +318,16 @@ class SeaShip(ShipKind):
             for state in [steepest[number] if number == fastest else tallest[number]]
         )
 
+    def seas_at_start(self, scene: Surroundings) -> tuple[ShipKind, ...]:
+        """Return the ship in each sea between which the weather turns at the start."""
+        if self.weather is None:
+            return super().seas_at_start(scene)
+        states = self.states(scene)
+        after = next((k for k, state in enumerate(states) if state.at_ns > 0), len(states))
+        around = states[max(after - 1, 0) : after + 1]
+        seas = [sea for state in around for sea in state.alone if sea.sea is not None]
+        return tuple(self.in_state(sea) for sea in seas)
+
     def _abruptness(self, scene: Surroundings, state: WeatherState) -> float:
         """Return the size of the derivative of order `MET_ORDER` of the motion in a state."""
         if state.sea is None:
