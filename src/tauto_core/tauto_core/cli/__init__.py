@@ -1,4 +1,4 @@
-"""`tauto …`: the command line. What a command needs is imported when it runs."""
+"""`tauto …`: the command line. Modules are imported when a command that needs them runs."""
 
 import signal
 

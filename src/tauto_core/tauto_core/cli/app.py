@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 class Registered(Mapping[str, Any]):
     """Commands and groups by name, each built when it is first asked for.
 
-    Those count, too, that the decorators of `register` register later.
+    Commands that the decorators of `register` add later are included.
     """
 
     def __init__(self, register: typer.Typer) -> None:
@@ -70,7 +70,7 @@ class Registered(Mapping[str, Any]):
         return len(self._known())
 
     def _known(self) -> dict[str, CommandInfo | TyperInfo]:
-        """Return what is registered, commands first."""
+        """Return the names of all commands and groups, commands first."""
         named = {
             each.name or get_command_name(each.callback.__name__): each
             for each in self._register.registered_commands
@@ -93,12 +93,12 @@ ROS_COMMANDS = {
 }
 REMEDY = (
     "On x86-64 Linux `make sail` installs it, or pip install -e 'src/tauto_nodes[ros]'; on a "
-    'machine with ROS 2 Jazzy see the README. `tauto sail` needs no ROS.'
+    'machine with ROS 2 Jazzy see docs/howto/jazzy.md. `tauto sail` needs no ROS.'
 )
 
 
 class MissingCommandError(TautoError):
-    """A command whose distribution, or what it needs, is not installed."""
+    """The distribution of a command, or a library that it needs, is not installed."""
 
 
 def run_of_ros(ctx: typer.Context) -> None:
@@ -127,11 +127,11 @@ def run_of_ros(ctx: typer.Context) -> None:
 
 
 commands = typer.Typer()
-"""With which the commands are registered."""
+"""The Typer app that holds the commands."""
 
 
 class Commands(TyperGroup):
-    """All commands, with one handling of errors, and one `--quiet`."""
+    """All commands; they share the handling of errors and the option `--quiet`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, 'commands': Registered(commands)})
@@ -211,7 +211,9 @@ def run() -> None:
     prepare_streams()
     say_warnings()
     send_lost_again()
-    gc.set_threshold(100_000)  # imports make much and leave nothing to collect
+    gc.set_threshold(
+        100_000
+    )  # imports make many objects and no garbage, so collecting during them only costs time
     try:
         app()
     except OSError as error:
@@ -224,7 +226,7 @@ def run() -> None:
 
 
 def _tell(words: str, error: BaseException) -> None:
-    """Print on stderr what went wrong, with the notes of the error."""
+    """Print an error on stderr, with its notes."""
     for line in (words, *getattr(error, '__notes__', ())):
         typer.echo(f'tauto: {line}', err=True)
 

@@ -105,11 +105,11 @@ def axle(
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
-    """Give the motion of a body on a cylindrical axle.
+    """Compute the motion of a body on a cylindrical axle.
 
     The axle lies in a hollow, on a plane or on a convex support, or the body stands on the rockers
-    of a cradle. The motion is exact from any start, until the axle lifts off. Without friction, as
-    Euler has it, there are two modes; an axle that rolls has one (§40).
+    of a cradle. The motion is exact from any start, until the axle lifts off. Without friction,
+    Euler's case, there are two modes; an axle that rolls has one (§40).
     """
     from pydantic import ValidationError
 
@@ -181,7 +181,7 @@ def axle(
 def body_lengths(clock: AxleClock) -> dict[str, float | None]:
     """Return the lengths and periods of small swings, and the shapes of the modes.
 
-    Names end in the unit. Of an axle that rolls there is one length; a drift has none.
+    Names end in the unit. An axle that rolls has one length; a mode that drifts has none.
     """
     if clock.contact != 'smooth':
         length = clock.lengths[0]

@@ -1,4 +1,4 @@
-"""`tauto cam`, `design`, `isochronism`, `euler`: the curve, its design, and what Euler claims."""
+"""`tauto cam`, `design`, `isochronism`, `euler`: the curve, its design, and Euler's claims."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# `tauto cam`: the curve of a scene, to look at and to cut.
+# `tauto cam`: the curve of a scene, to draw and to cut.
 
 
 def cam(
@@ -68,7 +68,7 @@ def cam(
     ] = 0.0,
     settings: Settings = None,
 ) -> None:
-    """Give the curve of a cam, to look at and to cut.
+    """Print, draw or write the curve of a cam.
 
     The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
     a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
@@ -173,10 +173,10 @@ def design(
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
-    """Find what is left out of a design of a wheel and its cam.
+    """Find the missing number in the design of a wheel and its cam.
 
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
-    A disc counts as two numbers, weight and radius, one of which may be what is left out.
+    A disc counts as two numbers, weight and radius, one of which may be the missing one.
     """
     from tauto_core.machines import design as rules
 
@@ -228,12 +228,12 @@ def isochronism(
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Give period and rate against amplitude, on land.
+    """Print period and rate against amplitude, on land.
 
     Drag and escapement are left out, so that the swings are free.
 
-    Of a body in a fluid also the time of the descent; the amplitude is the arc of the release,
-    and the period the time to the other side and back from where it gets to.
+    A body in a fluid also has a time of descent. Its amplitude is the arc of the release, and its
+    period is the time to the turning point on the other side and back.
     """
     from tauto_core.machines import free_swings
     from tauto_core.scene import load_scene
@@ -273,14 +273,14 @@ def euler(
     site: Annotated[
         Path | None,
         typer.Option(
-            metavar='DIR', help='Write a page to play with for each paper, DIR/*.html, instead.'
+            metavar='DIR', help='Write an interactive page for each paper, DIR/*.html, instead.'
         ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check what Euler's papers claim against what is computed.
+    """Check the claims of Euler's papers by computation.
 
-    Exit code 1 if a claim that should hold does not, or the other way round.
+    Exit code 1 if a claim that should hold fails, or one that should fail holds.
     """
     from tauto_core.euler.page import all_claims, summary
 

@@ -1,4 +1,4 @@
-"""`tauto hull`: the coefficients of a hull, and what she makes of a sea."""
+"""`tauto hull`: the coefficients of a hull, her motion in waves, and its cost to a clock."""
 
 from __future__ import annotations
 
@@ -77,8 +77,8 @@ def hull(
     """Find how a hull moves in waves, and its cost to a clock.
 
     The cost is given by heading and place. Boundary elements solve for the water about her
-    (capytaine, the extra `hull`); a shape that comes with Tauto needs none. --length beside
-    --shape scales it. --plot draws her operators: all six motions by the period of the waves.
+    (capytaine, the extra `hull`); a built-in shape needs no extra. --length beside --shape scales
+    it. --plot draws her operators: all six motions by the period of the waves.
     """
     from tauto_core.files import check_place, check_plot
     from tauto_core.ship import hull as hulls
@@ -121,7 +121,7 @@ def hull(
 def _coefficients(
     shape: str | None, mesh: Path | None, sizes: dict[str, Size], speed: float, roll: Size
 ) -> HullCoefficients:
-    """Return the coefficients of the hull that is asked for, in one of three ways."""
+    """Return the coefficients of a hull given by shape, by mesh, or by its dimensions."""
     import numpy as np
 
     from tauto_core.ship import hull as hulls

@@ -57,8 +57,8 @@ def logbook(
 ) -> None:
     """List the passages of a log-book, or write a scene of one.
 
-    It says what is doubtful, and --plot draws the tracks on a map. A passage that cannot be sailed
-    is told by row, with the reason.
+    Doubtful entries are listed, and --plot draws the tracks on a map. A passage that cannot be
+    sailed is named with its row and the reason.
     """
     from tauto_core.files import check_plot
     from tauto_core.scene.tables import missing_file
@@ -103,7 +103,7 @@ def logbook(
 
 
 def _facts(passage: LoggedPassage) -> dict[str, Any]:
-    """Return what is told of a passage."""
+    """Return the JSON of a passage: names with units, missing values as None."""
     problems = [f'{each.key}: {each.problem}' for each in passage.problems()]
     sound = not problems
     return {
@@ -143,7 +143,7 @@ def _ashore(passage: LoggedPassage) -> list[str]:
 def _write(
     file: str, name: str, scene: str, harbour_days: float, winds: str | None, out: str | None
 ) -> None:
-    """Write or print the scene of a passage; what is wrong with it is refused before."""
+    """Write or print the scene of a passage, after it has been checked."""
     from tauto_core.files import check_place, write_whole
     from tauto_core.scene.errors import SceneError
     from tauto_core.scene.loader import load_scene, parse_scene, scene_yaml, write_mapping

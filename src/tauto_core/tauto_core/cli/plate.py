@@ -80,14 +80,15 @@ def plate(
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make the cam a plate that one can cut and print.
+    """Turn the cam into a plate to cut or to print.
 
     Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
-    thread, a bore and two pin holes. Lengths that are left out go by the distance of the cusp from
-    the axle. Printed are its sizes and its cost in s/day at several amplitudes, on land.
+    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
+    the cusp to the axle. The command prints the sizes of the plate and its cost in s/day at
+    several amplitudes, on land.
 
-    --step and --stl need the extra `cad`. The rim of the wheel is such that all three solids have
-    the moment of inertia of the scene, in brass.
+    --step and --stl need the extra `cad`. The rim of the wheel is chosen so that all three solids
+    together, in brass, have the moment of inertia of the scene.
     """
     from tauto_core.files import check_place
     from tauto_core.plots import plate as plates

@@ -1,4 +1,4 @@
-"""`tauto scenes`, `tauto scene …`: those built in, what one would run, one to start from."""
+"""`tauto scenes`, `tauto scene …`: list the built-in scenes, check a scene, write a new one."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tauto_core.scene.errors import naming
 
 
 def shipped_summary(name: str) -> str:
-    """Return the description of a shipped scene: its first comment, up to the colon."""
+    """Return the description of a built-in scene: its first comment, up to the colon."""
     text = (files('tauto_core.scene') / 'shipped' / f'{name}.yaml').read_text(encoding='utf-8')
     lines = []
     for line in text.splitlines():
@@ -36,7 +36,7 @@ def shipped_summary(name: str) -> str:
 
 
 def scenes(as_json: AsJson = False) -> None:
-    """List the scenes that ship with Tauto, for `tauto sail NAME`."""
+    """List the built-in scenes, for `tauto sail NAME`."""
     from tauto_core.scene import shipped_scenes
 
     found = {name: shipped_summary(name) for name in shipped_scenes()}
@@ -54,9 +54,9 @@ def check(
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a scene without sailing it, and say what would run.
+    """Check a scene without sailing it: propagator, cost, accuracy, omissions.
 
-    Machines and ships beyond all that are known are warned of, where commands that sail refuse
+    Machines and ships beyond all that are known cause a warning here; commands that sail refuse
     them without --anyway.
     """
     from tauto_core.scene import load_scene
@@ -80,7 +80,7 @@ KindChoice = Annotated[str | None, typer.Option(metavar='KIND')]
 
 
 class NewCommand(TyperCommand):
-    """`tauto scene new`: its help names the kinds that are found when it is asked for."""
+    """`tauto scene new`: its help lists the kinds found when the help is printed."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help, with the kinds of each section."""
@@ -113,8 +113,8 @@ def new(
 ) -> None:
     """Write a scene that sails, with the unit and meaning of every key.
 
-    Kinds that are not asked for are chosen to go with those that are; with none asked for it is
-    Euler's involute under a weight, in a wind sea.
+    Kinds that are not named are chosen to fit those that are. Without any, the scene is Euler's
+    involute under a weight, in a wind sea.
     """
     from tauto_core.scene.reference import write_scene
 
@@ -127,7 +127,7 @@ def new(
 
 
 def schema() -> None:
-    """Print the JSON schema with which editors check scenes."""
+    """Print the JSON schema by which editors check scenes."""
     from tauto_core.scene.reference import FILE
 
     typer.echo(FILE.read_text(encoding='utf-8'), nl=False)

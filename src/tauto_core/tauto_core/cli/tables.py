@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 
 class WholeTable(Table):
-    """A table in which columns with `no_wrap` stay as wide as what they hold.
+    """A table in which columns with `no_wrap` stay as wide as their content.
 
     Other columns wrap between words, or within those too long if their overflow is `fold`. Where
     that is not enough, the table is wider than the terminal, which breaks its lines.
@@ -115,7 +115,7 @@ def sea_words(sea: Facts) -> str:
 
 
 def replay_tables(result: Mapping[str, Any]) -> RenderableType:
-    """Return the tables of a replay: the voyage, and the further ones that were asked for."""
+    """Return the tables of a replay: the voyage and, if requested, hindsight and stability."""
     tables = [voyage_table(result)]
     if smoothed := result.get('smoothed'):
         tables.append(_hindsight(smoothed))
@@ -231,7 +231,7 @@ def _range(values: Sequence[float | None], decimals: int) -> str:
 
 
 # -----------------------------------------------------------------------------
-# The facts of `tauto scene check`: what would run, and how far wrong it may be.
+# The facts of `tauto scene check`: the propagator, its cost and a bound of its error.
 
 
 def facts_table(facts: dict[str, Any]) -> RenderableType:
@@ -247,7 +247,7 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     for row in _scene_rows(facts):
         table.add_row(*row)
     table.add_section()
-    # how it is computed, how long that takes, and how far wrong it may be
+    # propagator, run time, bound of the error
     expected = facts['expected']
     table.add_row('propagator', f'{facts["propagator"]}: {facts["reason"]}')
     if expected['steps_a_swing'] is not None:
@@ -286,7 +286,7 @@ def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _thread_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield how good a model an ideal thread is, and how often a weight's goes slack."""
+    """Yield how well an ideal thread models the real one, and how often a weight's goes slack."""
     if hanging := facts['thread']:
         low, high = hanging['fair_lengths_m']
         until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
@@ -309,7 +309,7 @@ def _thread_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield what sails: the ship, her sea and her way, and the clock."""
+    """Yield the rows of the ship, her sea, her route and the clock."""
     yield 'duration', span(facts['duration_s'])
     step, interval = facts['motion_step_s'], facts['log_interval_s']
     yield 'ship', f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s'
@@ -378,7 +378,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _left_out_words(row: Facts) -> str:
-    """Return something that is left out as a sentence, after the key that brings it in."""
+    """Return an omitted effect as a sentence, after the key that includes it."""
     why = row['why'] if row['worth'] is None else f'{row["why"][:-1]} ({row["worth"]}).'
     return f'{row["key"] or row["what"]}: {why}'
 
@@ -524,11 +524,11 @@ def _case(row: Row) -> str:
 
 
 # -----------------------------------------------------------------------------
-# The budget of a rate: its causes, what is open, what small changes are worth.
+# The budget of a rate: its causes, its uncertainty, and the effect of small changes.
 
 
 def budget_rows(facts: Facts) -> list[tuple[str, str, str, str]]:
-    """Return cause, rate, miles and where it was found of each row of a budget, as text."""
+    """Return cause, rate, miles and method of each row of a budget, as text."""
     said = []
     for row in (*facts['rows'], facts['sum'], facts['interaction'], facts['whole']):
         side = 'east' if row['east_nmi'] > 0.0 else 'west'

@@ -62,7 +62,7 @@ Plots: TypeAlias = Annotated[
 ]
 Anyway: TypeAlias = Annotated[
     bool,
-    typer.Option('--anyway', help='Sail machines and ships beyond all that are known, too.'),
+    typer.Option('--anyway', help='Sail even machines and ships larger than any known.'),
 ]
 Duration: TypeAlias = Annotated[
     float | None,
@@ -73,7 +73,7 @@ Accuracy: TypeAlias = Annotated[
     typer.Option(
         metavar='S',
         parser=measured('s'),
-        help="Error of the reading that a day of the run may make [s], in place of the scene's "
+        help="Largest error of the reading for a day of the run [s]; replaces the scene's "
         'solver.accuracy, solver.tolerance and ship.rate.',
     ),
 ]
@@ -91,12 +91,12 @@ Settings: TypeAlias = Annotated[
 def given_values(
     settings: list[str] | None, duration: float | None = None, accuracy: float | None = None
 ) -> dict[str, Any]:
-    """Return what --set, --duration and --accuracy change in a scene, by the paths of the keys.
+    """Return the values that --set, --duration and --accuracy change, by the paths of the keys.
 
     `ABSENT` stands for null, which removes a key.
 
     Raises:
-        UsageError: no KEY=VALUE, a value that is no YAML or empty, or a key that comes twice.
+        UsageError: no KEY=VALUE, a value that is not YAML or is empty, or a key given twice.
     """
     from tauto_core.scene.loader import read_mapping
 
@@ -145,7 +145,7 @@ _OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll'}
 
 
 def option(argument: Argument) -> str:
-    """Return an argument as one writes it on the command line."""
+    """Return an argument as it is written on the command line."""
     plain = argument.name.removesuffix('_mm').replace('_', '-')
     name = _OPTIONS.get(argument.name, f'--{plain}')
     if argument.value is None or argument.value is True:
@@ -154,7 +154,7 @@ def option(argument: Argument) -> str:
 
 
 # -----------------------------------------------------------------------------
-# Messages of the commands besides their result: on stderr, and none with --quiet.
+# Messages of the commands besides their result. They go to stderr; --quiet suppresses them.
 
 _state = {'quiet': False}
 
@@ -193,7 +193,7 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
 
 
 def say_once(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
-    """Print warnings about the input on stderr, except those that were printed already."""
+    """Print warnings about the input on stderr, except those already printed."""
     for warning in warnings:
         if warning not in said:
             say(warning)
@@ -236,7 +236,7 @@ def print_rich(*parts: RenderableType, err: bool = False) -> None:
 
 
 # -----------------------------------------------------------------------------
-# Standard output and error, be they closed, full, or of another encoding than UTF-8.
+# Standard output and error that may be closed, full, or of another encoding than UTF-8.
 
 _PLAIN = {'−': '-', '–': '-', '—': '-', '…': '...', '√': 'sqrt', '≤': '<=', '≥': '>=', '→': '->'}
 _GREEK = 'GREEK SMALL LETTER '
@@ -269,10 +269,10 @@ def open_closed_streams() -> None:
 
 
 def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Return what stands for a character that an encoding lacks, and the place after it.
+    """Return the replacement of a character that an encoding lacks, and the place after it.
 
-    A minus must stay one. Python has lone surrogates for bytes of a file's name that are no text;
-    they are printed as they are, as other programs do.
+    A minus becomes a hyphen, so that signs are kept. Python represents bytes of a file's name that
+    are not text by lone surrogates; they are printed as these bytes, as other programs do.
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error
@@ -293,7 +293,7 @@ _AGAIN_S = 0.05
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM came during a run."""
+    """SIGTERM was received during a run."""
 
 
 @contextmanager
@@ -313,8 +313,8 @@ def ended_by_sigterm() -> Iterator[None]:
 def send_lost_again() -> None:
     """Send SIGINT or SIGTERM again where Python has lost its exception.
 
-    An exception in a callback, such as that which frees the lock of an import, is reported and
-    forgotten: Ctrl-C would do nothing.
+    An exception in a callback, such as the one that frees the lock of an import, is reported and
+    dropped: Ctrl-C would have no effect.
     """
     report = sys.unraisablehook
 

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Asked:
-    """What the options of the command ask for; None: nothing.
+    """The values of the command's options; None where an option was not given.
 
     Attributes:
         logs: file of the log-book.
-        compare: names of further clocks, with commas between; `clocks`: the shipped ones.
+        compare: names of further clocks, with commas between; `clocks`: the built-in ones.
         days, years: from the least to the largest, as `42..`, `..100` or `1770..1790`.
         port, ocean, sample: as `trials.Choice` has them.
         harbour_days: days of rating before the first entry.
@@ -52,7 +52,7 @@ class Asked:
 
 
 def between(option: str, text: str, example: str) -> tuple[float, float]:
-    """Return the ends of a range `A..B`, either of which may be missing; a UsageError else."""
+    """Return the ends of a range `A..B`, either of which may be missing; else a UsageError."""
     least, dots, most = text.partition('..')
     try:
         low = float(least) if least else -math.inf
@@ -79,7 +79,7 @@ def sail_logs(
     anyway: bool,
     as_json: bool,
 ) -> None:
-    """Sail a scene's clock, and others, along the passages of a log-book; print what it says."""
+    """Sail a scene's clock, and others, along the passages of a log-book; print the result."""
     from tauto_core.ensembles.trial_answers import answers_of, check_local_time
     from tauto_core.ensembles.trials import (
         Choice,
@@ -216,7 +216,7 @@ def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
 
 
 def _remarks(answers: TrialAnswers) -> Iterator[str]:
-    """Yield what ended early, and what ships in company say."""
+    """Yield the voyages that ended early, and the differences of ships in company."""
     for clock in answers.clocks:
         if clock.stopped:
             yield f'{clock.clock}: stopped on {counted(clock.stopped, "passage")}'

@@ -1,4 +1,4 @@
-"""Commands that sail voyages, or read the bags of voyages that were sailed.
+"""Commands that sail voyages, or read their bags.
 
 `tauto sail`, `replay`, `plot` and `report` take one voyage, `compare` several clocks in one sea,
 `fleet` many ships; `tauto bag` is for damaged bags.
@@ -63,8 +63,9 @@ def sail(
 ) -> None:
     """Sail a scene without ROS: how far wrong is the clock?
 
-    The result also says how far the ship is from where the clock puts her, and what the Act of
-    1714 would have paid. With --out, `tauto report` makes a page of the bag.
+    The result has the error of the dial, the distance between the ship and the place where the
+    clock puts her, and the prize by the Act of 1714. With --out it writes a bag, of which
+    `tauto report` makes a page.
     """
     from tauto_core import voyage
     from tauto_core.scene import load_scene
@@ -276,7 +277,7 @@ def _voyage(source: str, given: dict[str, Any], anyway: bool) -> Voyage:
 
 
 def title_of(source: str) -> str:
-    """Return a name for what is drawn: that of a folder whole, of a file without its suffix."""
+    """Return the folder's name, or the file's name without its suffix, as a title."""
     place = Path(os.path.abspath(source))  # `.` has no name
     return place.name if place.is_dir() else place.stem
 
@@ -358,7 +359,7 @@ def compare(
 
 
 # -----------------------------------------------------------------------------
-# `tauto budget`: why the rate of a clock is what it is.
+# `tauto budget`: the causes of a clock's rate.
 
 
 def budget(
@@ -378,12 +379,12 @@ def budget(
     anyway: Anyway = False,
     as_json: AsJson = False,
 ) -> None:
-    """Say why a clock's rate is what it is.
+    """Break a clock's rate down into its causes.
 
     Each cause at sea is switched off in turn, in the same waves: the motions of the ship, gravity
-    that changes on the way, heat. Dial, amplitude, drag and escapement are found on land. Then
-    come how far numbers that nobody knows well may change the rate, and what small changes are
-    worth.
+    that changes on the way, heat. The effects of dial, amplitude, drag and escapement are found on
+    land. The budget then states how far badly known numbers may change the rate, and the effect of
+    small changes.
     """
     from tauto_core.ensembles.budget import account, budget_file
     from tauto_core.ensembles.workers import Crew
@@ -462,7 +463,7 @@ def fleet(
     ] = None,
     ocean: Annotated[
         str | None,
-        typer.Option(metavar='NAME', help='With --logs: most entries in it, such as pacific.'),
+        typer.Option(metavar='NAME', help='With --logs: most entries in this ocean, as pacific.'),
     ] = None,
     sample: Annotated[
         int | None,
@@ -500,8 +501,9 @@ def fleet(
 ) -> None:
     """Send many ships on one voyage: how many find the longitude?
 
-    Each has her own seed, so her own observations and noise of the clock, where ship.kind is sea
-    her own waves, and what --vary draws. With --logs each sails a passage of a log-book.
+    Each ship has her own seed, and so her own observations, noise of the clock and, where
+    ship.kind is sea, waves. --vary draws other keys for each. With --logs each sails a passage of
+    a log-book.
     """
     from tauto_core.ensembles.answers import draw_fleet
     from tauto_core.ensembles.fleets import Plan, read_draws, sail_fleet
@@ -590,15 +592,15 @@ def fleet(
 
 
 # -----------------------------------------------------------------------------
-# `tauto bag`: whether a bag is whole, and a sound one from what is left of one that is not.
+# `tauto bag`: check whether a bag is whole, and recover the readable part of a damaged one.
 
 BagPath = Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')]
 
 
 def check_bag(bag: BagPath, as_json: AsJson = False) -> None:
-    """Read all of a bag, and say what is wrong with it.
+    """Read all of a bag and report its faults.
 
-    The exit code is 1 if it is not whole. Checked are the ends of its files, checksums,
+    The exit code is 1 if it is not whole. The command checks the ends of its files, checksums,
     indices, metadata.yaml, payloads, the order of the log times, and whether the recording was cut
     short.
     """
@@ -645,9 +647,9 @@ def recover_bag(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Write what can be read of a damaged bag as a new one.
+    """Write the readable part of a damaged bag as a new bag.
 
-    The old one is left as it is.
+    The old bag is not changed.
     """
     from tauto_core import bags
 
