@@ -91,9 +91,10 @@ MACHINES: dict[str, Any] = {
 }
 
 
-def machine(name: str) -> Machine:
+def machine(name: str, **instead: Any) -> Machine:
     trochlea, sections = MACHINES[name]
-    made = compile_machine(scene_of(trochlea={**trochlea, 'release_angle': 1.0}, **sections))
+    trochlea = {**trochlea, 'release_angle': 1.0, **instead}
+    made = compile_machine(scene_of(trochlea=trochlea, **sections))
     assert isinstance(made, Machine)
     return replace(made, heat=replace(made.heat, varies=True))
 
@@ -164,9 +165,16 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
     assert error_s < 1e-11 + 1e-4 * effect_s * (moved.drag is not None)
 
 
-def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does() -> None:
+@pytest.mark.parametrize(
+    'cam',
+    [INVOLUTE['cam'], {'kind': 'weight_corrected', 'period': 1.0}],
+    ids=lambda cam: cam['kind'],
+)
+def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
+    cam: dict[str, Any],
+) -> None:
     """Log intervals end amid half swings, and the oil's cubic errs as above."""
-    moved = machine('oil')
+    moved = machine('oil', cam=cam)
     forcing = warmed(at_sea(moved, 100.0, 25.0), 25.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
     reference = HotReference(moved)
     reference.release(forcing)

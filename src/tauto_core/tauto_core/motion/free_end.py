@@ -28,7 +28,6 @@ from tauto_core.motion.gauss_step import (
     MAX_SWEEPS,
     PART_STEP,
     SINE,
-    Gauss,
     Omega,
     Step,
     Work,
@@ -88,7 +87,7 @@ from tauto_core.motion.system import (
     restore_record,
     state_of,
 )
-from tauto_core.motion.wells import arc_of, kick, lever_arm, mass_of
+from tauto_core.motion.wells import ArcShape, arc_of, kick, lever_arm, mass_of
 from tauto_core.motion.wheel import (
     HOT_NODES,
     WHEEL_NODES,
@@ -96,7 +95,9 @@ from tauto_core.motion.wheel import (
     Wheel,
     angle_at,
     disturbance_on_land,
+    error_factor,
     lasting_shape,
+    reference_frequency,
     stages_of,
     surely_within,
     wheel_at_nodes,
@@ -128,12 +129,23 @@ class FreeEnd(NamedTuple):
 LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
 """Below them rounding would decide."""
 
+LEAST_BENT_ERROR, MOST_ON_LAND = 1e-11, 1e-12
+"""The same of a bent swing, whose slopes have more harmonics; and the most that its steps may err
+on land, so that the sea is left the rest.
+"""
 
-def free_end_of(sweeps: int, usual_s: float) -> FreeEnd:
-    """Return the settings for a number of sweeps, ≥ 1."""
+
+def free_end_of(sweeps: int, usual_s: float, bent: bool) -> FreeEnd:
+    """Return the settings for a number of sweeps, ≥ 1, and whether the swing is a bent one.
+
+    A bent swing is one whose coordinate on land is not harmonic, nearly.
+    """
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
-    error, close = max(LEAST_FREE_ERROR, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
+    least = LEAST_BENT_ERROR if bent else LEAST_FREE_ERROR
+    error, close = max(least, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
     near = NEAR if sweeps <= MOST_IN_ONE else NEARER
+    if bent:
+        near = NEAR_BENT if sweeps < MOST_IN_ONE else NEARER
     return FreeEnd(sweeps, settled, error, near, close, usual_s)
 
 
@@ -147,17 +159,64 @@ The second derivative that this takes from the polynomial of the step leaves som
 NEAR, and a hundredth of it within NEARER, at the price of a second length.
 """
 
+NEAR_BENT = 0.003
+"""The same of a bent swing and two sweeps: it leaves 2e-5 s/day, where NEAR would leave 1e-4."""
+
 
 def takes_free_ends(machine: Machine) -> bool:
     """Return whether a machine can step from impulse to impulse.
 
     It needs an escapement and nothing that happens between two impulses: no kink of cam or drag,
-    no friction that holds, no joints; and the sixteen stages of a swing that little disturbs.
+    no friction that holds, no joints; and a swing for half of which sixteen stages are enough.
     Where the case swings with it, the driver takes the steps.
     """
+    drag, cam, shape = machine.drag, machine.cam, lasting_shape(machine)
     if machine.escapement is None or machine.case is not None:
         return False
-    return stages_of(machine, lasting_shape(machine)) == WIDE_SIZE
+    if cam.kinked or cam.joints.size or not (drag is None or drag.is_linear):
+        return False
+    if shape is not None or machine.is_linear:
+        return stages_of(machine, shape) == WIDE_SIZE
+    return _on_land(machine, shape, reference_frequency(machine)).error <= MOST_ON_LAND
+
+
+class OnLand(NamedTuple):
+    """Half a swing on land.
+
+    Attributes:
+        u, v: how far U and V go at its stages, over its amplitude.
+        error: error of one step over it, relative to the state; infinite if that does not settle.
+    """
+
+    u: FloatArray
+    v: FloatArray
+    error: float
+
+
+def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
+    """Return half a swing on land at the amplitude of the release."""
+    constants = gauss_constants(WIDE_SIZE)
+    amplitude = machine.release_angle if shape is None else arc_of(machine.release_angle, shape.k)
+    drag = machine.drag.viscous / machine.inertia if machine.drag else 0.0
+    cosine, sine = np.cos(math.pi * constants.nodes), np.sin(math.pi * constants.nodes)
+    u, v = np.zeros(WIDE_SIZE), np.full(WIDE_SIZE, amplitude)
+    if amplitude == 0.0:
+        return OnLand(u, v, 0.0)
+    change = last = 0.0
+    for _ in range(SWEEPS_ON_LAND):
+        x, y = cosine * u + sine * v, cosine * v - sine * u
+        d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
+        if shape is not None:
+            d2 = d2 - drag * y
+        before, slopes = u, (cosine * d1 - sine * d2, sine * d1 + cosine * d2)
+        u = slopes[0] @ constants.columns * (math.pi / omega)
+        v = slopes[1] @ constants.columns * (math.pi / omega) + amplitude
+        change = float(np.max(np.abs(u - before)))
+        last = max(abs(float(slope @ constants.projection[-1])) for slope in slopes)
+    settled = change <= ROW_SETTLED * LEAST_FREE_SETTLED * abs(amplitude)
+    factor = error_factor(machine, shape, WIDE_SIZE)
+    error = step_error(factor, math.pi / omega * last / abs(amplitude), False)
+    return OnLand(u / amplitude, v / amplitude - 1.0, error if settled else math.inf)
 
 
 class FreeState(Protocol):
@@ -202,7 +261,7 @@ MORE_SWEEPS = 12
 """Most sweeps beyond those asked for."""
 
 SWEEPS_ON_LAND = 20
-"""As many as settle the stages of half a swing on land."""
+"""As many as settle the stages of half a swing on land, where free-end steps are worth it."""
 
 ROW_SETTLED = 1e-3
 """How far the stages settle for a logged row, over `FreeEnd.settled`."""
@@ -431,7 +490,7 @@ def _late(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
 
 @inlined
 def _given(
-    wheel: Wheel, way: float, w: float, now: Instant, at: Outside, late: float, given: int
+    wheel: Wheel, mode: Mode, w: float, now: Instant, at: Outside, late: float, given: int
 ) -> float:
     """Return what an impulse adds to the momentum w, a short time after an instant.
 
@@ -441,7 +500,7 @@ def _given(
     if per_inertia.impulse is None:
         return 0.0
     q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
-    t = lever_arm(wheel.lever, 1.0, q).t
+    t, way = lever_arm(wheel.lever, mode.side, q).t, mode.direction
     line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
     if wheel.shape is None:
         mass = mass_of(per_inertia.carried, t)
@@ -537,7 +596,7 @@ def _holds(run: SteppedRun, half: HalfSwing, mode: Mode, error: float, h: float)
         return False
     if wheel.has_weight:
         # by rough bounds alone, since the row of γ̈ is a bound
-        return surely_within(wheel_at_nodes(wheel, work), omega, work)
+        return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
     beyond = wheel.beyond(mode, omega, work)
     return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
 
@@ -609,7 +668,7 @@ def _to_impulse(
             since = _late(wheel, way, now, omega)
             late += since
         there = _end_later(run, h, late, end, drift)
-        added = _given(wheel, way, omega[0] * there.y, now, at, since, state.given)
+        added = _given(wheel, mode, omega[0] * there.y, now, at, since, state.given)
         plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
         plane.y = there.y + added / omega[0]
         free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
@@ -843,8 +902,9 @@ class FreeEndCollocation(Collocation):
     """Propagator of a wheel with an escapement that steps from impulse to impulse."""
 
     def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
-        super().__init__(machine, tolerance)
-        self._free_end = free_end_of(sweeps, math.pi / self._omega)
+        super().__init__(machine, tolerance, WIDE_SIZE)
+        bent = self._shape is None and not machine.is_linear
+        self._free_end = free_end_of(sweeps, math.pi / self._omega, bent)
         self._free = np.zeros((), FREE)
         self._kept: Forcing | None = None
         rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
@@ -852,7 +912,8 @@ class FreeEndCollocation(Collocation):
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         nodes['half_cosine'] = np.cos(math.pi * constants.nodes)
         nodes['half_sine'] = np.sin(math.pi * constants.nodes)
-        nodes['land_u'], nodes['land_v'] = self._on_land(constants)
+        land = _on_land(machine, self._shape, self._omega)
+        nodes['land_u'], nodes['land_v'] = land.u, land.v
         # integrals of the slopes' Taylor series about the end, by derivatives of Legendre's P_n
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
         for j, name in enumerate(('first', 'second', 'third'), start=1):
@@ -863,26 +924,6 @@ class FreeEndCollocation(Collocation):
     def missed(self) -> int:
         """Steps so far that did not hold, after each of which the driver took `WAITS` + 1."""
         return int(self._free['missed'])
-
-    def _on_land(self, constants: Gauss) -> tuple[FloatArray, FloatArray]:
-        """Return how far U and V go at the stages of half a swing on land, over its amplitude."""
-        machine, shape, omega = self._machine, self._shape, self._omega
-        amplitude = (
-            machine.release_angle if shape is None else arc_of(machine.release_angle, shape.k)
-        )
-        drag = machine.drag.viscous / machine.inertia if machine.drag else 0.0
-        cosine, sine = np.cos(math.pi * constants.nodes), np.sin(math.pi * constants.nodes)
-        u, v = np.zeros(WIDE_SIZE), np.full(WIDE_SIZE, amplitude)
-        if amplitude == 0.0:
-            return u, v
-        for _ in range(SWEEPS_ON_LAND):
-            x, y = cosine * u + sine * v, cosine * v - sine * u
-            d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
-            if shape is not None:
-                d2 = d2 - drag * y
-            u = (cosine * d1 - sine * d2) @ constants.columns * (math.pi / omega)
-            v = (sine * d1 + cosine * d2) @ constants.columns * (math.pi / omega) + amplitude
-        return u / amplitude, v / amplitude - 1.0
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel, as `Collocation`."""

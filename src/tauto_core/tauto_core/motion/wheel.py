@@ -196,15 +196,13 @@ ALL_AGAINST = Mode(1.0, 1.0, 1.0)
 
 
 @compiled
-def surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
+def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
     """Return whether rough bounds show that no node is past the edge, and the thread taut.
 
-    On a linear lever arm M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance), M = 1 + μt²: it is
-    positive where pull exceeds the largest μ|t|·(|γ̈| + resistance). |ϑ| is at most the largest
-    |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
+    M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance), M = 1 + μt²: it is positive where pull
+    exceeds the largest μ|t|·(|γ̈| + resistance) and, where the lever arm shortens, μ|t′|ϑ̇². |ϑ| is
+    at most the largest |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
     """
-    if not isinstance(wheel.lever, LinearLever):
-        return False
     per_inertia, felt, x = wheel.per_inertia, wheel.felt, load(work.x)
     zeros = 0.0 * x
     reach = largest(x)
@@ -218,7 +216,13 @@ def surely_within(wheel: Wheel, omega: Omega, work: Work) -> bool:
         weight = row_or_zero(felt.gravity, work.nodes.gravity)
         most = term(per_inertia.imbalance.still, 1.0) + term(per_inertia.imbalance.weight, weight)
         against = against + largest(zeros + most)
-    lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
+    if isinstance(wheel.lever, LinearLever):
+        lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
+    else:
+        arm = lever_arm(wheel.lever, mode.side, x)
+        shorter = 0.0 if lowest(zeros + arm.t_prime) >= 0.0 else largest(zeros + arm.t_prime)
+        riding = largest(zeros + arm.t) * against + shorter * (rate * rate)
+        lost = term(per_inertia.carried, riding)
     if per_inertia.share is not None:
         lost = largest(zeros + lost)
     return reach <= wheel.range and lowest(zeros + pull) > lost
@@ -231,7 +235,7 @@ def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     wheel = wheel_at_nodes(cold, work)
     reach = largest(load(work.x))
     within = reach <= SURELY_WITHIN * wheel.range
-    if surely_within(wheel, omega, work):
+    if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
         return Beyond(edge, slack, within, reach)
     felt, nodes = wheel.felt, work.nodes
     line_rate = row_or_zero(felt.line, nodes.line_rate)
@@ -750,16 +754,21 @@ def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
     return 0.0 if shape is None else (shape.k * machine.release_angle) ** 2
 
 
-def error_factor(machine: Machine, shape: ArcShape | None) -> float:
+def error_factor(machine: Machine, shape: ArcShape | None, stages: int | None = None) -> float:
     """Return the error of a step over the square of its last coefficient.
 
     0 for a cam with joints, where derivatives of the law jump: there the square does not hold, and
-    the error is the coefficient itself.
+    the error is the coefficient itself. The stages are those of `stages_of` when left out.
     """
     if machine.cam.joints.size:
         return 0.0
     if stages_of(machine, shape) == WIDE_SIZE:
         return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * _inertia_growth(machine, shape)
+    if stages == WIDE_SIZE and machine.is_harmonic:
+        # along ϑ: a weight's own cam
+        reached = min(abs(machine.release_angle), machine.cam.range_rad)
+        growth = float(machine.mass(reached)) / machine.inertia - 1.0
+        return WIDE_ERROR_OF_LAST + WIDE_ERROR_OF_GROWTH * growth
     weak = shape is not None or machine.is_linear
     weak = weak or (machine.carried_mass == 0.0 and machine.stiffness == 0.0)
     weak = weak and machine.imbalance is None
@@ -840,15 +849,20 @@ def disturbance_on_land(
 
 
 class Collocation(SlackThread):
-    """Propagator of any machine with one degree of freedom."""
+    """Propagator of any machine with one degree of freedom.
 
-    def __init__(self, machine: Machine, tolerance: float | None = None) -> None:
+    Its steps have as many stages as suit the machine (`stages_of`), unless a number is given.
+    """
+
+    def __init__(
+        self, machine: Machine, tolerance: float | None = None, stages: int | None = None
+    ) -> None:
         self._machine = machine
         self._hot = hot = machine.heat.acts
         self._omega = reference_frequency(machine)
         self._shape = lasting_shape(machine)
-        stages = stages_of(machine, self._shape)
-        factor = error_factor(machine, self._shape)
+        stages = stages_of(machine, self._shape) if stages is None else stages
+        factor = error_factor(machine, self._shape, stages)
         # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
         # 2^8 times; a factor of two is left to spare.
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
