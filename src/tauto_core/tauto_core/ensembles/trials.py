@@ -719,7 +719,7 @@ def sail_passage(
         with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
             afloat.append(_Afloat(clock, scene, sea))
     source = voyage.ShipSource(widest, sea.motion, says_scene=False, as_messages=False)
-    chunk = voyage.CHUNK
+    chunk = voyage.QUIET_CHUNK
     if any(each.scene.suspension for each in afloat):
         chunk = voyage.HUNG_CHUNK
     while source.produced < source.total:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,28 +56,71 @@ def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray)
         out[i] = mean
 
 
-@entry
-def swinging(
-    drive: FloatArray, step: FloatArray, rate: float, swing: FloatArray, out: FloatArray
-) -> None:
-    """Fill q, a pendulum that follows a drive f: q̈ = ω² (f - q) - 2 ζ ω q̇, by trapezoids.
+class Follower(NamedTuple):
+    """What a clock's thread follows of the specific force, and where it has been.
 
-    `swing` is (q, q̇) before the first sample, and in the end after the last one. In a step f is
-    that of its end, so that q comes half a step early, of the right size.
+    Attributes:
+        gravity: g [m/s²].
+        rate: ω of a thread that swings athwart [rad/s]; 0 where none does.
+        leans: whether f_x counts; `ship_fixed`: less the force along the ship's axle.
+        mean: ⟨f_z⟩ [m/s²] after the last sample, shape (1,).
+        swing: q [m/s²] and q̇ after it, shape (2,).
     """
-    q, v = swing[0], swing[1]
-    for i in range(len(drive)):
-        h = rate * step[i]
-        even, odd = 1.0 + 0.25 * h * h, SWING_DAMPING * h
-        faster = (v * (even - 0.5 * h * h - odd) + rate * h * (drive[i] - q)) / (even + odd)
-        q = q + 0.5 * step[i] * (v + faster)
-        v = faster
-        out[i] = q
-    swing[0], swing[1] = q, v
+
+    gravity: float
+    rate: float
+    leans: bool
+    ship_fixed: bool
+    mean: FloatArray
+    swing: FloatArray
+
+
+@entry
+def heaved(
+    orientation: FloatArray,
+    force: FloatArray,
+    step: FloatArray,
+    thread: Follower,
+    out: FloatArray,
+) -> None:
+    """Fill [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²) of samples a step apart [s], and follow them.
+
+    A swinging thread has q in place of f_y: q̈ = ω² (f_y - q) - 2 ζ ω q̇, by trapezoids. In a step
+    f_y is that of its end, so that q comes half a step early, of the right size.
+    """
+    mean, q, v = thread.mean[0], thread.swing[0], thread.swing[1]
+    for i in range(len(step)):
+        x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
+        # sine and cosine of roll and pitch; homogeneous in the quaternion
+        square = (x * x + y * y) + (z * z + w * w)
+        sr, cr = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
+        across = math.hypot(sr, cr)
+        sr, cr, sp, cp = sr / across, cr / across, 2.0 * (w * y - z * x) / square, across / square
+        along, port = force[i, 0], cr * force[i, 1] - sr * force[i, 2]
+        deck = sr * force[i, 1] + cr * force[i, 2]
+        forward, up = cp * along + sp * deck, cp * deck - sp * along
+        if thread.rate > 0.0:
+            h = thread.rate * step[i]
+            even, odd = 1.0 + 0.25 * h * h, SWING_DAMPING * h
+            faster = v * (even - 0.5 * h * h - odd) + thread.rate * h * (port - q)
+            faster = faster / (even + odd)
+            q = q + 0.5 * step[i] * (v + faster)
+            v, port = faster, q
+        aside = port * port
+        if thread.leans:
+            aside = aside + forward * forward
+        if thread.ship_fixed:
+            aside = aside - along * along
+        before = mean
+        mean = before + step[i] / (MEAN_S + step[i]) * (up - before)
+        # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
+        rise = (up - 0.5 * (before + mean)) / thread.gravity
+        out[i] = 0.25 * aside / (thread.gravity * thread.gravity) - 0.125 * rise * rise
+    thread.mean[0], thread.swing[0], thread.swing[1] = mean, q, v
 
 
 SWING_DAMPING = 0.05
-"""ζ of the thread that `swinging` follows: nothing damps a real one, and its own swing, which no
+"""ζ of the thread that `heaved` follows: nothing damps a real one, and its own swing, which no
 sensor of the ship shows, must not be guessed. It takes 0.5 % of waves three times as slow.
 """
 
@@ -164,11 +207,18 @@ class Regressors:
     def __init__(self, scene: Scene, *, live: bool) -> None:
         known = {'heave': self._heave, 'roll': _roll}
         self._columns = [known[name] for name in scene.drift.covariates or () if name in known]
-        self._gravity = self._mean = scene.g
         trochlea = scene.trochlea
-        self._plane = 'ship' if trochlea is None else trochlea.thread_plane
-        self._length = 0.0 if trochlea is None else trochlea.thread.swinging_length
-        self._swing, self._swung = (0.0, 0.0), False
+        plane = 'ship' if trochlea is None else trochlea.thread_plane
+        length = 0.0 if trochlea is None else trochlea.thread.swinging_length
+        self._thread = Follower(
+            scene.g,
+            math.sqrt(scene.g / length) if length else 0.0,
+            plane != 'vertical',
+            plane == 'ship',
+            np.full(1, scene.g),
+            np.zeros(2),
+        )
+        self._swung = False
         self._continuity: Continuity | None = None
         if live:
             longest_ns = max(round(MAX_GAP_S * NS_PER_S), 2 * scene.step_ns * scene.lies_still)
@@ -261,23 +311,15 @@ class Regressors:
         ship it counts less the force along her axle, which such a thread cannot follow. On a
         thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
         """
-        forward, port, up = level_force(imu)
-        if self._length:
-            swung = np.empty_like(port)
-            begun = np.array(self._swing if self._swung else (port[0], 0.0))
-            swinging(port, steps, math.sqrt(self._gravity / self._length), begun, swung)
-            self._swing, self._swung, port = (float(begun[0]), float(begun[1])), True, swung
-        aside = port * port
-        if self._plane != 'vertical':
-            aside = aside + forward * forward
-        if self._plane == 'ship':
-            axle = imu.linear_acceleration[:, 0]
-            aside = aside - axle * axle
-        means = np.concatenate(([self._mean], _followed(up, steps, MEAN_S, self._mean)))
-        self._mean = float(means[-1])
-        # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
-        heaved = (up - 0.5 * (means[:-1] + means[1:])) / self._gravity
-        return 0.25 * aside / (self._gravity * self._gravity) - 0.125 * heaved * heaved
+        found, thread = np.empty(len(steps)), self._thread
+        orientation, force = contiguous(imu.orientation), contiguous(imu.linear_acceleration)
+        if thread.rate > 0.0 and not self._swung:
+            # the thread hangs where the first force points
+            begins = take(imu, slice(0, 1))
+            thread.swing[:] = level_force(begins)[1][0], 0.0
+            self._swung = True
+        heaved(orientation, force, steps, thread, found)
+        return found
 
     def _append(self, stamps: IntArray, value: FloatArray) -> None:
         """Integrate the regressors up to further points."""
@@ -297,9 +339,9 @@ class Regressors:
             'value': self._value.copy(),
             'integral': self._integral.copy(),
             'last': self._last.copy(),
-            'mean': self._mean,
+            'mean': float(self._thread.mean[0]),
             'usual': self._usual.copy(),
-            'swing': (*self._swing, self._swung),
+            'swing': (*self._thread.swing.tolist(), self._swung),
             'continuity': self._continuity and self._continuity.state(),
             'health': dict(self._health),
         }
@@ -308,9 +350,9 @@ class Regressors:
         """Continue from a saved state."""
         self._stamp, self._value = state['stamp'], state['value']
         self._integral, self._last = state['integral'], state['last']
-        self._mean, self._usual = state['mean'], state['usual'].copy()
-        *swing, self._swung = state['swing']
-        self._swing = swing[0], swing[1]
+        self._thread.mean[0], self._usual = state['mean'], state['usual'].copy()
+        *begun, self._swung = state['swing']
+        self._thread.swing[:] = begun
         if self._continuity is not None:
             self._continuity.restore(state['continuity'])
         self._health = dict(state['health'])
