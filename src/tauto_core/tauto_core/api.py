@@ -1,6 +1,7 @@
 """The commands as functions, for scripts and notebooks; arguments are checked first.
 
-Errors are those of the command line, which spells the names of arguments as options.
+Errors are those of the command line, which spells the names of arguments as options. A number
+with a unit may be a text that has another: `reach_rad='60 deg'`.
 """
 
 from __future__ import annotations
@@ -10,12 +11,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from tauto_core.scene import Scene, load_scene, shipped_scenes
 from tauto_core.scene.errors import Argument, UsageError, naming
 from tauto_core.scene.loader import origin_of
 from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.scene.units import in_words, quantity
 from tauto_core.voyage import Voyage
 from tauto_core.voyage import replay as replay_bag
 from tauto_core.voyage import sail as sail_scene
@@ -36,6 +38,9 @@ if TYPE_CHECKING:
     from tauto_core.samples import FloatArray
 
 
+Quantity: TypeAlias = float | str
+"""A number in the unit of the argument, or a text of a number and a unit, such as `5 mm`."""
+
 # -----------------------------------------------------------------------------
 # Arguments of Python calls: their types, checked before anything runs.
 
@@ -47,15 +52,23 @@ def whole(name: str, value: object) -> int:
     return int(value)
 
 
-def numbers(name: str, values: object) -> list[float]:
-    """Return a list of numbers, of NumPy too; UsageError for anything else."""
+def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
+    """Return a list of numbers, of NumPy too; UsageError for anything else.
+
+    With a unit they are in it, or texts such as `5 mm`.
+    """
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
-    listed = list(values)
-    for each in listed:
-        if isinstance(each, bool) or not isinstance(each, Real):
-            raise UsageError(f'{name}: {each!r} is not a number. Write numbers')
-    return [float(each) for each in listed]
+    return [number(name, each, unit) for each in values]
+
+
+def number(name: str, value: object, unit: str | None = None) -> float:
+    """Return a number, as `numbers` returns several."""
+    if isinstance(value, str) and unit is not None and in_words(value):
+        return quantity(value, unit, f'{name} = {value!r}')
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise UsageError(f'{name}: {value!r} is not a number. Write numbers')
+    return float(value)
 
 
 def path(name: str, value: object) -> Path:
@@ -233,7 +246,7 @@ def budget(
 
 
 def isochronism(
-    scene: str | Path | Scene, amplitudes: Iterable[float], **overrides: object
+    scene: str | Path | Scene, amplitudes: Iterable[Quantity], **overrides: object
 ) -> Isochronism | DescentIsochronism:
     """Return period and rate of free swings at several amplitudes.
 
@@ -256,8 +269,8 @@ def isochronism(
     """
     from tauto_core.machines import free_swings
 
-    asked = numbers('amplitudes', amplitudes)
     loaded = load(scene, **overrides)
+    asked = numbers('amplitudes', amplitudes, 'rad' if loaded.regulator is None else 'm')
     with naming(origin_of(scene), loaded.name):
         return free_swings(loaded, asked, loaded.clock.nominal_period)
 
@@ -266,7 +279,7 @@ def cam(
     scene: str | Path | Scene,
     *,
     points: int = 200,
-    reach_rad: float | None = None,
+    reach_rad: Quantity | None = None,
     **overrides: object,
 ) -> CamOutline:
     """Return the outline of a scene's cam, from the middle to its end.
@@ -296,7 +309,7 @@ def cam(
     if count < 2:
         raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
     if reach_rad is not None:
-        (reach_rad,) = numbers('reach_rad', [reach_rad])
+        reach_rad = number('reach_rad', reach_rad, 'rad')
     with naming(origin_of(scene), loaded.name):
         curve = loaded.trochlea.made_cam(loaded.g)
         if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
@@ -314,8 +327,8 @@ def cut(
     file: str | Path,
     *,
     points: int = 200,
-    reach_rad: float | None = None,
-    thread_mm: float = 0.0,
+    reach_rad: Quantity | None = None,
+    thread_mm: Quantity = 0.0,
     **overrides: object,
 ) -> CamCut:
     """Write a scene's cam for the workshop, in millimetres: a drawing, or points of its outline.
@@ -344,9 +357,9 @@ def cut(
     if kind not in cutting.FORMATS:
         ending = ': must end in .csv, .svg or .dxf. Name another file'
         raise UsageError(Argument('file', file), ending)
-    count, (thick,) = whole('points', points), numbers('thread_mm', [thread_mm])
+    count, thick = whole('points', points), number('thread_mm', thread_mm, 'mm')
     if reach_rad is not None:
-        (reach_rad,) = numbers('reach_rad', [reach_rad])
+        reach_rad = number('reach_rad', reach_rad, 'rad')
     loaded = load(scene, **overrides)
     with naming(origin_of(scene), loaded.name):
         return cutting.cut(
@@ -356,17 +369,17 @@ def cut(
 
 def design(
     *,
-    period: float | None = None,
-    pendulum: float | None = None,
-    inertia: float | None = None,
-    disc_weight: float | None = None,
-    disc_radius: float | None = None,
+    period: Quantity | None = None,
+    pendulum: Quantity | None = None,
+    inertia: Quantity | None = None,
+    disc_weight: Quantity | None = None,
+    disc_radius: Quantity | None = None,
     disc_is_base: bool = False,
-    pull: float | None = None,
-    base_radius: float | None = None,
+    pull: Quantity | None = None,
+    base_radius: Quantity | None = None,
     length_unit: str = 'm',
     weight_unit: str = 'N',
-    gravity: float = STANDARD_GRAVITY,
+    gravity: Quantity = STANDARD_GRAVITY,
 ) -> WheelDesign:
     """Return the design of a wheel and its cam of which one number is left out.
 
@@ -405,14 +418,17 @@ def design(
         'base_radius': base_radius,
     }
     given = {
-        name: None if size is None else numbers(name, [size])[0] for name, size in sizes.items()
+        name: size
+        if size is None or (isinstance(size, str) and in_words(size))
+        else number(name, size)
+        for name, size in sizes.items()
     }
     return rules.design(
         **given,
         disc_is_base=disc_is_base,
         length_unit=length_unit,
         weight_unit=weight_unit,
-        gravity=numbers('gravity', [gravity])[0],
+        gravity=number('gravity', gravity, 'm/s2'),
     )
 
 
@@ -501,9 +517,9 @@ def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
 def compare(
     *clocks: str | Path | Scene,
     ship_of: str | Path | Scene | None = None,
-    duration: float | None = None,
-    accuracy: float | None = None,
-    roll_deg: Sequence[float] = (),
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
+    roll_deg: Sequence[Quantity] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
     jobs: int = 2,
     anyway: bool = False,
@@ -541,7 +557,7 @@ def compare(
         ship_of=ship_of,
         duration=duration,
         accuracy=accuracy,
-        rolls_deg=numbers('roll_deg', roll_deg),
+        rolls_deg=numbers('roll_deg', roll_deg, 'deg'),
         cases=suspension,
         anyway=anyway,
         overrides=_by_path(overrides),
@@ -584,14 +600,15 @@ def fleet(
     from tauto_core.ensembles import fleets
     from tauto_core.ensembles.workers import Crew
 
+    loaded = load(scene, **overrides)
     if isinstance(vary, str | Path):
-        draws, drawn_by = fleets.read_draws(Path(vary)), str(vary)
+        draws, drawn_by = fleets.read_draws(Path(vary), loaded), str(vary)
     else:
         if vary is not None and not isinstance(vary, Mapping):
             raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
-        draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary'), 'vary'
+        draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary', loaded), 'vary'
     count = whole('ships', ships)
-    plan = fleets.Plan(load(scene, **overrides), origin_of(scene), count, draws, drawn_by)
+    plan = fleets.Plan(loaded, origin_of(scene), count, draws, drawn_by)
     where = None if out is None else path('out', out)
     return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
 
@@ -601,16 +618,16 @@ def trial(
     logs: str | Path,
     *,
     compare: Sequence[str | Path | Scene] = (),
-    days: tuple[float, float] = (42.0, math.inf),
+    days: tuple[Quantity, Quantity] = (42.0, math.inf),
     years: tuple[float, float] = (-math.inf, math.inf),
     port: str | None = None,
     ocean: str | None = None,
     sample: int | None = None,
-    harbour_days: float = 14.0,
+    harbour_days: Quantity = 14.0,
     wind_draws: int = 0,
     hull_draws: int = 0,
-    local_time_s: float = 4.0,
-    duration: float | None = None,
+    local_time_s: Quantity = 4.0,
+    duration: Quantity | None = None,
     jobs: int = 2,
     scheduler: str | None = None,
     out: str | Path | None = None,
@@ -660,11 +677,11 @@ def trial(
     if plotted is not None:
         check_plot(plotted, 'file')
     trials.check_logs(logbook)
-    (local_time_s,) = numbers('local_time_s', [local_time_s])
+    local_time_s = number('local_time_s', local_time_s, 's')
     check_local_time(local_time_s)
     if isinstance(compare, str):
         raise UsageError(f'compare = {compare!r}: must be a list of scenes. Write it in [ ]')
-    between = (_between('days', days), _between('years', years))
+    between = (_between('days', days, 'd'), _between('years', years))
     count = None if sample is None else whole('sample', sample)
     choice = trials.Choice(*between, port, ocean, count)
     loaded, origin = load(scene, **overrides), origin_of(scene)
@@ -673,8 +690,8 @@ def trial(
         read_passages(logbook),
         [(origin, loaded), *trials.clocks_beside(loaded, origin, compare)],
         choice,
-        harbour_days=numbers('harbour_days', [harbour_days])[0],
-        longest_s=None if duration is None else numbers('duration', [duration])[0],
+        harbour_days=number('harbour_days', harbour_days, 'd'),
+        longest_s=None if duration is None else number('duration', duration, 's'),
         wind_draws=whole('wind_draws', wind_draws),
         hull_draws=whole('hull_draws', hull_draws),
         anyway=anyway,
@@ -689,9 +706,9 @@ def trial(
     return answers
 
 
-def _between(name: str, values: object) -> tuple[float, float]:
+def _between(name: str, values: object, unit: str | None = None) -> tuple[float, float]:
     """Return the least and the largest of a range; UsageError for anything else."""
-    ends = numbers(name, values)
+    ends = numbers(name, values, unit)
     if len(ends) != 2 or not ends[0] <= ends[1]:
         raise UsageError(
             f'{name} = {values!r}: must be the least and the largest. Write (42, 100)'
@@ -704,8 +721,8 @@ def plot(
     what: str,
     file: str | Path | None = None,
     *,
-    from_s: float | None = None,
-    to_s: float | None = None,
+    from_s: Quantity | None = None,
+    to_s: Quantity | None = None,
     anyway: bool = False,
 ) -> Figure:
     """Return a picture as a Matplotlib figure, and write it to a file if one is named.
@@ -726,6 +743,10 @@ def plot(
     """
     from tauto_core.plots.contents import OF_A_SCENE, check_picture
 
+    from_s, to_s = (
+        None if at is None else number(name, at, 's')
+        for name, at in (('from_s', from_s), ('to_s', to_s))
+    )
     part = from_s is not None or to_s is not None
     check_picture(what, None if file is None else path('file', file), part=part)
     bag = isinstance(source, str | Path) and is_bag(source)

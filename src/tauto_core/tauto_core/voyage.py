@@ -417,8 +417,8 @@ class Voyage:
         what: str,
         file: str | Path | None = None,
         *,
-        from_s: float | None = None,
-        to_s: float | None = None,
+        from_s: float | str | None = None,
+        to_s: float | str | None = None,
     ) -> Figure:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
         from tauto_core.plots.contents import picture

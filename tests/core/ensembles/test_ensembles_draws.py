@@ -15,11 +15,13 @@ SCENE = load_scene('involute_weight_at_sea', duration=60.0)
 def plan(ships=50, **draws):
     """Return a fleet; keys have two underscores for a point."""
     said = {key.replace('__', '.'): draw for key, draw in draws.items()}
-    return Plan(SCENE, 'involute_weight_at_sea', ships, as_draws(said, 'vary.yaml'), 'vary.yaml')
+    return Plan(
+        SCENE, 'involute_weight_at_sea', ships, as_draws(said, 'vary.yaml', SCENE), 'vary.yaml'
+    )
 
 
 def drawn(key, ships, **draw):
-    fleet = Plan(SCENE, 'x', ships, as_draws({key: draw}, 'vary.yaml'))
+    fleet = Plan(SCENE, 'x', ships, as_draws({key: draw}, 'vary.yaml', SCENE))
     return np.array([fleet.ship(k).drawn[key] for k in range(ships)])
 
 
@@ -111,7 +113,7 @@ def test_a_misspelt_key_is_answered_with_what_was_meant(key, meant, draw):
     ],
 )
 def test_a_path_that_no_scene_has_is_refused_in_the_words_of_set(key, said):
-    draws = as_draws({key: {'kind': 'list', 'values': [1.0]}}, 'vary.yaml')
+    draws = as_draws({key: {'kind': 'list', 'values': [1.0]}}, 'vary.yaml', SCENE)
     fleet = Plan(SCENE, 'x', 2, draws, 'vary.yaml')
     for refused in (fleet.check, lambda: load_scene('measured', **{key: 1.0})):
         with pytest.raises(SceneError) as caught:
@@ -137,11 +139,11 @@ def test_a_path_that_no_scene_has_is_refused_in_the_words_of_set(key, said):
 )
 def test_what_is_no_distribution_is_refused(draw, said):
     with pytest.raises(SceneError) as caught:
-        as_draws({RADIUS: draw}, 'vary.yaml')
+        as_draws({RADIUS: draw}, 'vary.yaml', SCENE)
     assert said in str(caught.value)
     assert str(caught.value).startswith(f'vary.yaml: {RADIUS}')
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):
     with pytest.raises(SceneError, match=r'none\.yaml.*cannot be read'):
-        read_draws(tmp_path / 'none.yaml')
+        read_draws(tmp_path / 'none.yaml', SCENE)

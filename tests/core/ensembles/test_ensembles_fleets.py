@@ -44,7 +44,8 @@ DEADLINE_S = 60.0
 
 
 def plan(ships=6, vary=VARY, duration=120.0):
-    return Plan(load_scene(NAME, duration=duration), NAME, ships, as_draws(vary, 'vary.yaml'))
+    scene = load_scene(NAME, duration=duration)
+    return Plan(scene, NAME, ships, as_draws(vary, 'vary.yaml', scene))
 
 
 def lasting(rows):
@@ -246,7 +247,7 @@ def test_a_ship_that_fails_is_a_row(tmp_path):
         duration=600.0,
         ship={'kind': 'components', 'rate': 10.0, 'components': [{'amplitude': 0.1, 'period': 5}]},
     )
-    vary = as_draws({key: {'kind': 'list', 'values': [1.0, 9.0]}}, 'vary.yaml')
+    vary = as_draws({key: {'kind': 'list', 'values': [1.0, 9.0]}}, 'vary.yaml', scene)
     fleet = sail_fleet(Plan(scene, NAME, 6, vary), Crew(1), tmp_path / 'fleet')
     failed = [row for row in fleet.rows if row['failure'] is not None]
     assert 0 < len(failed) < 6

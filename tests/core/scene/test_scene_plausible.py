@@ -191,10 +191,11 @@ def test_python_refuses_it_unless_told_to_sail_anyway(tmp_path: Path) -> None:
 
 
 def test_a_ship_of_a_fleet_is_refused_as_drawn() -> None:
+    scene = load_scene('ideal')
     draws = as_draws(
-        {'trochlea.release_angle': {'kind': 'uniform', 'low': 5.0, 'high': 9.0}}, 'vary'
+        {'trochlea.release_angle': {'kind': 'uniform', 'low': 5.0, 'high': 9.0}}, 'vary', scene
     )
-    plan = Plan(load_scene('ideal'), 'ideal', 20, draws)
+    plan = Plan(scene, 'ideal', 20, draws)
     with pytest.raises(SceneError, match=r'ship [0-9]+, as drawn: 1.* turns, more than'):
         plan.check()
     plan.check(anyway=True)

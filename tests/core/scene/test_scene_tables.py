@@ -151,7 +151,7 @@ def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
     tries = [
         lambda: read_table(str(file), [Column('time_s')], remedy='Name another.'),
         lambda: load_scene(file),
-        lambda: read_draws(file),
+        lambda: read_draws(file, load_scene('ideal')),
         lambda: load_hull(file),
         lambda: _read_rows(file),
     ]
@@ -178,4 +178,4 @@ def test_what_has_no_end_is_read_up_to_its_limit(tmp_path):
     with pytest.raises(OSError, match='more than 3 bytes'):
         read_data(tmp_path / 'some', 3)
     with pytest.raises(SceneError, match='cannot be read: is not a regular file'):
-        read_draws(Path('/dev/zero'))
+        read_draws(Path('/dev/zero'), load_scene('ideal'))

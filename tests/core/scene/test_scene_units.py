@@ -7,14 +7,18 @@ import math
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
 from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 import tauto_core
-from tauto_core.cli.app import app
-from tauto_core.scene import Scene, SceneError, parse_scene, scene_yaml
+from tauto_core.cli.app import app, commands
+from tauto_core.cli.trials import between
+from tauto_core.ensembles.fleets import as_draws
+from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene.errors import UsageError
 from tauto_core.scene.reference import schema
 from tauto_core.scene.sections import LogFile
 from tauto_core.scene.units import in_unit, misfit
@@ -200,6 +204,10 @@ def test_every_number_in_brackets_is_a_unit_that_is_known() -> None:
         ('axle --depth 5min --gyration-radius 1', "'5min' must be a length [m], not a time"),
         ('axle --depth x --gyration-radius 1', "'x' must be a number [m]"),
         ('sail ideal --duration 5mm', "'5mm' must be a time [s], not a length"),
+        ('plot ideal roll --from 5mm', "--from '5mm': must be a time [s], not a length"),
+        ('plate ideal --bore 5min', "'5min' must be a length [mm], not a time"),
+        ('design --pull 5min', "--pull = '5min': must be a force [N], not a time"),
+        ('design --pendulum 5kg', "--pendulum = '5kg': must be a length [m], not a mass"),
     ],
 )
 def test_an_option_refuses_what_does_not_fit(line: str, said: str) -> None:
@@ -221,6 +229,85 @@ def test_an_option_takes_a_number_with_a_unit() -> None:
     degrees = CliRunner().invoke(app, [*scene, '30deg'])
     radians = CliRunner().invoke(app, [*scene, repr(math.radians(30.0))])
     assert degrees.stdout == radians.stdout != ''
+
+
+def test_numbers_that_take_no_unit_have_none() -> None:
+    """Options that are plain floats are ratios; all others have a parser that knows units."""
+    plain = {
+        name
+        for command in commands.registered_commands
+        if command.callback is not None
+        for name, hint in get_type_hints(command.callback, include_extras=True).items()
+        if 'float' in str(hint) and hint.__metadata__[0].parser is None
+    }
+    assert plain == {'friction', 'block', 'roll_damping'}
+
+
+def test_python_and_the_command_line_take_the_same_units() -> None:
+    def designed(*words: str) -> dict[str, object]:
+        result = CliRunner().invoke(app, ['design', '--json', '--inertia', '4 kg cm2', *words])
+        assert result.exit_code == 0, result.stderr
+        found: dict[str, object] = json.loads(result.stdout)
+        return found
+
+    # a weight of 300 g pulls with 300 g × g, whatever the unit of numbers without one
+    sizes = ('--base-radius', '5 mm', '--pull')
+    by_mass = designed(*sizes, '300 g')
+    assert by_mass['pull_n'] == 0.3 * 9.80665
+    assert designed(*sizes, '300 g', '--weight-unit', 'pound') == by_mass
+    assert designed(*sizes, f'{0.3 * 9.80665!r} N') == by_mass
+    found = tauto_core.design(inertia='4 kg cm2', base_radius='5 mm', pull='300 g')
+    assert (found.pull_n, found.period_s) == (by_mass['pull_n'], by_mass['period_s'])
+    degrees = tauto_core.isochronism('ideal', ['30 deg'])
+    assert degrees.amplitude_rad[0] == math.radians(30.0)
+    assert tauto_core.cam('ideal', reach_rad='30 deg').angle_rad[-1] == math.radians(30.0)
+    with pytest.raises(tauto_core.TautoError, match=r"thread_mm = '1 s': must be a length \[mm\]"):
+        tauto_core.cut('ideal', 'cam.svg', thread_mm='1 s')
+    with pytest.raises(tauto_core.TautoError, match=r"from_s = '1 m': must be a time \[s\]"):
+        tauto_core.plot('ideal', 'roll', from_s='1 m')
+
+
+def test_a_part_is_given_in_any_unit(tmp_path: Path) -> None:
+    """Without a unit --from and --to are minutes here, those of the axis."""
+    scene = ('involute_weight_at_sea', 'roll', '--duration', '5 min', '-o')
+    drawn = [tmp_path / f'{name}.svg' for name in 'ab']
+    for file, ends in zip(drawn, (('1', '3'), ('60 s', '0.05 h')), strict=True):
+        line = ['plot', *scene, str(file), '--from', ends[0], '--to', ends[1]]
+        assert CliRunner().invoke(app, line).exit_code == 0
+    assert drawn[0].read_bytes() == drawn[1].read_bytes()
+
+
+def test_a_range_of_days_takes_other_units() -> None:
+    assert between('--days', '6 weeks..100', '42..', 'd') == (42.0, 100.0)
+    with pytest.raises(UsageError, match=r'--days 5mm\.\.: must be a range'):
+        between('--days', '5mm..', '42..', 'd')
+
+
+def test_what_a_fleet_draws_is_in_the_unit_of_the_key() -> None:
+    scene = load_scene(
+        'involute_weight_at_sea', duration=60.0, air={'kind': 'route', 'celsius': 20.0}
+    )
+    said: dict[str, object] = {
+        'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': '20 um', 'mean': '5 mm'},
+        'trochlea.release_angle': {'kind': 'list', 'values': ['60 deg', 1]},
+        'air.celsius': {'kind': 'uniform', 'low': '68 degF', 'high': 30},
+    }
+    radius, angle, warm = as_draws(said, 'vary', scene).values()
+    assert (radius.sigma, radius.mean) == (2e-5, 0.005)
+    assert angle.values == (math.radians(60.0), 1)
+    assert (warm.low, warm.high) == (20.0, 30.0)
+    # a spread of temperatures is no temperature: 9 °F are 5 K, not −13 °C
+    for spread in ('5 K', 5):
+        (air,) = as_draws(
+            {'air.celsius': {'kind': 'normal', 'sigma': spread}}, 'v', scene
+        ).values()
+        assert air.sigma == 5.0
+    for key, sigma, problem in (
+        ('trochlea.cam.base_radius', '5 s', r'base_radius.sigma = .5 s.: must be a length \[m\]'),
+        ('air.celsius', '5 degC', r'celsius.sigma = .5 degC.: must be a difference of temp'),
+    ):
+        with pytest.raises(SceneError, match=problem):
+            as_draws({key: {'kind': 'normal', 'sigma': sigma}}, 'vary', scene)
 
 
 def test_a_scene_without_words_asks_for_no_unit() -> None:

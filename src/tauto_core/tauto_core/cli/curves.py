@@ -128,6 +128,8 @@ def cam(
 # `tauto design`: from a wanted period to cam, pull or wheel, and back.
 
 Quantity = float | None
+Size = str | None
+"""A number in the unit that another option names, or one with a unit."""
 
 
 def design(
@@ -136,7 +138,8 @@ def design(
         typer.Option(metavar='S', parser=measured('s'), help='Period of a full swing [s].'),
     ] = None,
     pendulum: Annotated[
-        Quantity, typer.Option(metavar='LENGTH', help='Or of a simple pendulum of this length.')
+        Size,
+        typer.Option(metavar='LENGTH', help='Or of a simple pendulum of this length.'),
     ] = None,
     inertia: Annotated[
         Quantity,
@@ -145,19 +148,19 @@ def design(
         ),
     ] = None,
     disc_weight: Annotated[
-        Quantity, typer.Option(metavar='WEIGHT', help='Or its weight, if it is a uniform disc,')
+        Size,
+        typer.Option(metavar='WEIGHT', help='Or its weight, if it is a uniform disc,'),
     ] = None,
-    disc_radius: Annotated[
-        Quantity, typer.Option(metavar='LENGTH', help='and its radius.')
-    ] = None,
+    disc_radius: Annotated[Size, typer.Option(metavar='LENGTH', help='and its radius.')] = None,
     disc_is_base: Annotated[
         bool, typer.Option('--disc-is-base', help="The disc's radius is the base radius (XX).")
     ] = False,
     pull: Annotated[
-        Quantity, typer.Option(metavar='WEIGHT', help='Pull in the thread, without inertia.')
+        Size,
+        typer.Option(metavar='WEIGHT', help='Pull in the thread, without inertia.'),
     ] = None,
     base_radius: Annotated[
-        Quantity,
+        Size,
         typer.Option(metavar='LENGTH', help="Base radius of the involute; a hole's rate."),
     ] = None,
     length_unit: Annotated[
@@ -177,6 +180,9 @@ def design(
 
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
     A disc counts as two numbers, weight and radius, one of which may be the missing one.
+
+    LENGTH and WEIGHT are in --length-unit and --weight-unit, or have a unit, as `5 mm`, `3 N` or
+    `300 g`.
     """
     from tauto_core.machines import design as rules
 

@@ -13,6 +13,7 @@ from tauto_core.cli.terminal import (
     SceneName,
     Settings,
     given_values,
+    measured,
     progress_bar,
     say,
 )
@@ -46,36 +47,71 @@ def plate(
     ] = None,
     thread: Annotated[
         float,
-        typer.Option(metavar='MM', help='Thickness of the thread, and width of its slot.'),
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Thickness of the thread, and width of its slot.',
+        ),
     ] = 0.5,
     cutter: Annotated[
         float,
         typer.Option(
             metavar='MM',
+            parser=measured('mm'),
             help='Diameter of the cutter, or kerf; 0: without the path of its centre.',
         ),
     ] = 0.25,
     tolerance: Annotated[
-        float, typer.Option(metavar='MM', help='Greatest distance between arcs and cheeks.')
+        float,
+        typer.Option(
+            metavar='MM', parser=measured('mm'), help='Greatest distance between arcs and cheeks.'
+        ),
     ] = 1e-5,
     reach: Annotated[
-        Size, typer.Option(metavar='RAD', help='Largest angle of the cheeks; default: as `cam`.')
+        Size,
+        typer.Option(
+            metavar='RAD',
+            parser=measured('rad'),
+            help='Largest angle of the cheeks; default: as `cam`.',
+        ),
     ] = None,
     bore: Annotated[
-        Size, typer.Option(metavar='MM', help='Diameter of the bore; default: half the cusp.')
+        Size,
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Diameter of the bore; default: half the cusp.',
+        ),
     ] = None,
     pins: Annotated[
-        Size, typer.Option(metavar='MM', help='Diameter of the pin holes; default: 0.3 cusps.')
+        Size,
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Diameter of the pin holes; default: 0.3 cusps.',
+        ),
     ] = None,
     pin_circle: Annotated[
         Size,
-        typer.Option(metavar='MM', help='Distance of pins from the axle; default: 0.65 cusps.'),
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Distance of pins from the axle; default: 0.65 cusps.',
+        ),
     ] = None,
     slot: Annotated[
-        Size, typer.Option(metavar='MM', help='Depth of the slot; default: 0.3 cusps.')
+        Size,
+        typer.Option(
+            metavar='MM', parser=measured('mm'), help='Depth of the slot; default: 0.3 cusps.'
+        ),
     ] = None,
     thickness: Annotated[
-        float, typer.Option(metavar='MM', help='Thickness of the plate, for --step and --stl.')
+        float,
+        typer.Option(
+            metavar='MM',
+            parser=measured('mm'),
+            help='Thickness of the plate, for --step and --stl.',
+        ),
     ] = 2.0,
     settings: Settings = None,
     as_json: AsJson = False,

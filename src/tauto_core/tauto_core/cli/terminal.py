@@ -35,14 +35,13 @@ def measured(unit: str) -> Callable[[str | float], float]:
 
     def number(text: str | float) -> float:
         try:
-            return float(text)
+            return float(text)  # nearly always, and without an import
         except ValueError:
-            from tauto_core.scene.units import in_unit, misfit
-        found = in_unit(text, unit)
-        if isinstance(found, float):
-            return found
-        problem, remedy = misfit(str(text), unit) or (f'must be a number [{unit}]', '')
-        raise typer.BadParameter(f'{text!r} {problem}. {remedy}'.rstrip('. '))
+            from tauto_core.scene.units import measure
+        try:
+            return measure(text, unit)
+        except ValueError as error:
+            raise typer.BadParameter(f'{text!r} {error}') from None
 
     return number
 
@@ -131,9 +130,11 @@ def listed(option: str, text: str, unit: str, words: str, example: str) -> list[
     Raises:
         UsageError: something else.
     """
+    from tauto_core.scene.units import measure
+
     try:
-        return [measured(unit)(part) for part in text.split(',')]
-    except typer.BadParameter:
+        return [measure(part, unit) for part in text.split(',')]
+    except ValueError:
         raise UsageError(
             f'{option} {text!r}: must be numbers with commas between, in {words}. Write for '
             f'example {example}'

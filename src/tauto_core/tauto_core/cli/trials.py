@@ -51,12 +51,20 @@ class Asked:
     local_time_s: float
 
 
-def between(option: str, text: str, example: str) -> tuple[float, float]:
-    """Return the ends of a range `A..B`, either of which may be missing; else a UsageError."""
+def between(option: str, text: str, example: str, unit: str | None = None) -> tuple[float, float]:
+    """Return the ends of a range `A..B`, either of which may be missing; else a UsageError.
+
+    They are in `unit`, or have a unit.
+    """
+    from tauto_core.scene.units import measure
+
+    def end(said: str) -> float:
+        return float(said) if unit is None else measure(said, unit)
+
     least, dots, most = text.partition('..')
     try:
-        low = float(least) if least else -math.inf
-        high = (float(most) if most else math.inf) if dots else low
+        low = end(least) if least else -math.inf
+        high = (end(most) if most else math.inf) if dots else low
         if not low <= high:
             raise ValueError
     except ValueError:
@@ -97,7 +105,7 @@ def sail_logs(
     if asked.years is not None:
         low, high = between('--years', asked.years, '1770..1790')
     choice = Choice(
-        days=between('--days', asked.days, '42..'),
+        days=between('--days', asked.days, '42..', 'd'),
         years=(low, high),
         port=asked.port,
         ocean=asked.ocean,

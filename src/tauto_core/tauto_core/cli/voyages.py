@@ -166,7 +166,7 @@ _WHAT = (
 _UNIT = (
     'in the unit of the time axis of `plot error`: days for a voyage of two days or more, then '
 )
-_UNIT += 'hours, minutes, seconds'
+_UNIT += 'hours, minutes, seconds; or with a unit, as 36 h'
 
 
 def plot(
@@ -182,7 +182,7 @@ def plot(
         ),
     ] = None,
     from_time: Annotated[
-        float | None,
+        str | None,
         typer.Option(
             '--from',
             metavar='T',
@@ -191,7 +191,7 @@ def plot(
         ),
     ] = None,
     to_time: Annotated[
-        float | None,
+        str | None,
         typer.Option('--to', metavar='T', help='End it here; default: ten minutes after --from.'),
     ] = None,
     duration: Duration = None,
@@ -210,6 +210,8 @@ def plot(
 
     file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file, part=from_time is not None or to_time is not None)
+    for name, at in (('--from', from_time), ('--to', to_time)):
+        _on_axis(name, at, 1.0)  # a text that is no time is refused before she sails
     given = given_values(settings, duration, accuracy)
     if what in OF_A_SCENE and not is_bag(source):
         scene = load_scene(source, **given)
@@ -219,9 +221,21 @@ def plot(
     else:
         voyage = _voyage(source, given, anyway)
         unit_s, _ = time_unit(float(voyage.time_s[-1]))
-        begin, end = (None if at is None else at * unit_s for at in (from_time, to_time))
-        voyage.plot(what, file, from_s=begin, to_s=end)
+        begin = _on_axis('--from', from_time, unit_s)
+        voyage.plot(what, file, from_s=begin, to_s=_on_axis('--to', to_time, unit_s))
     say(f'wrote {file}')
+
+
+def _on_axis(option: str, text: str | None, unit_s: float) -> float | None:
+    """Return a time [s] that is given in the unit of the axis, or with another."""
+    from tauto_core.scene.units import quantity
+
+    if text is None:
+        return None
+    try:
+        return float(text) * unit_s
+    except ValueError:
+        return quantity(text, 's', f'{option} {text!r}')
 
 
 def report(
@@ -564,9 +578,9 @@ def fleet(
     for name, value in of_logs.items():
         if value is not None:
             raise UsageError(f'{name} {value}: goes with --logs. Name a log-book, or leave it out')
-    draws = read_draws(vary) if vary is not None else {}
     ships = 100 if ships is None else ships
     loaded = load_scene(scene, **given_values(settings, duration, accuracy))
+    draws = read_draws(vary, loaded) if vary is not None else {}
     plan = Plan(loaded, scene, ships, draws, str(vary or scene))
     for warning in plan.warnings:
         say(warning)

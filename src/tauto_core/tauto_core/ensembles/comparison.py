@@ -133,8 +133,8 @@ def make_entries(
     clocks: Sequence[str | Path | Scene] = (),
     *,
     ship_of: str | Path | Scene | None = None,
-    duration: float | None = None,
-    accuracy: float | None = None,
+    duration: float | str | None = None,
+    accuracy: float | str | None = None,
     rolls_deg: Sequence[float] = (),
     cases: _Cases = 'both',
     anyway: bool = False,
@@ -182,8 +182,8 @@ def make_entries(
 def _scenes(
     clocks: Sequence[str | Path | Scene],
     ship_of: str | Path | Scene | None,
-    duration: float | None,
-    accuracy: float | None,
+    duration: float | str | None,
+    accuracy: float | str | None,
     overrides: Mapping[str, object],
 ) -> list[tuple[str, Scene]]:
     asked: dict[str, Any] = {'solver.accuracy': accuracy}

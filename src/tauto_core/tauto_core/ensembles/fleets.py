@@ -47,11 +47,13 @@ from tauto_core.scene.loader import (
     checked_scene,
     put_value,
     read_mapping,
+    unit_at,
     value_at,
     write_mapping,
 )
 from tauto_core.scene.sections import Number, Positive, Section
 from tauto_core.scene.tables import read_data
+from tauto_core.scene.units import in_unit, misfit, unit_of, unit_table
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:
@@ -139,7 +141,7 @@ _READER: TypeAdapter[Normal | Uniform | OneOf] = TypeAdapter(Draw)
 _EXAMPLE = 'Write for example `{kind: normal, sigma: 2.0e-5}`.'
 
 
-def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
+def read_draws(path: Path, scene: Scene) -> dict[str, Normal | Uniform | OneOf]:
     """Return the distributions of keys, by their paths in the scene.
 
     The YAML file has paths such as `trochlea.cam.base_radius`, each with a mapping whose `kind` is
@@ -151,30 +153,53 @@ def read_draws(path: Path) -> dict[str, Normal | Uniform | OneOf]:
         why = getattr(error, 'strerror', None) or 'is not UTF-8 text'
         remedy = ArgumentText('Name a YAML file with ', Argument('vary'), '.')
         raise SceneError(str(path), '', str(path), f'cannot be read: {why}', remedy) from None
-    return as_draws(content, str(path))
+    return as_draws(content, str(path), scene)
 
 
-def as_draws(content: dict[str, Any], origin: str) -> dict[str, Normal | Uniform | OneOf]:
+def as_draws(
+    content: dict[str, Any], origin: str, scene: Scene
+) -> dict[str, Normal | Uniform | OneOf]:
     """Return the distributions of keys, from the mapping in such a file.
 
+    Numbers are in the unit that the key has in the scene, or texts with a unit, such as `20 um`.
     `origin` names the source for errors, which are as for `read_draws`.
     """
     draws, problems = {}, []
     for key, said in content.items():
+        unit = unit_at(scene, key)
         try:
-            draws[key] = _READER.validate_python(said)
+            draws[key] = _READER.validate_python(_in_numbers(said, unit))
         except ValidationError as error:
             for detail in error.errors():
-                place = '.'.join(str(part) for part in detail['loc'][1:])
-                why = detail['msg'][:1].lower() + detail['msg'][1:]
-                full = f'{key}.{place}' if place else key
-                problems.append(Problem(full, detail['input'], why, _EXAMPLE))
+                names = detail['loc'][1:]
+                full = '.'.join([key, *map(str, names)])
+                value = detail['input']
+                asked = _asked(str(names[0]), unit) if names else None
+                why = misfit(value, asked) if asked and isinstance(value, str) else None
+                problem, remedy = why or (
+                    detail['msg'][:1].lower() + detail['msg'][1:],
+                    _EXAMPLE,
+                )
+                problems.append(Problem(full, value, problem, remedy))
     if problems:
         first, *further = problems
         raise SceneError(
             origin, first.key, first.value, first.problem, first.remedy, further=further
         )
     return draws
+
+
+def _in_numbers(said: object, unit: str | None) -> object:
+    """Return a distribution with its texts of a number and a unit as numbers in a key's unit."""
+    if unit is None or not isinstance(said, dict):
+        return said
+    return {name: in_unit(value, str(_asked(name, unit))) for name, value in said.items()}
+
+
+def _asked(name: str, unit: str | None) -> str | None:
+    """Return the unit of a number of a distribution: a spread in degrees Celsius is in kelvin."""
+    is_temperature = unit is not None and (unit_of(unit) or unit_table()['K']).zero
+    return 'K' if is_temperature and name in ('sigma', 'half_width') else unit
 
 
 def _centre(given: _Value | None) -> float:

@@ -14,7 +14,13 @@ from dataclasses import dataclass
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.times import STANDARD_GRAVITY
-from tauto_core.scene.units import PARIS_FOOT_M, PARIS_POUND_KG, RHENISH_FOOT_M
+from tauto_core.scene.units import (
+    PARIS_FOOT_M,
+    PARIS_POUND_KG,
+    RHENISH_FOOT_M,
+    in_unit,
+    quantity,
+)
 
 SCRUPLE_M = RHENISH_FOOT_M / 1000.0
 """Euler's scruple: a thousandth of the Rhenish foot, 0.31385 mm."""
@@ -144,14 +150,14 @@ def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, fl
 
 def design(
     *,
-    period: float | None = None,
-    pendulum: float | None = None,
-    inertia: float | None = None,
-    disc_weight: float | None = None,
-    disc_radius: float | None = None,
+    period: float | str | None = None,
+    pendulum: float | str | None = None,
+    inertia: float | str | None = None,
+    disc_weight: float | str | None = None,
+    disc_radius: float | str | None = None,
     disc_is_base: bool = False,
-    pull: float | None = None,
-    base_radius: float | None = None,
+    pull: float | str | None = None,
+    base_radius: float | str | None = None,
     length_unit: str = 'm',
     weight_unit: str = 'N',
     gravity: float = STANDARD_GRAVITY,
@@ -159,7 +165,8 @@ def design(
     """Return the design of which three numbers are given (Euler 1727, XIX–XXI).
 
     Of period, moment of inertia, pull and base radius three give the fourth. A disc counts as two
-    numbers, weight and radius, one of which may be what is left out.
+    numbers, weight and radius, one of which may be what is left out. A text has a unit, as `5 mm`;
+    that of a weight may be one of mass.
 
     Args:
         period: period of a full swing [s].
@@ -181,19 +188,20 @@ def design(
     _check_size(gravity, Argument('gravity', repr(gravity), spaced=True))
     metres, newtons = units(length_unit, weight_unit, gravity)
     given = {
-        'period': (period, 1.0),
-        'pendulum': (pendulum, metres),
-        'inertia': (inertia, 1.0),
-        'disc_weight': (disc_weight, newtons),
-        'disc_radius': (disc_radius, metres),
-        'pull': (pull, newtons),
-        'base_radius': (base_radius, metres),
+        'period': (period, 's', 1.0),
+        'pendulum': (pendulum, 'm', metres),
+        'inertia': (inertia, 'kg m2', 1.0),
+        'disc_weight': (disc_weight, 'N', newtons),
+        'disc_radius': (disc_radius, 'm', metres),
+        'pull': (pull, 'N', newtons),
+        'base_radius': (base_radius, 'm', metres),
     }
     known: dict[str, float | None] = dict.fromkeys(given)
-    for name, (value, unit) in given.items():
+    for name, (value, unit, size) in given.items():
         if value is not None:
-            _check_size(value, Argument(name, repr(value), spaced=True))
-            known[name] = value * unit
+            number, scale = _number(name, value, unit, size, gravity)
+            _check_size(number, Argument(name, repr(number), spaced=True))
+            known[name] = number * scale
     for name, other in (
         ('period', 'pendulum'),
         ('inertia', 'disc_weight'),
@@ -235,6 +243,20 @@ def design(
         found.lever_rate,
         gravity,
     )
+
+
+def _number(
+    name: str, value: float | str, unit: str, size: float, gravity: float
+) -> tuple[float, float]:
+    """Return a number and its unit in SI units: `size`, where the value has no unit in words."""
+    try:
+        return float(value), size
+    except ValueError:
+        pass
+    mass = in_unit(value, 'kg')
+    if unit == 'N' and isinstance(mass, float):
+        return mass, gravity
+    return quantity(value, unit, Argument(name, repr(value), spaced=True)), 1.0
 
 
 def _disc_is_base(

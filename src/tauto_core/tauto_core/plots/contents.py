@@ -25,8 +25,9 @@ from tauto_core.plots.machine import cam_lines, draw_machine
 from tauto_core.results import not_whole
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples, take
 from tauto_core.scene import Scene
-from tauto_core.scene.errors import EstimationError, UsageError
+from tauto_core.scene.errors import Argument, EstimationError, UsageError
 from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.scene.units import quantity
 from tauto_core.ship import Passage
 from tauto_core.ship.coast import place_name
 from tauto_core.ship.imu import attitude
@@ -236,8 +237,8 @@ def picture(
     what: str,
     file: str | Path | None = None,
     *,
-    from_s: float | None = None,
-    to_s: float | None = None,
+    from_s: float | str | None = None,
+    to_s: float | str | None = None,
 ) -> Figure:
     """Return one of `PICTURES` as a figure, and write it to a file if one is named.
 
@@ -246,7 +247,11 @@ def picture(
     """
     check_picture(what, file, part=from_s is not None or to_s is not None)
     name = '\n'.join([*wrap(not_whole(voyage.result), TITLE_LENGTH), voyage.scene.name])
-    figure = draw(chart(voyage, what, from_s, to_s), name)
+    begin, end = (
+        None if at is None else quantity(at, 's', Argument(argument, repr(at), spaced=True))
+        for argument, at in (('from_s', from_s), ('to_s', to_s))
+    )
+    figure = draw(chart(voyage, what, begin, end), name)
     if file is not None:
         write_figure(lambda: figure, Path(file), 'file')
     return figure

@@ -47,7 +47,7 @@ from tauto_core.scene.sections import (
 )
 from tauto_core.scene.tables import is_shipped, missing_file, read_data
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
-from tauto_core.scene.units import in_unit
+from tauto_core.scene.units import declared, in_unit
 from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.airs import RecordAir
@@ -402,6 +402,24 @@ def value_at(content: Any, path: str) -> Any:
         key = _key_in(content, name)
         content = None if key is None else content[key]
     return content
+
+
+def unit_at(scene: Scene, path: str) -> str | None:
+    """Return the unit that the key at a path declares; None where it has none, or there is no key.
+
+    Paths are those of `value_at`. An item of a list has the unit of the list's key.
+    """
+    here: Any = scene
+    unit = None
+    for name in path.split('.'):
+        if isinstance(here, list | tuple) and name.isdecimal() and int(name) < len(here):
+            here = here[int(name)]
+        elif isinstance(here, Section) and name in type(here).model_fields:
+            unit = declared(type(here).model_fields[name].description)
+            here = getattr(here, name)
+        else:
+            return None
+    return unit
 
 
 def remove_at(content: dict[str, Any], path: str) -> None:

@@ -50,8 +50,10 @@ _UNITS = """\
 
 Where the meaning of a key has a unit in brackets, a text of a number and a unit may stand for the
 number: `base_radius: 5 mm`, `duration: 10 min`, `--set 'trochlea.release_angle=60 deg'`,
-`tauto.load('measured', duration='1 h')`. Options of the command line with a unit take them, too:
-`--duration 10min`. The scene that runs, bags and `--json` have the number in the unit of the key.
+`tauto.load('measured', duration='1 h')`. Options of the command line with a unit and arguments in
+Python take them, too: `--duration 10min`, `--from '36 h'`, `tauto.design(pull='300 g', …)`; and so
+do the distributions of `tauto fleet --vary`, in the unit of the key that is drawn. The scene that
+runs, bags and `--json` have the number in the unit of the key.
 
 {table}
 

@@ -25,6 +25,8 @@ from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
 
+from tauto_core.scene.errors import Argument, UsageError
+
 RHENISH_FOOT_M = 0.31385
 PARIS_FOOT_M = 0.32484
 PARIS_POUND_KG = 0.4895
@@ -246,6 +248,31 @@ def misfit(value: str, asked: str) -> tuple[str, str] | None:
         return f'is beyond what a number can hold in {asked}', remedy
     what = _KINDS.get(given.powers, f'number in {match[2]}')
     return f'must be {_a(kind)} [{asked}], not {_a(what)}', remedy
+
+
+def measure(value: float | str, unit: str) -> float:
+    """Return a number in a unit, given as a number, or as text with a unit or without.
+
+    Raises:
+        ValueError: a text that is none, or in a unit of another kind; the message says what it
+            must be, and what to write.
+    """
+    try:
+        return float(value)
+    except ValueError:
+        found = in_unit(value, unit)
+    if isinstance(found, float):
+        return found
+    problem, remedy = misfit(str(value), unit) or (f'must be a number [{unit}]', '')
+    raise ValueError(f'{problem}. {remedy}'.rstrip('. '))
+
+
+def quantity(value: float | str, unit: str, *named: str | Argument) -> float:
+    """Return what `measure` does; its error is a UsageError that begins with a name."""
+    try:
+        return measure(value, unit)
+    except ValueError as error:
+        raise UsageError(*named, f': {error}') from None
 
 
 _SHOWN = (
