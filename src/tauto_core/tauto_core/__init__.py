@@ -8,7 +8,7 @@
 
 `load` reads a scene, `new_scene` writes one to start from, `check` says what would run, `sail`
 sails it, `replay` reads a bag, `budget` says why the clock's rate is what it is. `cam` gives a
-curve, `isochronism` its periods, `cut` its drawing;
+curve, `isochronism` its periods, `cut` its drawing, `plate` a part to make;
 `design` finds what is left out of a wheel's design, and `claims` checks Euler's papers. `compare`
 sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks along the
 passages of a log-book; `plot` and `report` draw. Notebooks show results with their pictures.
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         isochronism,
         load,
         new_scene,
+        plate,
         plot,
         recover_bag,
         replay,
@@ -63,6 +64,7 @@ __all__ = [
     'isochronism',
     'load',
     'new_scene',
+    'plate',
     'plot',
     'recover_bag',
     'replay',

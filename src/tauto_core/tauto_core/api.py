@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
     from tauto_core.plots.cutting import CamCut
+    from tauto_core.plots.plate import ScenePlate
     from tauto_core.samples import FloatArray
 
 
@@ -365,6 +366,110 @@ def cut(
         return cutting.cut(
             loaded, {kind: place}, points=count, reach_rad=reach_rad, thread_mm=thick
         )
+
+
+def plate(
+    scene: str | Path | Scene,
+    *,
+    dxf: str | Path | None = None,
+    template: str | Path | None = None,
+    step: str | Path | None = None,
+    stl: str | Path | None = None,
+    thread_mm: Quantity = 0.5,
+    cutter_mm: Quantity = 0.25,
+    tolerance_mm: Quantity = 1e-5,
+    reach_rad: Quantity | None = None,
+    bore_mm: Quantity | None = None,
+    pins_mm: Quantity | None = None,
+    pin_circle_mm: Quantity | None = None,
+    slot_mm: Quantity | None = None,
+    thickness_mm: Quantity = 2.0,
+    **overrides: object,
+) -> ScenePlate:
+    """Return a scene's cam as a plate that one can cut and print, and what it costs.
+
+    Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
+    thread, a bore and two pin holes. Lengths that are left out go by the distance of the cusp from
+    the axle.
+
+    Args:
+        scene: as for `load`.
+        dxf: name of a file, ending in .dxf: arcs for the machine, and the path of the cutter.
+        template: name of a file, ending in .svg: a sheet of A4 to scale. Of a larger plate it is
+            the plan of several sheets beside it.
+        step: name of a file, ending in .step: wheel, cheeks and axle as solids (extra `cad`).
+        stl: a folder, for wheel.stl, cheeks.stl and axle.stl (extra `cad`). Files are replaced.
+        thread_mm: thickness of the thread, and width of its slot [mm].
+        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre.
+        tolerance_mm: greatest distance between arcs and cheeks [mm].
+        reach_rad: as for `cam`.
+        bore_mm: diameter of the bore [mm]; None: half the distance of the cusp.
+        pins_mm: diameter of the pin holes [mm]; None: 0.3 of it.
+        pin_circle_mm: distance of the pins from the axle [mm]; None: 0.65 of it.
+        slot_mm: depth of the slot [mm]; None: 0.3 of it.
+        thickness_mm: thickness of the plate [mm], for `step` and `stl`.
+        overrides: as for `load`.
+
+    Returns:
+        The `plate` in mm, the `cam`, the `files` that were written, and `rates`: what rounded
+        cusp, arcs and a micrometre too deep cost in s/day on land, arrays `edge`, `outline` and
+        `one_micrometre` at each `amplitude_rad`.
+
+    Raises:
+        UsageError: a scene without two mirror-image cheeks, another ending, arguments out of
+            range, or parts that do not fit.
+        SceneError: the cam cannot be built.
+        TautoError: the extra is missing, or a file cannot be written.
+    """
+    from dataclasses import replace
+
+    from tauto_core.files import check_place
+    from tauto_core.plots import plate as plates
+
+    places = {
+        name: path(name, file)
+        for name, file in (('dxf', dxf), ('template', template), ('step', step), ('stl', stl))
+        if file is not None
+    }
+    for name, ending in (('dxf', '.dxf'), ('template', '.svg'), ('step', '.step')):
+        if name in places:
+            if places[name].suffix.lower() not in ('', ending):
+                raise UsageError(
+                    Argument(name, places[name]), f': must end in {ending}. Name another file'
+                )
+            check_place(places[name], name)
+    thickness = number('thickness_mm', thickness_mm, 'mm')
+    solid = {name: places[name] for name in ('step', 'stl') if name in places}
+    if solid:
+        from tauto_core.plots import solids
+
+        solids.check_solids(thickness)
+    sizes = {
+        name: None if size is None else number(name, size, 'rad' if name == 'reach_rad' else 'mm')
+        for name, size in (
+            ('reach_rad', reach_rad),
+            ('thread_mm', thread_mm),
+            ('cutter_mm', cutter_mm),
+            ('tolerance_mm', tolerance_mm),
+            ('bore_mm', bore_mm),
+            ('pins_mm', pins_mm),
+            ('pin_circle_mm', pin_circle_mm),
+            ('slot_mm', slot_mm),
+        )
+    }
+    loaded = load(scene, **overrides)
+    with naming(origin_of(scene), loaded.name):
+        made = plates.plate_of(loaded, **sizes)  # type: ignore[arg-type]
+        written = []
+        # refusals of any file come before the first is written
+        if 'template' in places:
+            written += plates.write_template(places['template'], made)
+        if solid:
+            written += solids.write_solids(made, thickness, solid.get('step'), solid.get('stl'))
+        if 'dxf' in places:
+            plates.write_plate_dxf(places['dxf'], made)
+            written.append(places['dxf'])
+    return replace(made, files=tuple(written))
 
 
 def design(

@@ -17,7 +17,6 @@ from tauto_core.cli.terminal import (
     progress_bar,
     say,
 )
-from tauto_core.scene.errors import UsageError, naming
 from tauto_core.wording import significant
 
 Size: TypeAlias = float | None
@@ -31,7 +30,10 @@ def plate(
     ] = None,
     template: Annotated[
         File,
-        typer.Option(metavar='FILE', help='Draw it to scale on A4 (.svg); replaces the file.'),
+        typer.Option(
+            metavar='FILE',
+            help='Draw it to scale on A4 (.svg), large ones on several sheets; replaces the file.',
+        ),
     ] = None,
     step: Annotated[
         File,
@@ -126,47 +128,27 @@ def plate(
     --step and --stl need the extra `cad`. The rim of the wheel is chosen so that all three solids
     together, in brass, have the moment of inertia of the scene.
     """
-    from tauto_core.files import check_place
-    from tauto_core.plots import plate as plates
-    from tauto_core.scene import load_scene
+    from tauto_core.api import plate as make_plate
 
-    for name, file, ending in (
-        ('dxf', dxf, '.dxf'),
-        ('template', template, '.svg'),
-        ('step', step, '.step'),
-    ):
-        if file is not None:
-            if file.suffix.lower() not in ('', ending):
-                raise UsageError(f'--{name} {file}: must end in {ending}. Name another file')
-            check_place(file, name)
-    if step is not None or stl is not None:
-        from tauto_core.plots import solids
-
-        solids.check_solids(thickness)
-    loaded = load_scene(scene, **given_values(settings))
-    with naming(scene, loaded.name), progress_bar(f'plate of {loaded.name}'):
-        made = plates.plate_of(
-            loaded,
-            reach,
+    with progress_bar('plate'):
+        made = make_plate(
+            scene,
+            dxf=dxf,
+            template=template,
+            step=step,
+            stl=stl,
             thread_mm=thread,
             cutter_mm=cutter,
             tolerance_mm=tolerance,
+            reach_rad=reach,
             bore_mm=bore,
             pins_mm=pins,
             pin_circle_mm=pin_circle,
             slot_mm=slot,
+            thickness_mm=thickness,
+            **given_values(settings),
         )
-        written = []
-        # refusals of any file come before the first is written
-        if template is not None:
-            plates.write_template(template, made)
-            written.append(template)
-        if step is not None or stl is not None:
-            written += solids.write_solids(made, thickness, step, stl)
-        if dxf is not None:
-            plates.write_plate_dxf(dxf, made)
-            written.append(dxf)
-    for file in written:
+    for file in made.files:
         say(f'wrote {file}')
     if as_json:
         typer.echo(json.dumps(made.facts(), allow_nan=False))
