@@ -106,9 +106,9 @@ class Problem:
 
     Args:
         key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
-        value: what was found there, as the user wrote it; `ABSENT` where nothing was.
-        problem: what is wrong, with the limit.
-        remedy: what to write instead, as a sentence.
+        value: the value found there, as the user wrote it; `ABSENT` where nothing was.
+        problem: the fault, with the limit.
+        remedy: the advice, as a sentence.
     """
 
     key: str
@@ -133,9 +133,9 @@ class SceneError(TautoError):
     Args:
         file: the scene's file or shipped name.
         key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
-        value: what was found there, as the user wrote it.
-        problem: what is wrong, with the limit.
-        remedy: what to write instead.
+        value: the value found there, as the user wrote it.
+        problem: the fault, with the limit.
+        remedy: the advice, as a sentence.
         further: the other problems of the same scene.
     """
 
@@ -207,7 +207,7 @@ class PropagationError(TautoError):
     """An event that ends the motion: slack thread, edge of the cam, no convergence.
 
     Args:
-        what: the event, with the quantity and its limit, and the remedy.
+        what: the event, with the quantity, its limit and the remedy.
         time_s: time of the event from the start of the scene [s].
     """
 
@@ -231,4 +231,4 @@ class BagPlaceError(BagError):
 
 
 class TautoWarning(UserWarning):
-    """What a command says besides its result: what it waits for, mends, or does again."""
+    """A message of a command besides its result: it waits, repairs something, or tries again."""

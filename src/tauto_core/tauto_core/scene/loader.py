@@ -130,7 +130,7 @@ class Scene(Section):
         log = log_of_voyage(keys['voyage'])
         if log is None:
             if isinstance(keys['voyage'], dict) and keys['voyage'].get('log') is not None:
-                keys.setdefault('duration', DAY_S)  # what is wrong with the log is told alone
+                keys.setdefault('duration', DAY_S)  # a wrong log is reported alone
         else:
             section = keys.get('log')
             interval = section.get('interval', 1.0) if isinstance(section, dict) else 1.0
@@ -164,7 +164,7 @@ class Scene(Section):
 
     @property
     def accuracy(self) -> float | None:
-        """Error of the reading that may be made in a day [s]; None where a tolerance decides."""
+        """Largest error of the reading in a day [s]; None where a tolerance decides."""
         if self.solver is None or (self.solver.accuracy is None and self.solver.tolerance is None):
             return ACCURACY
         return self.solver.accuracy
@@ -302,7 +302,7 @@ class Scene(Section):
             yield from self.solver.problems()
 
     def _log_problems(self, voyage: Itinerary) -> Iterator[Problem]:
-        """Yield what is wrong between a log and the times of the scene."""
+        """Yield the contradictions between a log and the times of the scene."""
         if voyage.log is None or any(voyage.log.problems()):
             return
         begins = _since_midnight(voyage.log)
@@ -324,7 +324,7 @@ class Scene(Section):
             )
 
     def _suspension_problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the suspension, or between it and the trochlea."""
+        """Yield the problems of the suspension, alone or with the trochlea."""
         if self.suspension is None:
             return
         yield from self.suspension.problems(still=self.lies_still)
@@ -350,7 +350,7 @@ class Scene(Section):
             )
 
     def _regulator_problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the trochlea, or with the regulator in its place."""
+        """Yield the problems of the trochlea, or of the regulator in its place."""
         if self.regulator is not None:
             others = {
                 'trochlea': self.trochlea,
@@ -450,7 +450,7 @@ def put_at(content: dict[str, Any], path: str, value: object) -> None:
 
 
 def _key_in(content: Any, name: str) -> str | int | None:
-    """Return what a name stands for in a mapping or list; None where nothing is there."""
+    """Return the item of a mapping or list by its name; None if there is none."""
     if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
         return int(name)
     return name if isinstance(content, dict) and name in content else None
@@ -656,7 +656,7 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
     Args:
         scene: for example `measured` or `scenes/mine.yaml`, or a scene.
         overrides: values to set before anything is checked, as `--duration` and `--set` do, by
-            key (`duration`) or path (`ship.sea.peak_period`); `None` leaves what the file says.
+            key (`duration`) or path (`ship.sea.peak_period`); `None` keeps the value of the file.
             Data paths among them are relative to the working directory.
 
     Raises:
@@ -717,7 +717,7 @@ def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str
     asked = given.get('solver.accuracy') or (
         isinstance(section, Mapping) and section.get('accuracy')
     )
-    if asked and asked is not ABSENT:  # it replaces what the scene has for it
+    if asked and asked is not ABSENT:  # it replaces the scene's value
         remove_at(content, 'solver.tolerance')
         if 'ship' not in given:
             remove_at(content, 'ship.rate')

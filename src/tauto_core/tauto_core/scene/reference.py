@@ -192,7 +192,7 @@ def schema() -> dict[str, Any]:
     air['oneOf'] += [
         {'$ref': f'{_REF}{form.__name__}'} for form in (AirRecordFile, AirHindcastFile)
     ]
-    # what follows from a log-book need not be given
+    # keys that follow from a log-book are not required
     logged = definitions['Itinerary']
     logged['properties']['log']['anyOf'].insert(1, {'$ref': f'{_REF}LogFile'})
     logged['anyOf'] = [{'required': logged.pop('required')}, {'required': ['log']}]

@@ -1,4 +1,4 @@
-"""What a scene refuses: pydantic's errors in its words, limits of numbers, rules of times."""
+"""Refusals of a scene: pydantic's errors in its words, limits of numbers, rules of times."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tauto_core.scene.units import declared, has_unit, misfit
 # Translates pydantic's errors into problems in the words of the scene.
 
 NO_KEY = 'is not a key of'
-"""How what is said of an unknown key begins."""
+"""Beginning of the message for an unknown key."""
 
 _LONGEST_KEY = 80
 # Keys that distinguish the kinds of a section.
@@ -63,7 +63,7 @@ _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
-    """Return what pydantic refused of the whole, `root`, with key paths, values and remedies."""
+    """Return pydantic's errors about the mapping `root`, with key paths, values and remedies."""
     found: list[Problem] = []
     details = error.errors(include_url=False)
     for detail in details:
@@ -115,7 +115,7 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
 
 
 def _misfit(value: str, field: FieldInfo | None) -> tuple[str, str] | None:
-    """Return why a text with a unit is not what a field asks, and the remedy."""
+    """Return why a text with a unit does not fit a field, and the remedy."""
     unit = None if field is None else declared(field.description)
     if unit is not None:
         return misfit(value, unit)
@@ -381,7 +381,7 @@ class GivenTimes:
     beyond: int
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with them."""
+        """Yield the problems of them."""
         grid = list(_whole_nanoseconds(self))
         yield from grid
         if grid:
@@ -451,7 +451,7 @@ def _near_rate(times: GivenTimes) -> float:
 
 
 def _log_grid(times: GivenTimes) -> Iterator[Problem]:
-    """Yield what does not fit log.interval; where nothing fits it, only the interval."""
+    """Yield the times that are no multiple of log.interval; if none is, only the interval."""
     interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
     interval_ns = nanoseconds(interval)
     lengths = {

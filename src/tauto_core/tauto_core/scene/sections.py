@@ -356,7 +356,7 @@ class DriftSettings(Section):
     )
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the covariates."""
+        """Yield the problems of the covariates."""
         named = list(self.covariates or ())
         for name in sorted(set(named)):
             if named.count(name) > 1:
@@ -399,7 +399,7 @@ class Solver(Section):
     )
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the accuracy or the tolerance."""
+        """Yield the problems of the accuracy or the tolerance."""
         for name, least, most, low, high in (
             (
                 'accuracy',
@@ -516,7 +516,7 @@ def has_wind(entry: LogEntry) -> bool:
 
 
 class EntryProblem(NamedTuple):
-    """What is wrong with an entry of a log: its number from 0, the column, and words."""
+    """A problem of an entry of a log: its number from 0, the column, and the fault in words."""
 
     entry: int
     column: str
@@ -526,7 +526,7 @@ class EntryProblem(NamedTuple):
 
 
 def log_time(text: str) -> datetime.datetime:
-    """Return the time of an entry, UTC without a zone; a ValueError says what is wrong."""
+    """Return the time of an entry, UTC without a zone; a ValueError names the fault."""
     if 'T24' in text or ' 24:' in text:
         raise ValueError('has the hour 24; write 00:00 of the next day')
     try:
@@ -555,7 +555,7 @@ def nautical_miles(one: Position, other: Position) -> float:
 
 
 def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iterator[EntryProblem]:
-    """Yield what is wrong with the entries of a log: times, jumps, winds and temperatures."""
+    """Yield the problems of the entries of a log: times, jumps, winds and temperatures."""
     if len(entries) < 2:
         said = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
         yield EntryProblem(0, '', ABSENT, f'{said}: she sails from one to the next', 'Add more.')
@@ -642,7 +642,7 @@ class VoyageLog(Section):
         return log_time(self.entries[0][0])
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with its entries."""
+        """Yield the problems of its entries."""
         for each in entry_problems(self.entries, self.longest_gap_days):
             yield Problem(
                 f'voyage.log.entries[{each.entry}]',
@@ -797,7 +797,7 @@ class Itinerary(Section):
         return self.date.toordinal() - sails + stamp_s / DAY_S
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, without computing the route."""
+        """Yield the contradictions between its keys, without computing the route."""
         wrong = [] if self.log is None else list(self.log.problems())
         if wrong:
             yield from wrong
@@ -866,7 +866,7 @@ class Itinerary(Section):
                 )
 
     def _out_of_order(self) -> Iterator[Problem]:
-        """Yield what is wrong with the times of waypoints."""
+        """Yield the problems of the times of waypoints."""
         timed = [(index, at) for index, at in enumerate(self.times) if at is not None]
         ends = timed if self.arrives_at is None else timed[:-1]
         for index, at in ends[1:] if self.speed is not None else ():

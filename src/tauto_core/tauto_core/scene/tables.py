@@ -172,7 +172,7 @@ def header_words(cells: Sequence[str]) -> str:
 
 
 def words_of(error: Exception) -> str:
-    """Return the first words of a library's error, without what it quotes of a file."""
+    """Return the first words of a library's error, without its quotations of a file."""
     said = re.split('[\'"`\\n]', str(error))[0].strip()
     return f'{type(error).__name__}: {said}' if said else type(error).__name__
 
@@ -195,15 +195,15 @@ WIDER = 1.5
 
 @dataclass(frozen=True)
 class Column:
-    """A column that is wanted, and what its numbers must satisfy.
+    """A wanted column, with the conditions on its numbers.
 
     Attributes:
         name: its heading.
         optional: whether the file may lack it.
         utc: whether the cells are dates and times, as 2000-01-01T02:00; they become seconds since
             1970.
-        gaps: what a cell without a number (`MISSING`) does: 'refuse' the file, 'skip' the row, or
-            become 'nan'.
+        gaps: the effect of a cell without a number (`MISSING`): 'refuse' the file, 'skip' the
+            row, or become 'nan'.
         nines: a number from here on also means that nothing was measured (buoys write 99 or 999).
         factor: multiplies the numbers, to convert their unit.
         unit: for messages [after the conversion].
@@ -339,7 +339,7 @@ def read_table(
         path: `shipped:<folder>/<file>`, or a path of the file system.
         columns: the columns wanted, with their limits.
         remedy: advice for a file that is not of this form.
-        divided: what divides the cells. With ' ', a `#` may precede the header, and lines that
+        divided: the separator of the cells. With ' ', a `#` may precede the header, and lines that
             begin with one are skipped.
 
     Raises:

@@ -39,7 +39,7 @@ class Unit(NamedTuple):
         scale: the factor, without that of degrees.
         powers: of metre, kilogram, second, kelvin and radian.
         degrees: power of π/180 in the factor.
-        zero: what a temperature of 0 is in kelvin; 0 for all else.
+        zero: kelvin at the zero of a scale of temperature; 0 for all else.
     """
 
     scale: Fraction
@@ -224,7 +224,7 @@ def has_unit(text: str) -> bool:
 
 
 def misfit(value: str, asked: str) -> tuple[str, str] | None:
-    """Return why a text is no number in a unit, and what to write; None without number and unit.
+    """Return why a text is not a number in a unit, with the remedy; None without number and unit.
 
     Args:
         value: a text that `in_unit` left as it was.
