@@ -1,4 +1,4 @@
-"""The rate equation: what the motion of the ship adds to the rate of the clock (theory.md, E11).
+"""The rate equation: the change of the clock's rate by the ship's motion (theory/rate.md, E11).
 
 The rate is y + Σ k_j x_j. Here are the clock model of a scene and the coefficients k_j, from short
 runs of the scene's own machine; `regressors` has the x_j.
@@ -105,7 +105,7 @@ def dial_model(scene: Scene) -> ClockModel:
 # coefficient is the change of the rate divided by the mean of the regressor. It is averaged over
 # several phases of the wave at the release, since in a real sea that phase is random. The
 # coefficient is the mean over several periods of the waves. Its standard deviation is their
-# spread, with an allowance for what a single wave cannot show.
+# spread, with an allowance for effects that a single wave cannot show.
 #
 # Small regular waves do not excite what makes some machines chaotic, as the swing of a thread. So
 # the clock is also run for some hours in a moderate sea, and what the equation leaves of its error
@@ -247,7 +247,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
     moves = tuple(tried[name] for name in tried if name in SHAKEN_BY)
     if not moves:
         return tuple(found)
-    # what the scene states is not tested
+    # coefficients that the scene states are not tested
     try:
         fitted = fit(scene, moves)
     except TautoError as error:

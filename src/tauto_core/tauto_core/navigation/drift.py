@@ -405,7 +405,7 @@ _COUNTED = (
 )  # fmt: skip
 
 RELEASE_SIGMA = 0.6
-"""Sigma of what a release adds to the dial until the wheel has settled, in swings: its root mean
+"""Sigma of the change of the dial by a release until the wheel has settled, in swings: its rms
 square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_weight_at_sea) and 0.56
 (hanging_thread_at_sea).
 """
@@ -472,10 +472,10 @@ class DriftStage:
 
     @property
     def notices(self) -> list[str]:
-        """What the last estimates lacked, and what to do about it."""
+        """The inputs that the last estimates lacked, with the remedy."""
         lost = self._motion.lost if self._motion else ()
         names = [f'{name}_unknown' for name in lost]
-        # what was once wrong with the sights stays so until somebody sees to it
+        # a fault of the sights is reported until somebody corrects it
         names += ['observations_unknown', 'estimates_reopened']
         health = self.health()
         found = drift_warnings({name: health[name] for name in names}, self._scene)
@@ -488,7 +488,7 @@ class DriftStage:
         return found
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take readings, observations and motion; return what can be published now."""
+        """Take readings, observations and motion; return the samples that can be published now."""
         if self._motion is not None:
             self._motion.feed(batches)
         # runs of readings that describe the same setting of their dial

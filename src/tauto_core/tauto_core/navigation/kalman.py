@@ -162,7 +162,7 @@ GNSS_SIGMA_S = 0.2
 """Default sigma of the time by a GNSS receiver's messages, without its pulse [s]."""
 
 SOURCES = ('', PORT, LANDFALL, 'sextant', LUNAR, 'gnss', 'gps')
-"""What the source of a `clock/observation` may be; each has a sigma (`ClockModel.sigma_of`)."""
+"""Possible sources of a `clock/observation`; each has a sigma (`ClockModel.sigma_of`)."""
 
 SETTING_SIGMAS = 10.0
 """Prior sigma of the dial's offset, in sigmas of an observation. It is so wide that the first

@@ -216,7 +216,7 @@ class LongitudeStage:
         self._health = dict.fromkeys(_COUNTED, 0)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take what has arrived; return longitudes of the stamps that every topic has reached."""
+        """Take new samples; return longitudes of the stamps that every topic has reached."""
         if self._expect_fix:
             return self._feed(batches)
         said, rest = [], dict(batches)
@@ -418,7 +418,7 @@ LEAST_UNCHECKED_DAYS = 42.0
 
 
 def prize_pounds(distance_nmi: float) -> int:
-    """Return what the Act pays for a longitude found within a distance >= 0 [pounds].
+    """Return the prize by the Act for a longitude found within a distance >= 0 [pounds].
 
     £20,000 within 30 miles, £15,000 within 40, £10,000 within 60, the limits included, else 0
     (theory E6). NaN or a negative distance is an EstimationError.

@@ -57,7 +57,7 @@ def followed(value: FloatArray, share: FloatArray, mean: float, out: FloatArray)
 
 
 class Follower(NamedTuple):
-    """What a clock's thread follows of the specific force, and where it has been.
+    """The part of the specific force that a clock's thread follows, with its recent values.
 
     Attributes:
         gravity: g [m/s²].
@@ -158,7 +158,7 @@ class MotionRegressors(Protocol):
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """What the last results lacked: `latitude`, `temperature`."""
+        """The inputs that the last results lacked: `latitude`, `temperature`."""
         ...
 
     @property
@@ -305,7 +305,7 @@ class Regressors:
         self._append(stamps, value)
 
     def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
-        """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), what shaking adds to a weight's rate.
+        """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), the rate of a weight by shaking.
 
         f_x counts for a thread that leans freely (theory G7). Of one whose plane is fixed to the
         ship it counts less the force along her axle, which such a thread cannot follow. On a
@@ -363,7 +363,7 @@ class Regressors:
 
 
 # -----------------------------------------------------------------------------
-# What changes slowly: gravity by the latitude, and the temperature.
+# Slow covariates: gravity by the latitude, and the temperature.
 #
 # Between two samples such a quantity is a + b s after the time s, and so X is a polynomial. With
 # g_ref gravity where the dial was regulated, γ normal gravity and E Eötvös' term of the way made
@@ -385,7 +385,7 @@ class SlowRegressor:
 
     topic: ClassVar[str]
     name: ClassVar[str]
-    """What is measured, in the names of counters."""
+    """The measured quantity, in the names of counters."""
 
     def __init__(self, *, live: bool, powers: tuple[int, ...] = (1,)) -> None:
         self._live, self.powers = live, powers
@@ -402,7 +402,7 @@ class SlowRegressor:
         raise NotImplementedError
 
     def values(self, samples: Any) -> FloatArray:
-        """Return what is kept of samples, (n, m)."""
+        """Return the stored columns of samples, (n, m)."""
         raise NotImplementedError
 
     def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
@@ -560,7 +560,7 @@ class AllRegressors:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """What the last results of any source lacked."""
+        """The inputs that the last results of any source lacked."""
         return tuple(name for source in self._sources for name in source.lost)
 
     @property
@@ -627,7 +627,7 @@ class SharedIntegrals:
 
     @staticmethod
     def key(scene: Scene) -> tuple[object, ...]:
-        """Return what clocks in one sea must have in common."""
+        """Return the settings that clocks in one sea must share."""
         trochlea = scene.trochlea
         leans = None if trochlea is None else (trochlea.thread_plane, trochlea.thread)
         return scene.drift.covariates, scene.g, repr(leans), repr(scene.air)
