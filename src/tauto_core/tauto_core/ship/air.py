@@ -68,7 +68,7 @@ class AirKind(Kind):
         raise NotImplementedError
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield what is wrong with it in a scene."""
+        """Yield its problems in a scene."""
         raise NotImplementedError
 
 

@@ -562,7 +562,7 @@ class MotionBuffer:
 
 
 class SharedBuffers:
-    """Buffers of clocks in one sea, which are fed in turn: what is the same is computed once.
+    """Buffers of clocks in one sea, which are fed in turn; common parts are computed once.
 
     Clocks whose buffers have the same settings, and that take their samples in the same parts,
     get the same forcing.
@@ -581,7 +581,7 @@ class SharedBuffers:
 
 @dataclass
 class _Shared:
-    """The buffer of all clocks with the same settings, and what it has said last."""
+    """The buffer of all clocks with the same settings, and its last output."""
 
     buffer: MotionBuffer
     last_ns: int = -1
@@ -616,7 +616,7 @@ class _InCommon(MotionBuffer):
         return shared.said
 
     def state(self) -> State:
-        """Refuse: what clocks share is not saved with one of them."""
+        """Refuse: shared parts are not saved with one of the clocks."""
         raise TypeError('the buffer of clocks in one sea is not saved')
 
 

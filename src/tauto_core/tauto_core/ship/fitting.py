@@ -34,8 +34,8 @@ class Gaps(NamedTuple):
     """Distances between neighbouring samples [ns].
 
     Attributes:
-        bridged_ns: what is longer is counted as bridged.
-        longest_ns: what is longer is not interpolated.
+        bridged_ns: a longer gap is counted as bridged.
+        longest_ns: a longer gap is not interpolated.
     """
 
     bridged_ns: int

@@ -3,7 +3,7 @@
 Of the waves `swh` [m], `pp1d` or `mwp` [s] and `mwd` [degrees, from which they come] are read, or,
 where the file has no waves, `u10` and `v10` [m/s], from which seas grow as from the winds of a
 log; of the air `t2m` [K]. Values are linear in time, latitude and longitude between those of the
-grid. The scene that runs contains what was found along the track, every `INTERVAL_S`.
+grid. The scene that runs contains the values along the track, every `INTERVAL_S`.
 
 The names and units are those of the ECMWF parameter database (140229, 140231, 140232, 140230,
 165, 166, 167).
@@ -62,7 +62,7 @@ _BEGINS = (
 
 
 class HindcastFile(WeatherKind):
-    """Seas along the voyage from a hindcast; the scene that runs contains what was found.
+    """Seas along the voyage from a hindcast; the scene that runs contains them.
 
     NetCDF with the names of ERA5: swh, mwd, and pp1d or mwp; or u10 and v10, from which a wind sea
     and a swell grow. Needs the extra `hindcast`.
@@ -90,7 +90,7 @@ class AirHindcastFile(AirKind):
 
 
 class Voyaging(Surroundings, Protocol):
-    """What says where the ship is, and when."""
+    """The source of the ship's places and times."""
 
     @property
     def starts_at(self) -> float:
@@ -99,7 +99,7 @@ class Voyaging(Surroundings, Protocol):
 
 
 def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) -> dict[str, Any]:
-    """Return the keys of a scene with what hindcasts have along its voyage.
+    """Return the keys of a scene with the values of hindcasts along its voyage.
 
     Args:
         content: keys, not checked yet.
@@ -225,7 +225,7 @@ def _voyage_and_start(scene: Voyaging, begins: str | None, key: str) -> tuple[It
 
 @contextmanager
 def opened(path: str) -> Iterator[Hindcast]:
-    """Yield a file, of which only what lies about the track is read.
+    """Yield a file, of which only the part around the track is read.
 
     Raises:
         SceneError: it is not NetCDF, has no grid of times and places, or a library is missing.

@@ -1,8 +1,8 @@
 """The motions of a ship in waves from the hydrodynamic coefficients of her hull (theory G7).
 
-`HullCoefficients` is what a panel method computes of a hull at rest: added mass, damping and the
+`HullCoefficients` has the result of a panel method for a hull at rest: added mass, damping and the
 exciting forces of waves. `Hull` adds the weights that she carries and gives her six motions at
-any heading and speed. `rate_by_place` says what these do to the rate of a weight-driven clock.
+any heading and speed. `rate_by_place` returns their effect on the rate of a weight-driven clock.
 
 Axes as everywhere (theory E): x forward, y to port, z up, here from amidships, the centreline and
 the waterline. The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow down)
@@ -55,10 +55,10 @@ class HullError(TautoError):
     """A hull, or a use of one, that is refused; names key, value, limit and remedy.
 
     Args:
-        key: what is wrong, for example `draught`.
-        value: what was given; `ABSENT` where nothing was.
-        problem: what is wrong, with the limit.
-        remedy: what to do instead, as a sentence.
+        key: the wrong argument, for example `draught`.
+        value: the given value; `ABSENT` where none was given.
+        problem: the fault, with the limit.
+        remedy: the advice, as a sentence.
     """
 
     exit_code = 2
@@ -138,7 +138,7 @@ def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY)
 
 
 # -----------------------------------------------------------------------------
-# What a panel method computes of a hull at rest.
+# The result of a panel method for a hull at rest.
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +154,7 @@ class HullCoefficients:
     a exp(i k (x cos beta + y sin beta) - i omega t).
 
     Attributes:
-        name: what the hull is called.
+        name: the name of the hull.
         source: how the tables were made.
         length: L of the waterline [m].
         beam: of the waterline [m].
@@ -389,7 +389,7 @@ class Shape:
         draught: T, without keel [m].
         block: block coefficient C_B.
         waterplane: waterplane coefficient, at least C_B; None: its root.
-        about: what is like it.
+        about: the kind of ship that it resembles.
     """
 
     length: float
@@ -817,12 +817,12 @@ def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray
 
 
 # -----------------------------------------------------------------------------
-# What a sea costs a clock that a weight drives, by heading and place.
+# The rate of a weight-driven clock in a sea, by heading and place.
 
 
 @dataclass(frozen=True)
 class PlaceRate:
-    """What the three accelerations at a place do to a clock driven by a weight [s/day].
+    """The effect of the three accelerations at a place on a clock driven by a weight [s/day].
 
     The mean of sqrt(|f|/g) to second order: heave loses <z''^2>/8g^2, motion athwart gains
     <y''^2>/4g^2, and so does motion fore and aft where the thread may lean that way.
@@ -869,7 +869,7 @@ def rate_by_place(
     speed: float = 0.0,
     omega: FloatArray | None = None,
 ) -> list[PlaceRate]:
-    """Return what a sea costs a clock driven by a weight, for each heading and place.
+    """Return the rate of a weight-driven clock in a sea, for each heading and place.
 
     The static formula (theory E2), for waves slow beside the swing. Integrals over the waves' own
     frequencies; accelerations with omega_e^2.

@@ -94,7 +94,7 @@ def form_mesh(shape: Shape, lengthways: int = LENGTHWAYS, down: int = DOWN) -> A
 def read_mesh(path: Path) -> Any:
     """Return the panels of a file: x forward, y to port, z up from the waterline [m].
 
-    What is above the waterline is cut off, and the middle of the waterline is put at x = 0.
+    The part above the waterline is cut off, and the middle of the waterline is put at x = 0.
 
     Args:
         path: any format that capytaine reads (.nemoh, .gdf, .pnl, .stl, .msh, ...).
@@ -153,7 +153,7 @@ def compute(
 
     Args:
         mesh: panels under water, both sides, as `form_mesh` and `read_mesh` return them.
-        name: what the hull is called.
+        name: the name of the hull.
         progress: called with the part that is done.
         frequencies: omega sqrt(L/g), rising.
         headings: number of headings over [0, pi].

@@ -321,7 +321,7 @@ def kept(imu: Sensed) -> Sensed:
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
     """Return the samples before a row, and those from it on.
 
-    What is left to compute is computed once, for both, when one of them needs it.
+    The rest is computed once for both, when one of them needs it.
     """
     halves = slice(None, row), slice(row, None)
     if isinstance(imu, ImuSamples):
@@ -604,7 +604,7 @@ class Continuity:
         return parts
 
     def state(self) -> State:
-        """Return what the next decision depends on, and the counters."""
+        """Return the data of the next decision, and the counters."""
         return {
             'last': self._last and tuple(self._last),
             'kept': self._kept,

@@ -1,6 +1,6 @@
 """Log-books: files of noon entries, the passages in them, and a scene of a passage.
 
-Formats, told apart by what a file begins with:
+Formats, recognised by the beginning of a file:
 
 - our columns: `passage`, `utc`, `latitude`, `longitude` [degrees, north and east +],
   `wind_from_deg`, `wind_mps`, and where known `air_celsius`, `nation`, `ship`, `from`, `to`;
@@ -110,7 +110,7 @@ class LoggedPassage:
     unit: str = field(default='line', compare=False)
 
     def problems(self, longest_gap_days: float = LONGEST_GAP_DAYS) -> Iterator[Problem]:
-        """Yield what keeps it from being sailed, by passage and row."""
+        """Yield the problems that keep it from being sailed, by passage and row."""
         for each in [self.wrong] if self.wrong else entry_problems(self.entries, longest_gap_days):
             place = f'passage {self.name}'
             if each.entry < len(self.lines):
@@ -129,7 +129,7 @@ class LoggedPassage:
         return sum(each[column] is not None for each in self.entries) / max(len(self.entries), 1)
 
     def notes(self) -> list[str]:
-        """Return what is doubtful, though it can be sailed."""
+        """Return notes on doubtful entries of a passage that can be sailed."""
         found = []
         steps = [
             (
@@ -180,8 +180,8 @@ def scene_of_passage(
     """Return the mapping of a scene that sails a passage, with the machine of another scene.
 
     The sea is grown from the logged wind, and the air is the logged one; of the scene's own
-    weather and air only what does not depend on the voyage is kept. Length and times follow from
-    the log.
+    weather and air only the keys that do not depend on the voyage are kept. Length and times
+    follow from the log.
 
     Args:
         scene: mapping as it stands in a scene file.

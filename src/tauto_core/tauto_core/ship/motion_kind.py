@@ -68,7 +68,7 @@ class Channels:
         heave: [m], upwards.
         force_y: specific force along the ship's y [m/s2].
         force_z: specific force along the ship's z [m/s2].
-        metadata: describes what the motion was computed from.
+        metadata: describes the source of the motion.
         warnings: anything unusual about it.
         six: all motions of a ship with a hull, at the clock; `roll` and `heave` are among them.
     """
@@ -248,7 +248,7 @@ class ShipKind(Kind):
         return iter(())
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         return iter(())
 
     @property

@@ -218,7 +218,7 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
 
 
 def _series(values: FloatArray) -> FloatArray:
-    """Return the Chebyshev series through values at the nodes, without what is below rounding."""
+    """Return the Chebyshev series through values at the nodes, without terms below rounding."""
     found = chebyshev_coefficients(values)
     return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
 

@@ -70,7 +70,7 @@ UNDER_WAY = 1e-3
 """
 
 BEGUN_S = 30.0
-"""What the error of the first piece leaves in the reading of such a clock, over that error [s]:
+"""Error of the reading of such a clock over the error of the first piece [s]:
 found 8 s after three hours, in which the escapement brings the amplitude back.
 """
 
@@ -87,7 +87,7 @@ def rate_for(
     high enough it is the highest that fits; where the motion cannot be had, the ship's own.
 
     Args:
-        scene: what the motion depends on.
+        scene: the scene of the motion.
         ship: how she moves; her own rate does not matter.
         accuracy: error of the clock's rate by sampling [s/day].
         forgets: whether an escapement keeps the amplitude.

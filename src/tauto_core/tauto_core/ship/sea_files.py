@@ -738,10 +738,10 @@ def section_read(
     Args:
         form: model of a section that names a file.
         reader: returns the keys with the contents of the file in its place.
-        ship: what has the section, such as the ship.
+        ship: the owner of the section, such as the ship.
         path: path of the key that names the file, from there.
         origin: name of the scene, for errors.
-        prefix: what precedes the path in the scene, for errors.
+        prefix: the part before the path in the scene, for errors.
 
     Raises:
         SceneError: keys or a file that are wrong.

@@ -90,7 +90,7 @@ class Sea(Section):
         return keys
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with it for a ship sampled at a rate [Hz]."""
+        """Yield its problems for a ship sampled at a rate [Hz]."""
         yield from sampled('ship.sea.peak_period', self.peak_period, rate_hz)
         if self.spectrum == 'bretschneider' and 'gamma' in self.model_fields_set:
             yield Problem(
@@ -113,7 +113,7 @@ class SpectrumTable(Section):
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with its rows; the rate is checked once the speed is known."""
+        """Yield the problems of its rows; the rate is checked once the speed is known."""
         del rate_hz
         yield from _rising('ship.sea.frequency', self.frequency, 'Hz')
         yield from _as_many('ship.sea.energy_density', self.energy_density, len(self.frequency))
@@ -255,7 +255,7 @@ class Rao(Section):
         return not {'roll'} <= set(self.motions) <= {'roll', 'heave'}
 
     def problems(self, *, heave: bool) -> Iterator[Problem]:
-        """Yield what is wrong with its rows, and whether it lacks a heave that is asked for."""
+        """Yield the problems of its rows, and whether it lacks a requested heave."""
         if (self.heading is None) == (self.headings is None):
             yield Problem(
                 'ship.rao.heading',
@@ -316,7 +316,7 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
 
 
 # -----------------------------------------------------------------------------
-# What all suspensions of the clock's case share. Their mechanics are in `motion.suspended_case`
+# The base of all suspensions of the clock's case. Their mechanics are in `motion.suspended_case`
 # and `motion.gimbals`.
 
 SUSPENSIONS = 'tauto_core.ship.suspensions'
@@ -367,7 +367,7 @@ class SuspensionKind(Kind):
         raise NotImplementedError
 
     def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
-        """Return what moves the case; imports kernels."""
+        """Return the law that moves the case; imports kernels."""
         raise NotImplementedError
 
     def wider(self, frequency: float, gravity: float) -> float:
@@ -375,7 +375,7 @@ class SuspensionKind(Kind):
         raise NotImplementedError
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield what is wrong between its keys.
+        """Yield the contradictions between its keys.
 
         Args:
             still: whether the ship lies still.

@@ -1,4 +1,4 @@
-"""A ship that moves in all six ways: her harmonics at the clock, and what an IMU there reads.
+"""A ship that moves in all six ways: her harmonics at the clock, and the reading of an IMU there.
 
 Level axes: x along her mean heading, y to port, z up. Her own axes follow from them by yaw ψ about
 z (bow to port), pitch θ about y (bow down) and roll ρ about x (starboard down), in this order.
@@ -103,7 +103,7 @@ def imu_from_motions(
     acceleration: tuple[FloatArray, FloatArray, FloatArray] | None,
     gravity: FloatArray | float,
 ) -> ImuSamples:
-    """Return what an IMU reads that is fixed to the ship beside the clock.
+    """Return the reading of an IMU fixed to the ship beside the clock.
 
     Specific force f = Rᵀ(a + g ẑ), R = R_z(ψ) R_y(θ) R_x(ρ), and the turning in her own axes
 

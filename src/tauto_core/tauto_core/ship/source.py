@@ -52,7 +52,7 @@ def landfalls(scene: Scene) -> IntArray:
     """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
 
     The land is made at the first logged instant at or after the ship's passing it, and the clock
-    is checked at the next one. So the estimate at the landfall is what the clock showed before the
+    is checked at the next one. So the estimate at the landfall is by the clock before the
     check.
     """
     if scene.voyage is None:
@@ -297,7 +297,7 @@ and the roll is undefined at π/2.
 def _is_tame(six: SixMotions[Harmonics] | SixMotions[Fades]) -> bool:
     """Return whether no sample of some motions can be refused.
 
-    All seas are answered, so that what a hull refuses is refused at the start.
+    All seas are answered, so that a hull refuses a sea at the start.
     """
     sums = six.pitch.sums if isinstance(six.pitch, Fades) else (0,)
     for number in dict.fromkeys(sums):  # a hull answers to all its motions in a sea at once

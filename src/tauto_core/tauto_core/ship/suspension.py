@@ -1,6 +1,6 @@
 """The clock's case hung in the ship, on an axle or in gimbals (theory/suspension.md).
 
-It takes the ship's motion, and returns what a sensor fixed in the case at the clock would read.
+It takes the ship's motion, and returns the reading of a sensor fixed in the case at the clock.
 The bearing's centre is where the ship's sensor is, and so are the pivots of gimbals, in which the
 case turns as a pendulum. On an axle only the acceleration of the ship
 reaches the case, since the axle lies in the bearing without friction. The contact pushes along its
@@ -347,7 +347,7 @@ class BearingBuffer(MotionBuffer):
 
 
 class Suspension:
-    """Turns samples of ship/imu into what a clock in the case feels, up to four samples later.
+    """Turns samples of ship/imu into the motion of a clock in the case, up to four samples later.
 
     At the start the case hangs at rest in equilibrium: θ = φ along the apparent vertical (at small
     angles −ÿ/g), both rates 0.

@@ -108,7 +108,7 @@ class WeatherKind(Kind):
         raise NotImplementedError
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong between its keys.
+        """Yield the contradictions between its keys.
 
         Args:
             rate_hz: samples of the motion a second.
@@ -117,11 +117,11 @@ class WeatherKind(Kind):
         return iter(())
 
     def facts(self) -> dict[str, object]:
-        """Return what reports say about the weather besides its states."""
+        """Return facts about the weather for reports, besides its states."""
         return {}
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return what the user should know about it before sailing."""
+        """Return warnings about it for the user before sailing."""
         del setting
         return ()
 

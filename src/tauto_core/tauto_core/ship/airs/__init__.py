@@ -142,7 +142,7 @@ class RouteAir(AirKind):
         return at_ns, zonal_celsius(passage.places(at_ns)[0], (days - new_year) / 365.2425)
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield what is wrong with its places and temperatures."""
+        """Yield the problems of its places and temperatures."""
         voyage = scene.voyage
         if self.celsius is not None:
             yield from implausible_celsius('air.celsius', self.celsius)
@@ -321,7 +321,7 @@ class RecordAir(AirKind):
         return float(round(days * DAY_S, 3)) + (first - midnight).total_seconds()
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield what is wrong with its rows."""
+        """Yield the problems of its rows."""
         if not self.time or len(self.time) != len(self.celsius):
             yield Problem(
                 'air.celsius',

@@ -65,7 +65,7 @@ class ComponentsShip(ShipKind):
         return self.model_copy(update={'components': scaled})
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         if not self.components and self.heave is None:
             yield Problem(
                 'ship.components',

@@ -448,7 +448,7 @@ class RecordedShip(ShipKind):
         yield 'ship.recorded.path', self.recorded.path, self.recorded.topic is not None
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         recorded = self.recorded
         columns = {
             'time_column': recorded.time_column,
@@ -510,7 +510,7 @@ class RecordedShip(ShipKind):
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """Roll, and what was measured; a bag has the forces to port and upwards."""
+        """Roll, and the measured channels; a bag has the forces to port and upwards."""
         if self.recorded.topic is not None:
             return 'sway', 'heave', 'roll'
         return ('roll',) if self.recorded.heave_column is None else ('heave', 'roll')

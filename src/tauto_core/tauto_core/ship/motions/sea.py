@@ -385,7 +385,7 @@ class SeaShip(ShipKind):
         return self.model_copy(update={'rao': self.rao.model_copy(update=parts)})
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         if self.sea is not None:
             yield from self.sea.problems(self.rate)
         if self.weather is not None:
@@ -744,7 +744,7 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
 
 
 def _moved_by(ship: SeaShip) -> dict[str, str]:
-    """Return what answers to the waves, other than a roll equation and the elevation itself."""
+    """Return the metadata of the operator or hull in the waves; empty for a roll equation."""
     if ship.rao is not None:
         return {'operator': ship.rao.source}
     if ship.hull is None:

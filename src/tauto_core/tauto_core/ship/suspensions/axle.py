@@ -77,7 +77,7 @@ class AxleSuspension(SuspensionKind):
         return math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         if self.support_radius <= self.axle_radius:
             yield Problem(
                 'suspension.support_radius',

@@ -104,7 +104,7 @@ class GimbalsSuspension(SuspensionKind):
         return math.sqrt(square) if square > 0.0 else math.inf
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         if self.damping_ratio > 1.0:
             yield Problem(
                 'suspension.damping_ratio',

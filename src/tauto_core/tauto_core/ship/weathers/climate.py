@@ -228,7 +228,7 @@ class ClimateWeather(WeatherKind):
         return found
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is missing in the regions and the port."""
+        """Yield the keys missing in the regions and the port."""
         if not self.regions:
             yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):

@@ -223,7 +223,7 @@ class LogWeather(WeatherKind):
         return state_of_seas(setting, at_ns, towards, key)
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return what is invented, and where she sails faster than her hull's answer is known."""
+        """Return warnings: values assumed, and legs too fast for her hull's data."""
         voyage = setting.scene.voyage
         log = None if voyage is None else voyage.log
         if log is None:
@@ -245,7 +245,7 @@ class LogWeather(WeatherKind):
         return tuple(said)
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with the swell from afar."""
+        """Yield the problems of the swell from afar."""
         if self.background_swell is not None:
             key = 'ship.weather.background_swell.peak_period'
             yield from sampled(key, self.background_swell.peak_period, rate_hz)

@@ -88,7 +88,7 @@ class RecordWeather(WeatherKind):
         )
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong with its lists; the rate is checked once the speed is known."""
+        """Yield the problems of its lists; the rate is checked once the speed is known."""
         del rate_hz
         if not self.time:
             yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
@@ -111,7 +111,7 @@ class RecordWeather(WeatherKind):
         }
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return what became of rows without a direction where the route is followed."""
+        """Return a warning of rows without a direction where the route is followed."""
         del setting
         number = self.rows_without_direction
         if not number:

@@ -59,7 +59,7 @@ class SeaState(Section):
     )
 
     def problems(self, key: str, rate_hz: float, *, follow_route: bool) -> Iterator[Problem]:
-        """Yield what is wrong between its keys.
+        """Yield the contradictions between its keys.
 
         Args:
             key: its own key.
@@ -162,7 +162,7 @@ class StatesWeather(WeatherKind):
         return tuple(states)
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield what is wrong between the keys of each state, and between their times."""
+        """Yield the contradictions between the keys of each state, and between their times."""
         if all(state.still for state in self.states):
             yield Problem(
                 'ship.weather.states',
