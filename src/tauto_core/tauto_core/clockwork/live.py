@@ -68,7 +68,7 @@ WEIGHED_S = 3.0
 
 
 def weighed(imu: ImuSamples, gravity: float) -> str:
-    """Return what is wrong with a sensor that does not feel gravity along z; empty if it does.
+    """Return the fault of a sensor that does not measure gravity along z; empty if it does.
 
     At rest and at sea the median of the specific force is g upwards, within a tenth [m/s²].
     """
@@ -280,7 +280,7 @@ class LiveTrochlea:
         self._all_back = True
 
     def news(self) -> list[str]:
-        """Return a description of what has happened to the dial since the last call."""
+        """Return a description of the changes of the dial since the last call."""
         news, self._news = self._news, []
         return news
 

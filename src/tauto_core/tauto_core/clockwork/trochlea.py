@@ -54,7 +54,7 @@ NOTHING_YET = -(2**63)
 """Stamp of the last temperature where none has come."""
 
 MOST_CELSIUS = 100.0
-"""What is hotter or colder than this is no temperature of a clock [°C]."""
+"""Largest absolute temperature that a clock may have [°C]."""
 
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 SLACK_NAMES = ('slacks', 'slack_s', 'lost_joule')
@@ -295,7 +295,7 @@ class TrochleaStage:
         return self._advance(final=True)
 
     def _feel(self, case: HungImu | None) -> None:
-        """Take what is felt in the suspended case."""
+        """Take the motion of the clock in the suspended case."""
         if case is not None:
             self._buffer.add(case, self._origin_ns or 0)
 
