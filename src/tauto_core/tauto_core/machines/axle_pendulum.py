@@ -356,7 +356,7 @@ class AxleContact:
     Attributes:
         radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0; without friction it only
             matters through the curvature of the path.
-        rolls: whether the axle rolls without slipping; friction is then what that takes.
+        rolls: whether the axle rolls without slipping; friction is then as large as rolling needs.
         friction: force along the support over the contact force, signed, where it slides: it
             pushes the body towards +s where it is positive.
     """

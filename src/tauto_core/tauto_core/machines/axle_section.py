@@ -71,7 +71,7 @@ class AxleRegulator(Section):
     def problems(
         self, others: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
-        """Yield what is wrong with it, and which other sections do not go with it."""
+        """Yield its problems, and the sections that cannot stand beside it."""
         del ship
         why = {
             'trochlea': 'a scene has one regulator',

@@ -74,7 +74,7 @@ class AmplitudeTable:
 class Isochronism(AmplitudeTable):
     """Period and rate of free swings on land at n amplitudes; `str` gives a table.
 
-    `rate_s_per_day` is what the clock gains a day; fast is positive.
+    `rate_s_per_day` is the gain of the clock in a day; fast is positive.
     """
 
     amplitude_rad: FloatArray
@@ -83,7 +83,7 @@ class Isochronism(AmplitudeTable):
 
 
 def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
-    """Return what a clock gains in a day of true time, 86400 (T₀ − T)/T [s/day].
+    """Return the gain of a clock in a day of true time, 86400 (T₀ − T)/T [s/day].
 
     T is the period of a full swing in true time, T₀ the time by which the dial advances in it [s].
     """
@@ -171,7 +171,7 @@ class SceneParts(Protocol):
 
 
 def compile_machine(scene: SceneParts) -> AnyMachine | InPlaceOfWheel:
-    """Return the regulator of a scene as numbers: its trochlea, or what stands in its place.
+    """Return the regulator of a scene as numbers: its trochlea, or the `regulator` in its place.
 
     SceneError: a machine that cannot be built, or a release beyond its range.
     """

@@ -1,4 +1,4 @@
-"""What heat does to a machine: its numbers at a temperature, as factors of those given.
+"""The effect of heat on a machine: its numbers at a temperature, as factors of those given.
 
 With Δ = T − T₀ lengths of the wheel grow by λ = 1 + αΔ and those of its cam by λ_c = 1 + α_cΔ,
 springs change by 1 + βΔ, and oil thins. Lever arm t and lift h of the cam are left as they are:

@@ -1,4 +1,4 @@
-"""The parts of a regulator: what all drags, escapements and powers share, and what it tells."""
+"""The parts of a regulator: the bases of all drags, escapements and powers, and its facts."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tauto_core.scene.errors import Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
 
 # -----------------------------------------------------------------------------
-# What regulators that stand in place of a wheel share.
+# The base of regulators that stand in place of a wheel.
 
 
 class InPlaceOfWheel:
@@ -26,7 +26,7 @@ class InPlaceOfWheel:
     drag: ClassVar[None] = None
     escapement: ClassVar[None] = None
     propagator: ClassVar[str]
-    """Name of what moves it."""
+    """Name of its propagator."""
     follows_apparent_vertical: ClassVar[bool] = False
     feels_gravity: ClassVar[bool] = False
 
@@ -52,7 +52,7 @@ class InPlaceOfWheel:
 
 
 # -----------------------------------------------------------------------------
-# What all kinds of drag share: torques on the wheel against its motion in the case.
+# The base of all kinds of drag: torques on the wheel against its motion in the case.
 
 DRAGS = 'tauto_core.machines.drags'
 
@@ -151,7 +151,7 @@ class DragKind(Kind):
 
 
 # -----------------------------------------------------------------------------
-# What all kinds of escapement share: keys, energy of the impulses, messages.
+# The base of all kinds of escapement: keys, energy of the impulses, messages.
 
 ESCAPEMENTS = 'tauto_core.machines.escapements'
 
@@ -239,7 +239,7 @@ class EscapementKind(Kind):
         return 2.0 * self.energy + 4.0 * self.recoil * self.angle
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         if self.energy == 0.0 and not self.work > 0.0:
             yield Problem(
                 'escapement.energy',
@@ -252,13 +252,13 @@ class EscapementKind(Kind):
 
 
 # -----------------------------------------------------------------------------
-# What all kinds of power share: keys, pull, messages.
+# The base of all kinds of power: keys, pull, messages.
 
 POWERS = 'tauto_core.machines.powers'
 
 
 class PowerKind(Kind):
-    """What pulls the thread. Each kind is a module of `machines/powers` that names its `KIND`.
+    """The pull of the thread. Each kind is a module of `machines/powers` that names its `KIND`.
 
     Its mechanics, in Python and compiled, are its `pull`, whose form covers weights, springs,
     constant forces and their sums, and forces without mass that depend on the lift in any way.
@@ -277,7 +277,7 @@ class PowerKind(Kind):
         raise NotImplementedError
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys."""
+        """Yield the contradictions between its keys."""
         return iter(())
 
     @property
@@ -359,7 +359,7 @@ class Regulator(Protocol):
         """Return the period of free swings on land, without drag [s]."""
 
     def wider_range(self, amplitude: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence.
+        """Return the change that widens the range to an amplitude, as the end of a sentence.
 
         Args:
             amplitude: the amplitude that the range should include [rad], > 0.

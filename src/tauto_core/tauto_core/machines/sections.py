@@ -235,7 +235,7 @@ class Trochlea(Section):
             )
 
     def _power_problems(self) -> Iterator[Problem]:
-        """Yield what is wrong with the power, or not compatible with a force given by points."""
+        """Yield the problems of the power, or not compatible with a force given by points."""
         yield from self.power.problems()
         if self.power.pull.law is None:
             return
@@ -262,7 +262,7 @@ class Trochlea(Section):
             )
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:
-        """Yield what is wrong with temperature and materials."""
+        """Yield the problems of temperature and materials."""
         kept = self.compensation
         for key, celsius in (
             ('at_celsius', self.at_celsius),
@@ -307,7 +307,7 @@ class Trochlea(Section):
             )
 
     def _not_corrected(self, gravity: float) -> Problem:
-        """Return what is wrong with a power for which the cam was not made."""
+        """Return the problems of a power for which the cam was not made."""
         cam, power = cast(Any, self.cam), self.power
         omega = math.tau / cam.period
         rate = self.inertia * omega * omega / power.pull.at_rest(gravity)
@@ -506,7 +506,7 @@ class FluidTautochroneRegulator(Section):
     def problems(
         self, others: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
-        """Yield what is wrong with it, and which other sections and ship do not go with it."""
+        """Yield its problems, and the sections and ships that cannot stand beside it."""
         why = {
             'trochlea': 'a scene has one regulator',
             'drag': 'the fluid is the drag',

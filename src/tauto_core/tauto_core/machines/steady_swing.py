@@ -60,7 +60,7 @@ class SteadySwing:
 
 @dataclass(frozen=True)
 class NoSteadySwing:
-    """The reason why no swing repeats: what happens instead, with the quantity and its limit."""
+    """The reason why no swing repeats, with the quantity and its limit."""
 
     why: str
 
@@ -117,7 +117,7 @@ def _free(machine: Machine | LeverMachine) -> SteadySwing:
 def _driven(
     machine: Machine | LeverMachine, drag: DragKind | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
-    """Return the steady swing in which drag takes what the escapement gives."""
+    """Return the steady swing, in which drag takes as much energy as the escapement gives."""
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
     work, torques = escapement.work, _Torques(drag or Drag(), escapement.recoil)
     hindered, impulses = '', 2.0 * escapement.energy

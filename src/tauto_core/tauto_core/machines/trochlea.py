@@ -1,6 +1,6 @@
 """The trochlea as a mechanism: a wheel, its cam, and the power that pulls the thread.
 
-Then what all kinds of thread share: keys, the machine that they make, refusals.
+Then the base of all kinds of thread: keys, the machine that they make, refusals.
 
 I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
 spring, m g_eff for a weight (theory E2; Euler 1727, XVI–XX). In a case at rest this is the motion
@@ -211,7 +211,7 @@ class Machine:
         return angle - tilt if self.follows_apparent_vertical else angle
 
     def wider_range(self, amplitude: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
@@ -463,7 +463,7 @@ class Machine:
 
 
 # -----------------------------------------------------------------------------
-# What all kinds of thread share: keys, the machine that they make, refusals.
+# The base of all kinds of thread: keys, the machine that they make, refusals.
 
 THREADS = 'tauto_core.machines.threads'
 
@@ -585,7 +585,7 @@ class ThreadKind(Kind):
     def problems(
         self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
-        """Yield what is not compatible with a thread that moves its weight."""
+        """Yield the parts that cannot go with a thread that moves its weight."""
         if not self.moves_the_weight:
             return
         if not power.pull.pulling_mass:

@@ -246,7 +246,7 @@ class HangingMachine:
         return angle - tilt
 
     def wider_range(self, amplitude: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
 
         def holds(length: float, radius: float) -> bool:

@@ -153,7 +153,7 @@ class LeverMachine:
         return angle
 
     def wider_range(self, amplitude: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
 
         def of_mass(mass: float) -> tuple[float, float]:
             heavier = replace(self, mass=mass)
