@@ -1,7 +1,7 @@
 """The cam: a lever arm as a function of the angle, and the curve that gives it.
 
 Lever arms as plain numbers for kernels, the curve of the cheek, whether a cheek can be cut, any
-analytic lever arm as polynomials, and what all kinds of cam share.
+analytic lever arm as polynomials, and the base of all kinds of cam.
 
 Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
 of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
@@ -224,7 +224,7 @@ class Cam(ABC):
         return np.empty(0)
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence.
+        """Return the change that widens the range to an amplitude, as the end of a sentence.
 
         Args:
             amplitude: the angle that the cam should allow [rad], > 0.
@@ -388,7 +388,7 @@ class Cam(ABC):
 # -----------------------------------------------------------------------------
 # Whether a cam can be: a thread wraps only a convex cheek, has a thickness, and pulls back.
 #
-# `possible_cam` and `possible_lever` refuse what no kind of cam may make; every machine and every
+# `possible_cam` and `possible_lever` refuse impossible curves of any kind; every machine and every
 # drawing passes through them.
 #
 # R, the radius of curvature, must not be negative where the thread lies, or the thread would
@@ -648,7 +648,7 @@ def _rough(angle: float) -> FitError:
 
 
 # -----------------------------------------------------------------------------
-# What all kinds of cam share: keys, the threads and powers that they suit, the cam that they make.
+# The base of all kinds of cam: keys, the threads and powers that they suit, their cam.
 
 CAMS = 'tauto_core.curves.cams'
 

@@ -55,7 +55,7 @@ class ForceLaw:
 
     @cached_property
     def splines(self) -> _Splines:
-        """The law and what follows from it."""
+        """The law and the functions derived from it."""
         from scipy.interpolate import PPoly, make_interp_spline  # slow to import
 
         lifts, forces = np.array(self.points).T
@@ -117,7 +117,7 @@ class ForceLaw:
 
 
 def pulled(cam: Cam, law: ForceLaw) -> Cam:
-    """Return the cam on which the constant F(0) does what a force does on a given cam."""
+    """Return the cam on which the constant F(0) makes the torque of a force on a given cam."""
     corrected = getattr(cam, 'corrected_for', None)
     if corrected == law:
         return Evened(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
@@ -126,7 +126,7 @@ def pulled(cam: Cam, law: ForceLaw) -> Cam:
 
 @dataclass(frozen=True, eq=False)
 class Pulled(Cam):
-    """A cam on which the constant F(0) does what the force F(h) does on another.
+    """A cam on which the constant F(0) makes the torque that the force F(h) makes on another.
 
     Attributes:
         cam: the other.
@@ -162,7 +162,7 @@ class Pulled(Cam):
         return np.asarray(found[found < edge])
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         return wider_points(self.cam, self.law, self.scale, amplitude, mass, period)
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
@@ -229,7 +229,7 @@ class Evened(LinearCam):
         return self.edge
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         return self.cam.wider(amplitude, mass, period)
 
 
@@ -238,7 +238,7 @@ def wider_points(
 ) -> str:
     """Return how far the points of a force must reach for an amplitude, as the end of a sentence.
 
-    Where the cam itself ends before it, what would widen the cam.
+    If the cam ends first, the change that widens the cam.
     """
     if amplitude > cam.range_rad:
         return cam.wider(amplitude, mass, period)

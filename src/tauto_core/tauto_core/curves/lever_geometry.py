@@ -29,7 +29,7 @@ from tauto_core.curves.numerics import bisect, bracketed_newton, choices, sine_d
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
-# What all of Sully's levers share, with any cam: parts, edges, and τ of θ.
+# The base of Sully's levers with any cam: parts, edges, and τ of θ.
 
 LEAST_COSINE = 0.1
 """cos(β − δ) or cos β at the edge; beyond it the lever is within six degrees of a dead point (in
@@ -130,7 +130,7 @@ class LeverLinkage(ABC):
 
     @abstractmethod
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
 
     @abstractmethod
     def of_inertia(self, inertia: float) -> LeverLinkage:
@@ -238,7 +238,7 @@ class LeverGeometry(LeverLinkage):
         return first, second + first * sine / cosine * (first - inclines)
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence.
+        """Return the change that widens the range to an amplitude, as the end of a sentence.
 
         A smaller cam winds up less thread; a longer lever or thread may also help.
         """

@@ -1,4 +1,4 @@
-"""A closed plate with both cheeks, of arcs and lines, and what its making costs the clock.
+"""A closed plate with both cheeks, of arcs and lines, and the cost of its making in rate.
 
 The frame is the wheel's: origin at the axle, +y along the thread at rest. Lengths are millimetres.
 The cheeks are approximated by biarcs, pairs of arcs that share a tangent. Both curves are convex,
@@ -196,7 +196,7 @@ def cam_plate(
             f': the cheeks cross at {meeting:.6g} rad and cannot be cut from one plate beyond it. '
             'Give a smaller one',
         )
-    # the first angle of the cheek, and what a thread cannot follow, as in every drawing
+    # the first angle of the cheek, and the part that a thread cannot follow, as in every drawing
     acts_from = float(cheeks(cam, 2, reach_rad, thread / MM_PER_M).angle[0])
     looked = np.linspace(acts_from, reach_rad, 1001)
     if np.any(cam.p(looked) <= 0.0):
@@ -398,7 +398,7 @@ def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath
 
 
 # -----------------------------------------------------------------------------
-# What the plate does to the clock.
+# The effect of the plate on the rate.
 
 
 def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
@@ -447,7 +447,7 @@ class PlateRates:
 
 
 def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray) -> PlateRates:
-    """Return what a plate costs at amplitudes within its reach [rad].
+    """Return the rate error of a plate at amplitudes within its reach [rad].
 
     The thread counts as ideal, the swings as free: ½ (I + m t²) θ̇² + F₀ h + ½ k h² is constant.
     """

@@ -209,7 +209,7 @@ class WeightCorrected(CorrectedCam):
         return np.minimum(self.angle_of_slope(np.sqrt(square / (1.0 - square))), self.range_rad)
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence.
+        """Return the change that widens the range to an amplitude, as the end of a sentence.
 
         A heavier weight or a longer period needs shorter lever arms.
         """
@@ -303,7 +303,7 @@ class SpringCorrected(CorrectedCam):
         return self.rate * x * np.expm1(-0.5 * np.log1p(self.bend * x * x))
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 

@@ -98,7 +98,7 @@ class ForceTableCorrected(CorrectedCam):
         return np.asarray(found[found < self.range_rad])
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         del mass, period
         if amplitude <= self._edge:
             return farther(float(self._arm(np.linspace(0.0, amplitude, _PROBES)).max()))

@@ -147,7 +147,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         return line.arm * cosine - line.p * sine, line.arm * sine + line.p * cosine
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence.
+        """Return the change that widens the range to an amplitude, as the end of a sentence.
 
         A heavier weight or a longer period needs a smaller cam.
         """

@@ -127,7 +127,7 @@ class Hole(LinearCam):
         return self.rate * self._thread_at(arm, rate, arm_rounding(0.0, arm, rate)).share
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return what change would widen the range to an amplitude, as the end of a sentence."""
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
         del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 

@@ -93,7 +93,7 @@ class Table(Cam):
 
     @cached_property
     def splines(self) -> Splines:
-        """The law and what follows from it, as functions of |ϑ|."""
+        """The law and the functions derived from it, of |ϑ|."""
         from scipy.interpolate import PPoly
 
         arm = PPoly(np.ascontiguousarray(self.law.coefficients.T[::-1]), self.law.knots)
