@@ -137,7 +137,8 @@ def make_propagator(
 
     The tolerance is the error of a step relative to the state, where steps are needed. Where a
     machine can step from impulse to impulse (`free_end`), `sweeps` is how often the stages of such
-    a step are swept: 0 for no such steps, None for what the tolerance asks for (`sweeps_for`).
+    a step are swept: 0 for no such steps, None for the number that the tolerance needs
+    (`sweeps_for`).
     """
     if isinstance(machine, InPlaceOfWheel):
         return _in_place_of_wheel(machine)

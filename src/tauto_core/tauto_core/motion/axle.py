@@ -263,7 +263,7 @@ class AxleMotion:
         slips, mu = self.now.slips, self.clock.friction
 
         def margin(share: float) -> float:
-            """Return what is positive while the contact stays as it is."""
+            """Return a margin that is positive while the contact stays as it is."""
             powers = (2.0 * share - 1.0) ** np.arange(STAGES)
             gained = share * size * ((step.bends @ _POWERS.T) @ powers)
             moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
@@ -303,7 +303,7 @@ class AxleMotion:
         if slid and abs(needed) <= allowed:
             now.slips = 0
         else:
-            # friction pushes towards what rolling would need, and the axle slides against it
+            # friction pushes as rolling would need, and the axle slides against it
             now.slips = -1 if needed > 0.0 else 1
 
     def settle(self, there: SupportMotion) -> None:

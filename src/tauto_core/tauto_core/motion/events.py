@@ -1,4 +1,4 @@
-"""Events of a system: what they change, the first one within a step, and short steps to it.
+"""Events of a system: their effects, the first one within a step, and short steps to it.
 
 The kinds are the turning point of θ, the kink of a cam, the impulse of the escapement, the end of
 the range, and a slack thread. Each has a value that is positive before it and negative after it.

@@ -58,7 +58,7 @@ from tauto_core.motion.phase import PHASE_DIGITS, phase_rate, since_start, withi
 from tauto_core.samples import FloatArray, IntArray, State
 
 # -----------------------------------------------------------------------------
-# What the wheel in a linear well passes: zero upwards (a turn), zero (a beat), the cam's edge.
+# Passages of the wheel in a linear well: zero upwards (a turn), zero (a beat), the cam's edge.
 #
 # Its angle in the case is θ = Im z/ω − u, its rate θ̇ = Re z − δ Im z/ω − u̇, with u the tilt of
 # the case and z of `linear`. On a calm span, where the swing |z| outweighs the tilt and the
@@ -460,7 +460,7 @@ class WatchEdge(NamedTuple):
 def _within(well: LinearWell, step: float, then: Angle, now: Angle, x: float) -> Angle:
     """Return the wheel at the fraction x of a part.
 
-    θ is a free swing and what the acceleration of the case adds to it. The latter is taken as the
+    θ is a free swing and the response to the acceleration of the case. The latter is taken as the
     quintic that has its value and its first two derivatives at both ends. Over a part of 0.35 rad
     that errs by at most 4e-8 (1 + Ω²/ω₀² + Ω⁴/ω₀⁴) |α̈|/ω₀² for an acceleration α̈ of frequency Ω
     (remainder of Hermite interpolation, (ω₀h)⁶/46080).

@@ -278,7 +278,7 @@ MOST_SPANS = 12
 """Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
 
 HOLDS, MISSES, PAST, UNKNOWN, DUE = range(5)
-"""A step holds; what it assumes fails; the instant wanted lies beyond the impulse; the spans known
+"""A step holds; its assumptions fail; the instant wanted lies beyond the impulse; the spans known
 do not reach; a row is due on the way.
 """
 
@@ -312,7 +312,7 @@ class HalfSwing(NamedTuple):
     """A half swing that begins at an impulse, and the spans that it may read.
 
     Attributes:
-        wheel: what swings.
+        wheel: the system that swings.
         k, x: span, and x of its piece, where it begins.
         last: last span that it may read.
         known_s: time from the beginning to the end of that [s].
@@ -346,11 +346,11 @@ def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 @inlined
 def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
-    """Return what the ship does at x of piece k, but for γ, and the machine's numbers there."""
+    """Return the forcing at x of piece k, without γ, and the machine's numbers there."""
     pieces, rates = half.pieces, half.rates
     per_s = 1.0 / pieces.length_s[k]
     line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = 0.0
-    # one loop for all channels: they are short, and what ends a loop is guessed wrong at times
+    # one loop for all channels: they are short, and the end of a loop may be mispredicted
     for j in range(half.powers - 1, -1, -1):
         if rates.line is not None:
             line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
@@ -411,7 +411,7 @@ def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
 
 @inlined
 def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
-    """Fill what the ship does at the nodes of a step of length h, each from its own span."""
+    """Fill the forcing at the nodes of a step of length h, each from its span."""
     spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
     seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
     wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
@@ -492,7 +492,7 @@ def _late(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
 def _given(
     wheel: Wheel, mode: Mode, w: float, now: Instant, at: Outside, late: float, given: int
 ) -> float:
-    """Return what an impulse adds to the momentum w, a short time after an instant.
+    """Return the momentum w that an impulse adds, a short time after an instant.
 
     It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
     """

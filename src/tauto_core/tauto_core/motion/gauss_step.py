@@ -111,7 +111,7 @@ WHOLE_STEP, PART_STEP = 0, 1
 
 
 class PlaneState(Protocol):
-    """X and Y of a rotating plane (stages), and what rounding left over of each."""
+    """X and Y of a rotating plane (stages), and the rounding error of each."""
 
     x: float
     x_rest: float
@@ -247,7 +247,7 @@ COSINE = _COSINE + _COSINE_REST
 """Taylor's coefficients of sin(x)/x and (1 − cos x)/x² in powers of x²."""
 
 MAX_ANGLE = 6.5
-"""Largest ωh of a rotation: twice what the series take; the first term left out is then 6e-16."""
+"""Largest ωh of a rotation: twice the range of the series; the first term left out is 6e-16."""
 
 
 @inlined

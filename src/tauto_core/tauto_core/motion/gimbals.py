@@ -63,7 +63,7 @@ class GimbalsNodes(Protocol):
 
 
 class GimbalsLaw(NamedTuple):
-    """What turns a case in gimbals, over its moment of inertia.
+    """The torques on a case in gimbals, over its moment of inertia.
 
     Attributes:
         pull: p = l/(k² + l²) [1/m].
@@ -92,7 +92,7 @@ def gimbals_bend(
 
 
 class _GimbalsNumbers(NamedTuple):
-    """What turns the case, and ω_c of its small swings [rad/s]."""
+    """The torques on the case, and ω_c of its small swings [rad/s]."""
 
     law: GimbalsLaw
     omega: float
@@ -129,7 +129,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         store(nodes.roll_rate, 0, -column_at(TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the plane; d1 stays zero."""
+        """Fill the disturbance of the plane; d1 stays zero."""
         nodes: GimbalsNodes = work.nodes
         phi, rate = load(work.x), omega[0] * load(work.y)
         sliding = rate - load(nodes.roll_rate)
@@ -213,7 +213,7 @@ class WatchCase(NamedTuple):
 
 @compiled
 def holding(law: GimbalsLaw, angle: float, at: Outside) -> float:
-    """Return what friction must give, over the moment of inertia, to hold φ = angle + ρ.
+    """Return the friction, over the moment of inertia, that holds φ = angle + ρ.
 
     There φ̈ = ρ̈, and the damping does nothing.
     """

@@ -93,7 +93,7 @@ class _HungNumbers(NamedTuple):
 
     Attributes:
         wheel: the wheel, of whose channels none is felt.
-        case: what moves the case.
+        case: the law that moves the case.
         share: I/M [m2].
         squared: k² + l² in gimbals, k² on an axle [m2].
         moves: whether the ship moves; None if not, which is known when compiling.
@@ -132,7 +132,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
             fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the planes."""
+        """Fill the disturbances of the planes."""
         wheel, nodes = wheel_at_nodes(self.wheel, work), work.nodes
         x, w = load(work.x, 0), omega[0] * load(work.y, 0)
         case = case_at_nodes(self, omega, work)
@@ -288,7 +288,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
 
 @inlined
 def on_case(per_inertia: PerInertia, turning: Numeric) -> Numeric:
-    """Return what acts on the wheel over I, over the I that it has without heat."""
+    """Return the terms on the wheel over I, with the I that it has without heat."""
     return turning if per_inertia.share is None else turning / per_inertia.share
 
 

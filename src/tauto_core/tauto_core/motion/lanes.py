@@ -103,7 +103,7 @@ def _total_everywhere(out: Emission, vector: Any) -> Any:
 
 
 def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) -> Any:
-    """Return what `folded_both` does, for one set of weights."""
+    """Return the sums of `folded_both` for one set of weights."""
     count = _row(rows)
     half = count // 2
     given = out.lanes(weights)

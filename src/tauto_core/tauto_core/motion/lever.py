@@ -262,7 +262,7 @@ class _LeverNumbers(NamedTuple):
         shape: the functions of the arc.
         root_j: √j.
         kappa: κ [1/m], negative with the fulcrum to port.
-        on_wheel: what acts on the wheel.
+        on_wheel: the terms on the wheel besides the thread.
         mirrored: True with the fulcrum to port, or None.
     """
 
@@ -289,7 +289,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
             fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what (P.3) adds to the rotation of the plane."""
+        """Fill the terms of (P.3) beyond the rotation of the plane."""
         s, p = load(work.x), omega[0] * load(work.y)
         nodes: LeverNodes = work.nodes
         hot, at = _at_nodes(self, work), _near_nodes(self.shape, s)

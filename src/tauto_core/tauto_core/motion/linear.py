@@ -142,7 +142,7 @@ class LinearLaw(NamedTuple):
 
 
 class SpanShape(NamedTuple):
-    """What spans have in common that can share rows.
+    """The common properties of spans that share rows.
 
     Attributes:
         length_s: length of the piece of forcing [s].
@@ -313,7 +313,7 @@ STATE = [('re', 'f8'), ('im', 'f8'), ('lost_re', 'f8'), ('lost_im', 'f8')]
 
 
 class Swing(Protocol):
-    """The running state in kernels, a record of `STATE`: Y, and what its last sum rounded off."""
+    """The running state in kernels, a record of `STATE`: Y, and the rounding of its last sum."""
 
     re: float
     im: float
@@ -344,7 +344,7 @@ class DrivenSpans(NamedTuple):
         begin_ns: time at which the first begins [ns].
         end_ns: times at which they end [ns], (n,).
         shape: index of each one's shape in `responses`, (n,).
-        responses: what all spans of a shape have in common.
+        responses: the rows that all spans of a shape share.
         u: the polynomials; None if u = 0.
     """
 
@@ -491,5 +491,5 @@ def _sum_up(spans: DrivenSpans, state: Swing, path: Path) -> None:
 
 @compiled
 def into_frame(c: float, s: float, re: float, im: float) -> tuple[float, float]:
-    """Return e^{−iωt} b, what b is in the rotating frame, from cos ωt, sin ωt and b."""
+    """Return e^{−iωt} b, which is b in the rotating frame, from cos ωt, sin ωt and b."""
     return c * re + s * im, c * im - s * re

@@ -165,7 +165,7 @@ def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s:
 def passages(
     watch: WatchedAngles, length_s: float, before: float, stop: float, work: Work
 ) -> Found:
-    """Return what passes zero within a step, followed on its polynomials.
+    """Return the passages of zero within a step, followed on its polynomials.
 
     Nodes before the fraction `before` are looked at. The motion over this step ends at the
     fraction `stop`; beyond 1: at its end. A change of side there is counted by `count_step`, when
@@ -200,7 +200,7 @@ def passages(
 
 @compiled
 def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
-    """Return what passes zero within a step by the signs at its nodes, for a clear swing.
+    """Return the passages of zero within a step by the signs at its nodes, for a clear swing.
 
     There the swing is clear of the tilt, so that `passages` would find the same. `below` says
     whether the coordinate was below zero at the beginning of the step.

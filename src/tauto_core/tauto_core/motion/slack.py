@@ -81,7 +81,7 @@ def rounding_of(x: float, height: float) -> float:
 
 
 class Tautened(NamedTuple):
-    """What the thread does as it tautens.
+    """The effect of the thread as it tautens.
 
     Attributes:
         rate: θ̇ after it [rad/s].
@@ -160,7 +160,7 @@ def tauten(
     at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
     before = loose.instant(mode_of(free), omega, planes_of(omega, free.planes), at)
     after = loose.tauten(taut, omega, taut_omega, at, free, state)
-    # θ and ϑ stay where they are, and so does what has been counted
+    # θ and ϑ are continuous, and so are the counts
     angle, q = before.angle, before.coordinate
     state.beats += ahead(q, before.speed, angle) - ahead(q, after.speed, angle)
     direction = 1 if after.rate > 0.0 else -1
@@ -261,7 +261,7 @@ class SlackThread(Stepped):
         """Return the system with a slack thread; None where the thread never lets go."""
 
     def tautened(self) -> list[Tautening]:
-        """Return what has tautened since the last call."""
+        """Return the tautenings since the last call."""
         found, self._tautened = self._tautened, []
         return found
 
@@ -345,7 +345,7 @@ class SlackThread(Stepped):
         return self._slack_state, self._slack_work
 
     def state(self) -> State:
-        """Return the running state, and what is slack."""
+        """Return the running state, with the state of the slack thread."""
         slack = {
             'is_slack': self._is_slack,
             'since_s': self._slack_since_s,

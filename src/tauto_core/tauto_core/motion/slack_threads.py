@@ -67,7 +67,7 @@ SETTLED, MOST_ITERATIONS = 1e-15, 40
 
 
 class LooseOnWheel(WithThread, LooseSystem):
-    """What a free wheel shares that had one of these threads."""
+    """The base of a free wheel whose thread is slack."""
 
     def strike(
         self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
@@ -92,7 +92,7 @@ def _against(on_wheel: OnWheel, mode: Mode, rate: Numeric, psi_rate: Numeric) ->
 
 @inlined
 def _on_wheel_at_nodes(on_wheel: OnWheel, work: Work) -> OnWheel:
-    """Return what acts on the wheel at the nodes of a step."""
+    """Return the terms on the wheel at the nodes of a step."""
     return on_wheel if on_wheel.heat is None else hot_on_wheel(on_wheel, hot_at_nodes(work))
 
 
@@ -113,7 +113,7 @@ class HangsAt(NamedTuple):
     Attributes:
         delta: its lean δ [rad].
         reach: W · d − r, the way to the weight [m].
-        free: what the cam leaves of it [m].
+        free: its length free of the cam [m].
     """
 
     delta: float
@@ -126,7 +126,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
 
     @property
     def on_wheel(self) -> OnWheel:
-        """What acts on the wheel."""
+        """The terms on the wheel besides the thread."""
         return self.thread.on_wheel
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -134,7 +134,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         self.thread.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what adds to the rotation of the planes."""
+        """Fill the disturbances of the planes' rotation."""
         nodes: ThreadNodes = work.nodes
         w = omega[0] * load(work.y, 0)
         rate = w - load(nodes.alpha_rate)
@@ -317,7 +317,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
 
     @property
     def on_wheel(self) -> OnWheel:
-        """What acts on the wheel."""
+        """The terms on the wheel besides the thread."""
         return self.lever.on_wheel
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -325,7 +325,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         self.lever.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what adds to the rotation of the planes."""
+        """Fill the disturbances of the planes' rotation."""
         nodes: LeverNodes = work.nodes
         root_j, alpha_rate = self.lever.root_j, load(nodes.alpha_rate)
         w, kappa = omega[0] * load(work.y, 0), self.lever.kappa + 0.0 * alpha_rate

@@ -87,11 +87,11 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         return self.wheel.feels_tilt
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill what the wheel feels."""
+        """Fill the forcing of the wheel."""
         self.wheel.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what adds to the rotation of the planes."""
+        """Fill the disturbances of the planes' rotation."""
         wheel = wheel_at_nodes(self.wheel, work)
         felt, nodes, per_inertia = self.wheel.felt, work.nodes, wheel.per_inertia
         x, w = load(work.x, 0), omega[0] * load(work.y, 0)
@@ -282,7 +282,7 @@ class HeldWheel(_HeldNumbers):
     """The weight alone; the plane of the wheel stands still."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what adds to the rotation of the planes."""
+        """Fill the disturbances of the planes' rotation."""
         self.free.disturb(mode, omega, work)
         store(work.d1, 0, -(omega[0] * load(work.y, 0)))
         store(work.d2, 0, omega[0] * load(work.x, 0))

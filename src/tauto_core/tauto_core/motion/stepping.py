@@ -2,7 +2,7 @@
 
 Each span is divided into stretches, these into equal steps (`lay_out`). A step is collocated,
 halved if its error is too large, searched for events, and cut short at the first. The end of the
-range and a slack thread end the run. What moves is known by the methods of `system.System` alone.
+range and a slack thread end the run. The driver calls a system by `system.System` alone.
 """
 
 from __future__ import annotations
@@ -97,7 +97,7 @@ spring that makes the well strongly anharmonic.
 
 @inlined
 def step_error(factor: float, last: float, newton: bool) -> float:
-    """Return the error of a step relative to the state, from what `collocate` returned.
+    """Return the error of a step relative to the state, from the result of `collocate`.
 
     The factor is that of `Tolerance`. Where Newton's method is needed the order falls to that of
     the polynomial.
@@ -391,7 +391,7 @@ def advance(
 
 
 class Moved(NamedTuple):
-    """What moves: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
+    """A moving system: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
 
     system: Any
     omega: Omega

@@ -262,7 +262,7 @@ class SuspendedCase(AxleNumbers, System):
         store(nodes.lift, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the planes, and N/M, θ and δ; d1 stays zero.
+        """Fill the disturbances of the planes, and N/M, θ and δ; d1 stays zero.
 
         The accelerations of the modes are q̈ = (c φ̈ − B′θ̈)/D and q̈′ = (B θ̈ − c φ̈)/D, with
         D = c (B − B′).
@@ -480,7 +480,7 @@ class AxleSwing(SteppedSwing):
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts; raises what `_rows` does."""
+        """Return the motion at the ends of the parts; raises the errors of `_rows`."""
         rows, ends = self._rows(bearing), bearing.at_ends()
         names = 'angle', 'coordinate', 'rate', 'speed'
         return CaseMotion(*map(np.ascontiguousarray, map(rows.__getitem__, names)), *ends)
@@ -516,7 +516,7 @@ STRIP = 32
 
 
 class _Parts(NamedTuple):
-    """What is known of the parts of pieces before the bearing moves.
+    """The data of the parts of pieces, known before the bearing moves.
 
     Attributes:
         first: index in `rows` of the first part of each piece, (n,).
@@ -599,7 +599,7 @@ def _move_modes(
 def add_up(
     y: tuple[float, float, float, float], c: float, s: float, b_re: float, b_im: float
 ) -> tuple[float, float, float, float]:
-    """Return Y, with what its last sum rounded off, after a part that begins with c and s."""
+    """Return Y, with the rounding error of its last sum, after a part that begins with c and s."""
     add_re, add_im = into_frame(c, s, b_re, b_im)
     add_re, add_im = add_re - y[2], add_im - y[3]
     re, im = y[0] + add_re, y[1] + add_im

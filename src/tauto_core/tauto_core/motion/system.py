@@ -129,7 +129,7 @@ class Outside(NamedTuple):
     """The motion of the ship at an instant; zeros where a channel is absent.
 
     Attributes:
-        drive: what moves the system. For a machine it is the direction of its thread's neutral
+        drive: the forcing of the system. For a machine it is the direction of its thread's neutral
             line [rad]: γ of a wheel, β of the apparent vertical for a lever or a swinging thread
             (`Forcing.neutral`). For a suspended case it is ÿ of its bearing [m/s2].
         tilt: τ, the angle of the neutral line in the case [rad]; absent for a suspended case.
@@ -212,7 +212,7 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
 
 @compiled
 def outside_at(terms: int, x: float, work: Work) -> Outside:
-    """Return what the ship does at x of the piece laid out.
+    """Return the forcing at x of the current piece.
 
     Even and odd powers are summed apart, so that half as many operations wait for one another.
     """
@@ -305,7 +305,7 @@ def hot_at_nodes(work: Work) -> HotNumbers:
 
 
 # -----------------------------------------------------------------------------
-# What the driver knows of a system.
+# The interface of a system to the driver.
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
@@ -413,12 +413,12 @@ def state_type(planes: int) -> np.dtype[Any]:
 
 
 def state_of(record: NDArray[np.void]) -> dict[str, Any]:
-    """Return what a running state holds, by its names, in plain numbers: planes are tuples."""
+    """Return a running state by names, in plain numbers: planes are tuples."""
     return {name: record[name].tolist() for name in record.dtype.names or ()}
 
 
 def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
-    """Set a running state from what `state_of` returned."""
+    """Set a running state from the result of `state_of`."""
     for name in record.dtype.names or ():
         record[name] = state[name]
 
@@ -507,7 +507,7 @@ class System(Protocol):
         return True
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill the system's rows with what the ship does at the nodes of a step."""
+        """Fill the system's rows with the forcing at the nodes of a step."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the rows d1 and d2 from x and y (stages)."""
@@ -566,7 +566,7 @@ class System(Protocol):
 
 
 class SteppedRun(NamedTuple):
-    """What all steps of a run share; a named tuple costs nothing in compiled code."""
+    """The data that all steps of a run share; a named tuple costs nothing in compiled code."""
 
     system: System
     omega: Omega

@@ -1,4 +1,4 @@
-"""The swinging thread in two rotating planes, and what it shares with Sully's lever."""
+"""The swinging thread in two rotating planes, and the parts it shares with Sully's lever."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ WELL_WITHIN = 0.05
 
 
 class OnWheel(NamedTuple):
-    """What acts on the wheel besides the thread, over its moment of inertia I.
+    """The terms on the wheel besides the thread, over its moment of inertia I.
 
     Attributes:
         viscous: c₁/I [1/s].
@@ -65,7 +65,7 @@ class OnWheel(NamedTuple):
         pace: frequency of the swing [rad/s].
         gravity: g at rest [m/s2].
         law: of a further drag, over I, or None.
-        heat: True where heat changes these numbers; what follows is then known at an instant or
+        heat: True where heat changes these numbers; the rest is then known at an instant or
             at the nodes.
         share: factor of the torque of that law, where heat changes I.
         growth: İ/I [1/s], where heat changes I.
@@ -85,11 +85,11 @@ class OnWheel(NamedTuple):
 
 
 class WithThread:
-    """What a system has of a wheel that hangs on a real thread."""
+    """The part of a system that describes a wheel on a real thread."""
 
     @property
     def on_wheel(self) -> OnWheel:
-        """What acts on the wheel."""
+        """The terms on the wheel besides the thread."""
         raise NotImplementedError
 
     @property
@@ -160,7 +160,7 @@ def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
 
 @inlined
 def hot_on_wheel(cold: OnWheel, hot: HotNumbers) -> OnWheel:
-    """Return what acts on the wheel where heat changes it, at an instant or at the nodes."""
+    """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
     share = hot.share
     return OnWheel(
         hot.viscous,
@@ -235,7 +235,7 @@ class _ThreadNumbers(NamedTuple):
         thread: E_δ1 and E_δ2.
         to_first: X₁ per ψ and per δ: the first row of the inverse of (E_ψ, E_δ).
         to_second: X₂ per ψ and per δ.
-        on_wheel: what acts on the wheel.
+        on_wheel: the terms on the wheel besides the thread.
         damping: c/m of the lean [m2/s], or None.
         widening: ṙ [m/s], where heat changes the numbers.
     """
@@ -266,7 +266,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
             fill_hot(x, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what the accelerations add to the rotation of the planes; d1 stays zero."""
+        """Fill the disturbance of the planes by the accelerations; d1 stays zero."""
         psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi_bend, delta_bend)
         for p in range(len(omega)):
@@ -347,7 +347,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     def strike(
         self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
     ) -> None:
-        """Let an impulse change both rates: the taut thread by −r/l of what the wheel takes.
+        """Let an impulse change both rates: the taut thread by −r/l of the change of the wheel.
 
         The energy goes into ½(I + m r²u²)θ̇².
         """

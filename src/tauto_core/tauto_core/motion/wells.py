@@ -467,7 +467,7 @@ class UnbalancedWheel(NamedTuple):
 
 
 class PerInertia(NamedTuple):
-    """What acts on the wheel, divided by its moment of inertia I; None where absent.
+    """The terms on the wheel, divided by its moment of inertia I; None where absent.
 
     Attributes:
         carried: μ = m/I of the mass that moves with the thread [1/m2].
@@ -500,7 +500,7 @@ class PerInertia(NamedTuple):
 
 @inlined
 def hot_numbers(cold: PerInertia, hot: HotNumbers) -> PerInertia:
-    """Return what acts on the wheel where heat changes it, at an instant or at the nodes."""
+    """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
     share = hot.share
     impulse = cold.impulse
     imbalance = cold.imbalance
@@ -601,7 +601,7 @@ def ride(mu: float | None, t: Numeric, t_prime: Numeric, speed: Numeric) -> Nume
 def kick(
     impulse: Impulse, mu: float | None, t: float, rate: float, direction: float, given: int
 ) -> float:
-    """Return what an impulse adds to θ̇, and as much to ϑ̇: ½(I + mt²)θ̇² grows by its energy.
+    """Return the change of θ̇ and of ϑ̇ by an impulse: ½(I + mt²)θ̇² grows by its energy.
 
     `rate` is θ̇ before it, `direction` the sign of θ̇ after it, `given` the impulses before this
     one.

@@ -98,7 +98,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
 # -----------------------------------------------------------------------------
-# What the ship does at the nodes of a step, as far as the wheel feels it.
+# The forcing of the wheel at the nodes of a step.
 
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 """Rows of γ̇, γ̈, τ̇, g_eff and β − γ at the nodes."""
@@ -273,7 +273,7 @@ class Wheel(NamedTuple):
     """The wheel as `system.System`.
 
     Attributes:
-        per_inertia: what acts on it.
+        per_inertia: the terms on it.
         lever: law of the lever arm.
         shape: the functions of the arc, or None where the angle is the coordinate.
         felt: the channels of the ship's motion that act.
@@ -339,7 +339,7 @@ class Wheel(NamedTuple):
 
     @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill what disturbs the plane."""
+        """Fill the disturbance of the plane."""
         per_inertia = wheel_at_nodes(self, work).per_inertia
         felt, nodes = self.felt, work.nodes
         square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
@@ -610,7 +610,7 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float
 
 
 class WithWheel:
-    """What a system has of the wheel that is part of it."""
+    """The part of a system that describes its wheel."""
 
     wheel: Wheel
 
