@@ -1,7 +1,7 @@
-"""The budget of a clock's rate: why it is what it is, how well that is known, what changes it.
+"""The budget of a clock's rate: its causes, their uncertainty, the effect of small changes.
 
 Each cause at sea is switched off in turn, and the same stretches of the same voyage are sailed
-again: the sea comes from the seed, so that what the two have in common cancels. Dial, amplitude,
+again: the sea comes from the seed, so that the common part of the two cancels. Dial, amplitude,
 drag and escapement are found on land, from the steady swing.
 """
 
@@ -77,7 +77,7 @@ _FORMAT = 1
 
 @dataclass(frozen=True)
 class BudgetRow:
-    """What one cause does to the rate.
+    """The effect of one cause on the rate.
 
     Attributes:
         cause: its name.
@@ -97,7 +97,7 @@ class BudgetRow:
 
 @dataclass(frozen=True)
 class RoughRow:
-    """What is left open by a number that nobody knows well.
+    """The uncertainty of the rate by a badly known number.
 
     Attributes:
         key: of the number in the scene.
@@ -143,12 +143,12 @@ class Budget:
         settle_s: time sailed before each begins to count [s].
         rows: the causes.
         sum: of all rows.
-        interaction: what the causes do only together.
+        interaction: the effect of the causes only together.
         whole: the rate with all of them.
-        rough: what the numbers leave open that nobody knows well.
+        rough: the uncertainty by badly known numbers.
         rough_s_per_day: root of the summed squares of their half ranges.
         fixed_s_per_day: the whole rate if the case were fixed to the ship; None: it is.
-        worth: what small things are worth.
+        worth: the effect of small changes.
     """
 
     scene: str
@@ -173,7 +173,7 @@ class Budget:
 
     @property
     def sailed(self) -> str:
-        """What was sailed, in words."""
+        """The runs, in words."""
         if self.settle_s == 0.0:
             return f'all of the {span(self.duration_s)} sailed'
         return (
@@ -399,7 +399,7 @@ def _steady_air(scene: Scene) -> RouteAir | None:
 def _causes(
     plan: Job, machine: AnyMachine, heat: Heat, moves: tuple[tuple[str, ...], ...]
 ) -> dict[str, Job]:
-    """Return what is sailed without each cause."""
+    """Return the runs without each cause."""
     jobs = {
         ' and '.join(name for name in each if not name.startswith('force')): _without(plan, *each)
         for each in moves
@@ -414,7 +414,7 @@ def _causes(
 
 
 def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
-    """Return what is sailed because no closed form knows it: on land, and without suspension."""
+    """Return the runs for effects without a closed form: on land, and without suspension."""
     scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
     answers = hung if hung is not None and hung.mass is not None else None
     if thread_swings or answers is not None:
@@ -498,7 +498,7 @@ def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
 
 
 # -----------------------------------------------------------------------------
-# What is found on land: the dial, amplitude, drag, escapement; what small things are worth.
+# Rows found on land: dial, amplitude, drag, escapement; the effect of small changes.
 
 
 def _on_land(machine: AnyMachine, swing: SteadySwing | None, nominal_s: float) -> dict[str, float]:
@@ -563,9 +563,9 @@ def _materials(
 def _worth(
     scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float, heat: Heat
 ) -> Iterator[Worth]:
-    """Yield what small changes are worth on land, by central differences of the whole machine.
+    """Yield the effect of small changes on land, by central differences of the whole machine.
 
-    What cannot be changed by so much, near the end of a cam for example, is left out.
+    Changes that are not possible, near the end of a cam for example, are left out.
     """
 
     def rate(changed: AnyMachine) -> float:
@@ -605,7 +605,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
         shape = machine.geometry
         tau = shape.tau_of(np.array([min(1.0, 0.999 * machine.range_rad)]))
         part = 1.0 + more_m / float((shape.base_radius * tau * shape.u_per_tau(tau))[0])
-        # β turns by so much more with the wheel; what its own size changes in the pull is less
+        # β turns by so much more with the wheel; its size changes the pull by less
         # than a hundredth of that. J goes as the square, the moment of the weights as itself.
         spared = (part**2 - part) * (machine.turned_inertia - machine.lever_inertia)
         return replace(
@@ -620,7 +620,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
     if isinstance(cam, Pulled | Evened):
         part = 1.0 + more_m * at / float(cam.cam.lever_arm(at))
         return replace(machine, cam=Pulled(cam.cam, cam.law, part))
-    # a pull on a larger lever arm is a larger pull, and what it carries moves more
+    # a pull on a larger lever arm is a larger pull, and its mass moves more
     part = 1.0 + more_m * at / float(cam.lever_arm(at))
     return replace(
         machine,

@@ -284,7 +284,7 @@ class Plan:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the answer does not say: ships that differ too little to be counted."""
+        """Warnings beside the answer: ships that differ too little to be counted."""
         ship, drawn = self.scene.ship, set(self.draws)
         if ship.is_random or {key.partition('.')[0] for key in drawn} & _OF_THE_MOTION:
             return ()
@@ -413,7 +413,7 @@ def sail_ship(
 ) -> dict[str, Any]:
     """Return the row of a ship: number and seed, drawn values, FIGURES, and processor time.
 
-    `failure` is None, or says what ended the voyage early; then there are no figures. `run_s` is
+    `failure` is None, or the reason of an early end; then there are no figures. `run_s` is
     the processor time of the thread, the only column that differs in another run. What has nothing
     to do with her voyage, such as a MemoryError, is raised; so is the SceneError of a ship that
     was not checked before (`Plan.check`).
@@ -723,7 +723,7 @@ def sail_fleet(
                 if progress is not None:
                     progress(plan.ships - len(left) * (1.0 - share))
 
-            # what is not asked for is not said: a task goes to every worker
+            # columns that are not needed are not sent: a task goes to every worker
             task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
             rows += gathered(
                 task,
@@ -759,7 +759,7 @@ def gathered(
 
     Args:
         task: returns the row of a voyage, or the rows of several that sail together.
-        left: what it is called with.
+        left: its arguments.
         crew: where.
         store: takes the rows; None: they are only returned.
         tell: called with the share done.

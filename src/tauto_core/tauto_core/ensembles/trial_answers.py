@@ -1,7 +1,7 @@
-"""What a trial says: on what share of passages each clock would have found the longitude.
+"""The answers of a trial: the share of passages on which each clock finds the longitude.
 
 The dial alone, rated in harbour, and with thermometer and IMU; the ± of the wind and of the hull;
-what the navigator's own error of local time adds; season and ocean; and ships in company.
+the effect of the navigator's error of local time; season and ocean; and ships in company.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ minute of arc of the longitude."""
 
 WAYS = {**ERRORS, 'sensed': 'sensed_error_nmi'}
 """Three ways of finding the longitude, with their columns: by the dial; by the dial less the rate
-found in harbour; and less what thermometer and IMU say besides.
+found in harbour; and corrected by thermometer and IMU as well.
 """
 
 TRACED = {'raw': 'noon_raw_error_nmi', 'corrected': 'noon_error_nmi'}
@@ -45,7 +45,7 @@ class Prize:
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
-        pounds: what it paid.
+        pounds: its sum.
         passages: number of passages within it.
         share: their share of all.
         low, high: Wilson's interval for the share of such passages, at 95 %.
@@ -90,7 +90,7 @@ class Part:
 
 @dataclass(frozen=True)
 class WayAnswers:
-    """What a clock says in one of the three ways (`WAYS`).
+    """The answers of a clock in one of the three ways (`WAYS`).
 
     Attributes:
         prizes: one for each limit of the Act; empty without passages of six weeks.
@@ -113,7 +113,7 @@ class WayAnswers:
 
 @dataclass(frozen=True)
 class ClockAnswers:
-    """What a trial says of a clock.
+    """The answers of a trial for one clock.
 
     Attributes:
         clock: name of its scene.
@@ -148,7 +148,7 @@ class Company:
 
 @dataclass(frozen=True)
 class TrialAnswers:
-    """What a trial says.
+    """The answers of a trial.
 
     Attributes:
         logs: file or name of the log-book.
@@ -205,7 +205,7 @@ def check_local_time(local_time_s: float) -> None:
 
 
 def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
-    """Return what a trial says; the navigator errs by `local_time_s` in his local time."""
+    """Return the answers of a trial; the navigator errs by `local_time_s` in his local time."""
     trial = sailed.trial
     passages = {each.name: each for each in trial.passages}
     ends = {name: no_landfall(*each.entries[-1][1:3]) for name, each in passages.items()}

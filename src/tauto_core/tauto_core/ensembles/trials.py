@@ -155,7 +155,7 @@ def season_of(passage: LoggedPassage) -> str:
 
 
 # -----------------------------------------------------------------------------
-# What is not known of a passage, drawn anew: the wind (theory/logbooks.md, H2), and the hull.
+# Unknowns of a passage, drawn at random: the wind (theory/logbooks.md, H2), and the hull.
 
 WIND_OFFSET = 0.92
 """Standard deviation of a log's wind over a passage [m/s]: means of two logs differ by 1.3 rms."""
@@ -216,7 +216,7 @@ def with_wind_drawn(
 
 
 def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[str, Any]:
-    """Return values of `HULL_KEYS`, drawn within what is not known of a ship of the century."""
+    """Return values of `HULL_KEYS`, drawn within the uncertainty of a ship of the century."""
     shape = HULL_SHAPES[int(random.integers(len(HULL_SHAPES)))]
     gyration, centre, damping = random.random(3)
     least, most = (math.log(each) for each in DAMPINGS)
@@ -245,7 +245,7 @@ class TriedClock:
     Attributes:
         origin: file or name that the user gave.
         name: name of its scene.
-        content: the scene's mapping, without what a log gives.
+        content: the scene's mapping, without the keys that a log gives.
         covariates: `drift.covariates` of the navigator with thermometer and IMU; none if no rate
             equation fits the clock.
         priors: their `drift.coefficients`, found once.
@@ -267,7 +267,7 @@ class Sailing:
     Attributes:
         number: from 0; it does not change if more are drawn.
         passage: the log.
-        drawn: what is drawn: nothing (`log`), the wind or the hull.
+        drawn: the quantity drawn: none (`log`), the wind or the hull.
         draw: number of the draw, from 1; 0 as logged.
     """
 
@@ -279,11 +279,11 @@ class Sailing:
 
 @dataclass(frozen=True)
 class Rules:
-    """What is the same on all passages of a trial.
+    """The settings that all passages of a trial share.
 
     Attributes:
         clocks: clocks that share ship and passage.
-        seed: of the seas, of the observations and of what is drawn, with the passage's name.
+        seed: of the seas, the observations and the draws, together with the passage's name.
         harbour_days: days of rating in still water before the first entry: invented.
         longest_s: length to which a scene is cut [s]; None: the log's.
         anyway: machines and ships beyond all that are known sail, too.
@@ -460,7 +460,7 @@ def make_trial(
     Args:
         logs: file or name of the log-book, for errors.
         passages: its passages.
-        scenes: the clocks, with what the user called them.
+        scenes: the clocks, with their names as the user gave them.
         choice: which passages.
         harbour_days: days of rating before the first entry [days].
         longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
@@ -516,7 +516,7 @@ def clocks_beside(
 
 
 def _content(scene: Scene, origin: str) -> dict[str, Any]:
-    """Return the mapping of a clock's scene, less what each passage finds for itself."""
+    """Return the mapping of a clock's scene, without the keys that each passage sets."""
     content = read_mapping(scene_yaml(scene), origin)
     content.get('clock', {}).pop('nominal_period', None)
     if scene.accuracy is not None:
@@ -580,7 +580,7 @@ def regulated_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
 
 
 class _Sea:
-    """The sea of a passage, and what several clocks feel of it alike."""
+    """The sea of a passage, and the motion that its clocks share."""
 
     def __init__(self, scene: Scene) -> None:
         self.motion = ShipMotion(scene)
@@ -768,7 +768,7 @@ class Sailed:
     """A trial that has been sailed.
 
     Attributes:
-        trial: what was sailed.
+        trial: the rows that were sailed.
         rows: results of `sail_passage`, in the order of their numbers.
     """
 

@@ -75,7 +75,7 @@ MOST_DEATHS = 4
 """Deaths of its process after which a run is given up."""
 
 POOL_START_S = 1.5
-"""Approximate time in which a process starts and loads what a run needs [s]."""
+"""Approximate time in which a process starts and loads the modules of a run [s]."""
 
 IDLE_S = 10.0
 """Time without a run after which a process ends. Where this process was killed, nobody else ends
@@ -426,7 +426,7 @@ class _Attention:
         return WorkerError(f'the scheduler is lost ({why}). See its own log; start it again')
 
     def meaning(self, error: Exception) -> Exception:
-        """Return what the error of a run's future means; WorkerError if the scheduler is lost."""
+        """Return the cause of an error of a run's future; WorkerError if the scheduler is lost."""
         from distributed.scheduler import KilledWorker
 
         if isinstance(error, CancelledError):
@@ -479,7 +479,7 @@ def _joined(address: str) -> Iterator[Client]:
         )
         warnings.warn(open_to_all, TautoWarning, stacklevel=2)
     began = time.monotonic()
-    quiet = silence_logging_cmgr(logging.CRITICAL)  # what it would log of a lost scheduler is said
+    quiet = silence_logging_cmgr(logging.CRITICAL)  # a lost scheduler is reported here
     try:
         client = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)
     except (OSError, ValueError) as error:
