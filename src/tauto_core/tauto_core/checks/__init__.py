@@ -1,1 +1,1 @@
-"""What a scene would run, cost and err, and what it lacks."""
+"""Checks of a scene before it sails: propagator, cost, error, and effects left out."""

@@ -118,7 +118,7 @@ distance spreads from the amplitude to the phase.
 """
 
 SURE = 2.0
-"""Standard errors by which growth after what was followed is assumed faster than it was found."""
+"""Standard errors by which growth after the trial is assumed faster than in the trial."""
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ class Limit:
         self.planned_s, self._done_s, self._compiling_s = math.inf, 0.0, COMPILING_S
 
     def charge(self, spent_s: float, done_s: float, *, may_compile: bool) -> float:
-        """Note the cost of a part of a run [s]; return it without what compiling may have taken.
+        """Note the cost of a part of a run [s]; return it without the time of compiling.
 
         `done_s` is its motion, times the work of the run over that of one as asked; all runs
         together have `planned_s`.
@@ -181,7 +181,7 @@ class Growth:
 
     @property
     def grows(self) -> bool:
-        """Whether it grew from the quarter on by more than half of what a change of rate does."""
+        """Whether it grew from the quarter on by more than half as much as by a change of rate."""
         return 0.75 * self.followed_s * self.per_s > 0.5 * math.log(4.0)
 
 
@@ -289,7 +289,7 @@ def try_out(
     rounding_s, until_s = 0.0, None
     if growing is not None and growing.found.is_chaotic:
         starts_s = [0.0 if each is None else growing.start_s(times, each) for each in errors]
-        # of the walk by rounding, what comes after an e-fold of the growth counts no more
+        # of the walk by rounding, steps after an e-fold of the growth no longer count
         rounding = dial.rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
         grown = growing.size_at(ends_s)
         bounds = [
@@ -392,7 +392,7 @@ def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0
 
 
 def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
-    """Return what a run shows before it ends, or has taken its processor time."""
+    """Return the readings of a run until it ends, or has taken its processor time."""
     motion, stage, said = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
     step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
 
@@ -465,7 +465,7 @@ class _Growing:
         return self.found.per_s + SURE * self.found.per_s_sigma
 
     def size_at(self, time_s: float) -> float:
-        """Return the size at a time, or what it becomes at most; inf beyond what doubles hold."""
+        """Return the size at a time, or its largest value; inf where doubles overflow."""
         beyond_s = max(time_s - self.found.followed_s, 0.0)
         log = float(np.interp(time_s, self._times, self._logs)) + self._quickest_per_s * beyond_s
         return math.exp(log) if log < 700.0 else math.inf
@@ -482,7 +482,7 @@ class _Growing:
     def start_s(self, times: FloatArray, error: FloatArray) -> float:
         """Return the error at the start [s] that has grown to the one found, and as growth goes.
 
-        What comes later grows less; in the first quarter errors are not yet those that last.
+        Later errors grow less; in the first quarter errors are not yet the lasting ones.
         """
         late = times >= 0.25 * times[-1]
         grown = np.exp(np.interp(times[late], self._times, self._logs))
@@ -493,7 +493,7 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
     """Return the largest size of an error at a later time, by extrapolation; at most `end_s`.
 
     Its largest size so far continues to grow by the power of time of the second half of the known
-    part; or as a straight line, if that gives more. What is within rounding does not grow. Times
+    part; or as a straight line, if that gives more. An error within rounding does not grow. Times
     are evenly spaced from 0. A clock whose error is `end_s` shows nothing.
     """
     if len(times) < 2:
@@ -586,7 +586,7 @@ class Forecast:
             motion is taken as exact within its pass-band.
         steps_error_s: bound of the error of the steps by their tolerance, or of a closed form by
             the accuracy of its period; None where the trials were cut before any was seen.
-        rounding_error_s: approximate error of the phase by rounding alone, with what it grows to
+        rounding_error_s: approximate error of the phase by rounding alone, with its growth
             where the motion is chaotic. A sum near it means that the run is as exact as doubles
             allow. The reading is rounded to whole nanoseconds besides.
         tried_s: length of the scene that was run to find the bounds [s]; None: nothing had to be.
@@ -703,13 +703,13 @@ def forecast(
 
 
 JUDGED_IN_S = 0.2
-"""Approximate processor time of the trials that say what accuracy a voyage has reached [s]."""
+"""Approximate processor time of the trials that measure the accuracy of a voyage [s]."""
 
 
 def accuracy_reached(
     scene: Scene, machine: AnyMachine | InPlaceOfWheel, motion: ShipMotion
 ) -> dict[str, Any]:
-    """Return what a scene with `solver.accuracy` asks for, and what its run keeps [s/day].
+    """Return the accuracy that a scene states, and the accuracy of its run [s/day].
 
     `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one; None where
     none is known, as of runs shorter than `LEAST_LOGS` log intervals: a trial of such a run is
@@ -731,7 +731,7 @@ def accuracy_reached(
 
 
 def missed_words(asked: Mapping[str, Any]) -> str:
-    """Return the warning of a run whose accuracy may not be what was asked for."""
+    """Return the warning of a run that may not keep the requested accuracy."""
     bound = asked['bound_s_per_day']
     found = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
     why = ', since the motion is chaotic' if asked['chaotic'] else ''

@@ -1,4 +1,4 @@
-"""What a scene would run: machine, propagator, terms left out, cost and accuracy, in words."""
+"""The facts of a scene before it sails: machine, propagator, omissions, cost and accuracy."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str
 
 
 def _uneven(machine: Machine) -> str:
-    """Return what makes a potential well anharmonic; empty if it is harmonic."""
+    """Return the reason why a potential well is anharmonic; empty if it is harmonic."""
     if machine.is_linear:
         return ''
     parts = {
@@ -429,7 +429,7 @@ def felt_air(scene: Scene) -> dict[str, float]:
 
 
 # -----------------------------------------------------------------------------
-# What a scene would run: its machine, propagator, cost and accuracy, before it sails.
+# The facts of a scene before it sails: its machine, propagator, cost and accuracy.
 
 WALK_FACTOR = 5.0
 """Six runs of three hours give a random walk from few large changes, within such a factor: of the
@@ -438,7 +438,7 @@ shipped threads 25 and 2,500 s/day where many runs need 150 and 1,400.
 
 
 def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -> dict[str, Any]:
-    """Return what a scene would run, after every check that `tauto sail` makes before it starts.
+    """Return the facts of a scene, after every check that `tauto sail` makes before it starts.
 
     It is the object of `tauto scene check --json`. `expected` has the figures of `cost.Forecast`;
     `steps_a_swing` and `tolerance` are None where the propagator takes no steps. `slack` is there

@@ -1,4 +1,4 @@
-"""What a scene leaves out, in words that a navigator understands, and what that is worth."""
+"""Effects that a scene leaves out, in words that a navigator understands, with their size."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tauto_core.ship.sections import MOTIONS
 from tauto_core.wording import printed
 
 USUAL_MASS = 10.0
-"""Mass of a case for which a figure says what a missing mass leaves out [kg]."""
+"""Mass of a case for which a figure gives the effect of a missing mass [kg]."""
 
 
 class LeftOut(NamedTuple):
@@ -25,8 +25,8 @@ class LeftOut(NamedTuple):
 
     Attributes:
         what: its name.
-        why: what the scene has in its place, as a sentence.
-        worth: what it may do to a clock; None where no figure is known.
+        why: the assumption in its place, as a sentence.
+        worth: its effect on a clock; None where no figure is known.
         key: key of the scene that brings it in; None where Tauto does not simulate it.
     """
 
@@ -105,7 +105,7 @@ TABLE = tuple(
 
 
 def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut]:
-    """Return what a scene leaves out, in the order of `TABLE`: only what is true for it."""
+    """Return the effects that a scene leaves out, in the order of `TABLE`."""
     ship, hung, escapement, voyage = scene.ship, scene.suspension, scene.escapement, scene.voyage
     moves, feels, drag = not ship.lies_still, machine.feels_gravity, scene.drag or Drag()
     sea = ship if isinstance(ship, SeaShip) else None
@@ -166,7 +166,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         'clock noise': not scene.clock.is_noisy,
         'voyage': voyage is None,
     }  # fmt: skip
-    # what depends on more of the scene than whether it is true
+    # figures that depend on numbers of the scene
     here: dict[str, dict[str, Any]] = {'heat': {}}
     if plain and pull is not None:
         worth = [_BRASS] if pull.pulling_mass else [_STEEL]

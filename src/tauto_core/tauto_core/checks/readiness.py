@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 # The bounds are about an order of magnitude outside the shipped scenes, the machines of Sully,
 # Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
 # Machine, gravity and ship beyond the largest of them are not sailed unless that is asked for:
-# what they do was never tried, and may take minutes. Smaller ones are safe, and so are a passage,
+# such are untried, and may take minutes. Smaller ones are safe, and so are a passage,
 # a log or observations of any size: these are warned of. Numbers that double precision cannot
 # compute with are refused elsewhere (`magnitudes`).
 
@@ -197,7 +197,7 @@ def _comparison(value: float, sizes: _Sizes) -> str:
 
 
 def _meant(key: str, value: float, sizes: _Sizes) -> str:
-    """Return what was probably meant, as a sentence."""
+    """Return the value that was probably meant, as a sentence."""
     name = key.rpartition('.')[2]
     meant = [
         f'in {unit}, write {name}: {value * size:.4g}'
@@ -255,7 +255,7 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
 
 
 def check_known(scene: Scene) -> None:
-    """Refuse a machine or ship beyond all that are known, which is probably a slip of a unit.
+    """Refuse a machine or ship larger than any known, whose unit is probably wrong.
 
     Every command that sails does so, unless it is told to sail the scene anyway. Numbers larger
     than any known, and drag in which the wheel does not swing, are a SceneError.
@@ -272,7 +272,7 @@ def check_known(scene: Scene) -> None:
 
 
 def _overdamped(scene: Scene) -> list[Problem]:
-    """Return what is wrong with drag in which the wheel does not swing."""
+    """Return the problem of drag in which the wheel does not swing."""
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
