@@ -218,7 +218,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.set_yticks([])
     axes.spines[['top', 'right']].set_visible(False)
     if sum(bool(line.name) for line in of.lines) > 1:
-        # where no place is free, the names stay legible on what they cover
+        # where no place is free, the names stay legible on the lines that they cover
         axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
 
 

@@ -324,7 +324,7 @@ def _clock_axis(voyage: Voyage) -> tuple[float, str]:
 
 
 def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) -> Chart:
-    """Return a chart over the whole voyage, with what happens on it marked."""
+    """Return a chart over the whole voyage, with its events marked."""
     unit, label = _clock_axis(voyage)
     found, note = _marks(voyage, 0.0, float(voyage.time_s[-1]))
     marks = [Mark(each.x / unit, each.name) for each in found]
@@ -339,7 +339,7 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
 
 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
-    """Return what happens in a part of a voyage, at times from the first reading [s].
+    """Return the events in a part of a voyage, at times from the first reading [s].
 
     Sailing, landfalls, arrival and the storm by name, changes of the weather without; and a note
     on these.

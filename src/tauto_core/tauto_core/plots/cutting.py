@@ -52,7 +52,7 @@ FORMATS = ('csv', 'svg', 'dxf')
 
 @dataclass(frozen=True)
 class CamCut:
-    """What was written of a cam, or of a curve in a fluid.
+    """The files written of a cam, or of a curve in a fluid.
 
     Attributes:
         files: the files.
@@ -175,7 +175,7 @@ def few_points(
 
 
 def _fluid_curve(scene: Scene, reach_rad: float | None, thread_mm: float) -> DescentCurve:
-    """Return the curve of a scene in a fluid; refuse what belongs to a cam."""
+    """Return the curve of a scene in a fluid; refuse options that belong to a cam."""
     machine = compile_machine(scene)
     if reach_rad is not None or thread_mm or not isinstance(machine, FluidPendulum):
         raise UsageError(

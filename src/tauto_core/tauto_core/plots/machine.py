@@ -70,12 +70,12 @@ def cam_extent(scene: Scene) -> float:
 
 
 # -----------------------------------------------------------------------------
-# The machine of a scene as outlines, to scale [mm]: its parts, and what moves with what.
+# The machine of a scene as outlines, to scale [mm]: its parts, and how they move.
 #
 # The origin is the axle of the wheel, or the lowest point of a curve in a fluid; y points
 # upwards, all is at rest. A scene gives inertias and masses, not their shapes, so the rim is
 # drawn as a brass ring with the inertia of the wheel, and the weight as a lead cylinder of its
-# mass. A note names what else is assumed.
+# mass. A note names the other assumptions.
 
 MM = 1000.0
 BRASS_KG_M3, LEAD_KG_M3 = 8500.0, 11340.0
@@ -97,7 +97,7 @@ class Outline(Line):
     """An outline.
 
     Attributes:
-        moves_with: what carries it. The weight moves along its thread, the spring is drawn out.
+        moves_with: the part that carries it. The weight moves along its thread.
     """
 
     moves_with: Carrier = 'case'
@@ -109,7 +109,7 @@ class MachineDrawing:
 
     Attributes:
         parts: from the back to the front.
-        note: what they are made of, and what the scene does not give.
+        note: the materials, and the dimensions that the scene does not give.
         is_broken: whether a thread is drawn shorter than it is, so that heights below the break
             are not those of the machine.
     """
@@ -244,7 +244,7 @@ def _end_of_lever(thread: LeverThread) -> float:
 
 
 def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Outline]:
-    """Return the level lever from its tail to the end of its longer arm, and what is on it.
+    """Return the level lever from its tail to the end of its longer arm, with its weights.
 
     The weight is given as an outline below the axle.
     """
@@ -268,7 +268,7 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
 
 
 def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Outline]:
-    """Return what pulls at the end of a thread: a weight, a spring, or the arrow of a force.
+    """Return the power at the end of a thread: a weight, a spring, or the arrow of a force.
 
     The arrow may stand aside of the axle, at the end of a lever.
     """
@@ -389,7 +389,7 @@ def _below_axle(scene: Scene, tip: float) -> float | None:
 
 
 def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Outline]:
-    """Return the axle of the case, what joins them, and the hollow bearing in the ship."""
+    """Return the axle of the case, its link to the case, and the hollow bearing in the ship."""
     if not isinstance(hung, AxleSuspension):
         pivots = _circle(0.0, MM * hung.depth, 0.05 * outer)
         stem = _path('', [(0.0, top), (0.0, MM * hung.depth)], 'grey')

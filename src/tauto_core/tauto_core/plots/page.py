@@ -483,7 +483,7 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
         name = Label(x=mark.x, y=Node.frame.top, x_offset=-2, y_offset=-3, text=mark.name)
         name.text_font, name.text_font_size, name.text_color = _FONT, '12px', grey
-        # beside its line, from the top downwards: what lies outside the frame is not drawn
+        # beside its line, from the top downwards: parts outside the frame are not drawn
         name.angle, name.text_align = 0.5 * math.pi, 'right'
         axes.add_layout(name)
     for line in of.lines:

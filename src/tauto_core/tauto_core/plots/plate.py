@@ -1,4 +1,4 @@
-"""The plate of a scene's cam as files: DXF for the machine, a paper template, what it costs.
+"""The plate of a scene's cam as files: DXF for the machine, a paper template; its cost.
 
 All files are in millimetres.
 """
@@ -43,15 +43,15 @@ MOST_SHEETS = 100
 
 @dataclass(frozen=True)
 class ScenePlate:
-    """The plate of a scene, its cam, and what it costs.
+    """The plate of a scene, its cam, and its cost in rate.
 
     Attributes:
         name: name of the scene.
         plate: the plate.
         cam: the cam.
         setting: the machine for which the cam is made.
-        rates: what the plate does to the rate of free swings on land.
-        files: what was written of it.
+        rates: the effect of the plate on the rate of free swings on land.
+        files: the files written of it.
     """
 
     name: str
@@ -137,7 +137,7 @@ def plate_of(
     pin_circle_mm: float | None = None,
     slot_mm: float | None = None,
 ) -> ScenePlate:
-    """Return the plate of a scene's cam, and what it costs on land.
+    """Return the plate of a scene's cam, and its cost in rate on land.
 
     The arguments are those of `cam_plate`; without a reach the cheeks end at `cam_extent`.
 

@@ -1,4 +1,4 @@
-"""Map, ship and dials of a voyage as SVG: what the page of a voyage and the moving picture share.
+"""Map, ship and dials of a voyage as SVG, for the page of a voyage and the moving picture.
 
 Each function returns a fragment. Colours are CSS variables (`--land`, `--ink`, `--blue`, …), so a
 page or a picture chooses them for light and dark. What moves has an id or a class.
