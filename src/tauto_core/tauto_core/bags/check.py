@@ -1,4 +1,4 @@
-"""Whether a bag is complete; a new bag from what can be read of one that is not."""
+"""Check whether a bag is complete; recover the readable part of a damaged one."""
 
 from __future__ import annotations
 
@@ -261,7 +261,7 @@ def _check_metadata(found: Soundness) -> None:
 
 @dataclass
 class _Reading:
-    """A topic while its bag is read: what is not yet decoded, and what was found wrong."""
+    """A topic while its bag is read: messages not yet decoded, and faults found."""
 
     origin: str
     ros_type: str
@@ -272,7 +272,7 @@ class _Reading:
     fault: str = ''
 
     def judge(self) -> None:
-        """Decode what has been gathered, and count the log times that go back."""
+        """Decode the gathered messages, and count the log times that go back."""
         stamps_ns = np.array(self.stamps_ns, np.int64)
         self.steps_back += int(np.sum(np.diff(stamps_ns, prepend=self.newest_ns) < 0))
         self.newest_ns = self.stamps_ns[-1]
@@ -322,7 +322,7 @@ def _check_content(found: Soundness) -> None:
 
 
 def _check_scene(found: Soundness) -> None:
-    """Look for the scene, and compare it with what the metadata say of the ship's motion.
+    """Look for the scene, and compare it with the metadata of the ship's motion.
 
     They differ where the metadata belong to another recording.
     """
@@ -367,7 +367,7 @@ def _check_scene(found: Soundness) -> None:
 
 
 def _same(said: object, held: object) -> bool:
-    """Whether two values are equal, but for the last bits of what was computed elsewhere."""
+    """Whether two values are equal, up to the last bits of numbers computed on another machine."""
     if isinstance(said, list) and isinstance(held, list | tuple):
         return len(said) == len(held) and all(map(_same, said, held))
     if isinstance(said, dict) and isinstance(held, dict):
@@ -378,7 +378,7 @@ def _same(said: object, held: object) -> bool:
 
 
 # -----------------------------------------------------------------------------
-# Makes a new bag from what can be read of one whose recording was cut short.
+# Makes a new bag from the readable part of one whose recording was cut short.
 
 
 @dataclass(frozen=True)
@@ -389,7 +389,7 @@ class Recovered:
         path: folder of the new bag.
         counts: its messages, by full topic name.
         start_ns, end_ns: their first and last log time [ns].
-        lost: descriptions of what was damaged, and is left out or was made anew.
+        lost: descriptions of damaged parts that are left out or were made again.
         missing: number of messages that a valid index counts and that cannot be read; messages
             after a truncation are not counted anywhere.
     """

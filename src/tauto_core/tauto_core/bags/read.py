@@ -30,7 +30,7 @@ METADATA = 'metadata.yaml'
 LARGEST_METADATA = 2**24
 
 # -----------------------------------------------------------------------------
-# MCAP as octets: records, the messages among them, and what a chunk holds.
+# MCAP as octets: records, the messages among them, and the content of chunks.
 #
 # A record is an opcode, a length and a body, both in the file and in a decompressed chunk (MCAP
 # specification, sections Records and Chunk). Whole records before a truncation can be read; a
@@ -59,7 +59,7 @@ class Stored(NamedTuple):
 def chunk_records(record: bytes) -> bytes:
     """Return the records of a chunk; of an uncompressed one that is truncated, those before.
 
-    The ValueError says what is damaged.
+    The ValueError names the damaged part.
     """
     try:
         _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, RECORD.size)
@@ -492,7 +492,7 @@ class Bag:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Descriptions of what could not be read, and what is therefore missing.
+        """Descriptions of the unreadable parts, and of the messages missing therefore.
 
         Damage within a chunk is found when its messages are read, and reported from then on.
         """

@@ -143,7 +143,7 @@ class Topic:
         name: relative name.
         message: message type; `ros_type` and `samples` come from it.
         node: the node that publishes it.
-        meaning: what the values are.
+        meaning: the meaning of the values.
         depth: KEEP_LAST depth.
         latched: whether late subscribers get the last message.
     """

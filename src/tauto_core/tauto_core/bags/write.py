@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 CHUNK_BYTES = 512 * 1024
 """Size of a chunk before compression.
 
-With an eighth of it a bag is 2.5 % larger. More gains nothing: what is left of the index is 16
+With an eighth of it a bag is 2.5 % larger. More gains nothing: the rest of the index is 16
 bytes for each message, without which readers such as `ros2 bag` find no message.
 """
 
@@ -55,7 +55,7 @@ _MESSAGE_INDEX = struct.Struct('<BQHI')
 _FOOTER_BYTES = 20
 _PIECE_BYTES = 1 << 20
 _ROOM_BYTES = 16 * 1024
-"""Room for statistics, footer and what file systems round up; also the step in which it grows."""
+"""Room for statistics, footer and rounding by file systems; also the step in which it grows."""
 
 _NO_STAMP_NS = 2**64 - 1
 
@@ -640,7 +640,7 @@ class BagWriter:
         self.counts[topic] = number
         if (
             topic == SCENE
-        ):  # at once, so that what is left by a full disk or a kill can be replayed
+        ):  # at once, so that a bag cut short by a full disk or a kill can be replayed
             self.flush()
 
     def copy(self, key: str, message: RecordedMessage) -> None:
@@ -650,7 +650,7 @@ class BagWriter:
         self.counts[key] += 1
 
     def flush(self) -> None:
-        """Write what is still in memory, so that a killed process loses nothing before it."""
+        """Write the messages in memory, so that a killed process loses nothing before them."""
         self._file.flush()
 
     def __exit__(
