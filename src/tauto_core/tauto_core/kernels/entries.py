@@ -128,7 +128,7 @@ class _Packing:
         lines: statements that take tuples apart, and return None for another structure.
         words: expressions that are packed, one word each.
         formats: how `struct` packs each of them.
-        known: what the names in the lines stand for.
+        known: the values of the names in the lines.
     """
 
     def __init__(self) -> None:
@@ -289,7 +289,7 @@ def _is_private(place: Path) -> bool:
 
 
 def read(name: str) -> tuple[dict[str, Any], bytes] | None:
-    """Return what is kept under a name, and its object code; None if there is nothing whole."""
+    """Return the whole entry stored under a name, with its object code; None if there is none."""
     try:
         place = folder()
         if not _is_private(place):

@@ -20,7 +20,7 @@ NO_GATHER = '+prefer-no-gather,+prefer-no-scatter'
 
 
 class Effort(Enum):
-    """What LLVM is asked for: code soon, or fast code. The bits that it works out are the same.
+    """LLVM's effort: code soon, or fast code. Both give the same bits.
 
     Attributes:
         level: level of LLVM's code generator.
@@ -80,7 +80,7 @@ def object_code(
     builder = llvm.create_pass_builder(machine, tuning)
     if effort is Effort.QUICK:
         passes = llvm.create_new_module_pass_manager()
-        # what these two clear away is less for the code generator: they cost nothing
+        # these two passes save the code generator as much time as they take
         passes.add_instruction_combine_pass()
         passes.add_simplify_cfg_pass()
     else:

@@ -1,4 +1,4 @@
-"""How a function is marked as a kernel, its source, and what its compiled code depends on.
+"""Marks of kernels, their sources, and the dependencies of their compiled code.
 
 Nothing of LLVM is imported here.
 """
@@ -22,7 +22,7 @@ from tauto_core.scene.errors import TautoError
 
 
 class KernelError(TautoError):
-    """A kernel cannot be compiled; the message says what, and where in which file.
+    """A kernel cannot be compiled; the message names the fault, the file and the line.
 
     Attributes:
         places: file, line and function of the fault, and of each call on the way to it.
@@ -107,7 +107,7 @@ def listening(listener: Callable[[str | None, float], None]) -> Iterator[None]:
 
 @contextmanager
 def compiling(name: str) -> Iterator[Callable[[float], Any]]:
-    """Tell the listeners that a kernel compiles; yield what tells them the seconds left."""
+    """Tell the listeners that a kernel compiles; yield a function to report the seconds left."""
 
     def say(kernel: str | None, left_s: float) -> None:
         for listener in _listeners:
@@ -126,7 +126,7 @@ def compiling(name: str) -> Iterator[Callable[[float], Any]]:
 
 @cache
 def contents(path: str) -> bytes:
-    """Return a file as it is when first asked for: what is translated is what is hashed."""
+    """Return a file as it was at the first call, so that the translated text is the hashed one."""
     try:
         return Path(path).read_bytes()
     except OSError:
@@ -140,7 +140,7 @@ def digest(path: str) -> str:
 
 
 def token(x: Any) -> str:
-    """Return what a name stood for when a kernel was compiled, as text."""
+    """Return the value that a name had when a kernel was compiled, as text."""
     if isinstance(x, ModuleType):
         return f'module {x.__name__}'
     if isinstance(x, type) and hasattr(x, '_fields'):
@@ -158,7 +158,7 @@ class Used:
 
     Attributes:
         files: hash of each, by its path.
-        names: what each stood for, by module and name.
+        names: the value of each, by module and name.
     """
 
     def __init__(self) -> None:
@@ -171,16 +171,16 @@ class Used:
         self.files[path] = digest(path)
 
     def type(self, named: type) -> None:
-        """Note what a NamedTuple's fields are."""
+        """Record the fields of a NamedTuple."""
         self.constant(named.__module__, named.__qualname__, named)
 
     def constant(self, module: str, name: str, value: Any) -> None:
-        """Note what a name of a module means."""
+        """Record the value of a module's name."""
         self.names.setdefault(module, {})[name] = token(value)
 
 
 def is_as_it_was(files: dict[str, str], names: dict[str, dict[str, str]]) -> bool:
-    """Return whether files and names are what they were."""
+    """Return whether files and names are unchanged."""
     if any(digest(path) != wanted for path, wanted in files.items()):
         return False
     for module, known in names.items():
@@ -192,7 +192,7 @@ def is_as_it_was(files: dict[str, str], names: dict[str, dict[str, str]]) -> boo
 
 
 # -----------------------------------------------------------------------------
-# The syntax trees of kernels, and what they show before values are known.
+# The syntax trees of kernels, and facts that they show before values are known.
 
 SIMPLE = 60
 """A function without loops that has fewer nodes in its syntax tree is inlined."""
@@ -202,7 +202,7 @@ _LOOPS = (ast.For, ast.While)
 
 @cache
 def _definitions(path: str) -> dict[tuple[str, int], list[Any]]:
-    """Return the functions of a file by what they are and their first line."""
+    """Return the functions of a file by kind and first line."""
     tree = ast.parse(contents(path))
     found: dict[tuple[str, int], list[Any]] = {}
     for node in ast.walk(tree):
@@ -297,7 +297,7 @@ def leaves_early(loop: Any) -> bool:
 
 @cache
 def indexed_by(loop: Any) -> frozenset[str]:
-    """Return the names of what is indexed by a loop's variable."""
+    """Return the names of the values that a loop's variable indexes."""
     if not isinstance(loop.target, ast.Name):
         return frozenset()
     return frozenset(

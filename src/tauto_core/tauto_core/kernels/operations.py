@@ -294,7 +294,7 @@ def _len(_out: Emission, x: Any) -> Any:
 
 
 def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
-    """Return what is known about a value's class: for NamedTuples, None and numbers."""
+    """Return the class test of a value, as far as it is known: NamedTuples, None and numbers."""
     classes = tuple(wanted) if isinstance(wanted, (tuple, Group)) else (wanted,)
     if isinstance(x, Group):
         return issubclass(x.instance_class or tuple, classes)
@@ -572,7 +572,7 @@ class Header:
         self.out, self.preheader, self.block = out, preheader, block
 
     def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
-        """Return a variable in the header, and what adds its value at the end of a round."""
+        """Return a variable in the header, and a function to set its value after a round."""
         group = _grouped(x)
         if group is not None:
             return self._group(group, name)

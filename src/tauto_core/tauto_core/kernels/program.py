@@ -85,7 +85,7 @@ class Instance:
         self.f.type = self.f.ftype.as_pointer()
 
     def called(self, out: Emission, values: list[ir.Value]) -> Any:
-        """Emit a call; return what it returns."""
+        """Emit a call; return its result."""
         result, count = out.b.call(self.f, values), len(leaves(self.result))
         return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
 
@@ -111,7 +111,7 @@ class Program:
         module: LLVM's.
         used: the sources and constants from which they are made.
         count: functions so far.
-        result: layout of what the entry returns: nested lists, names of kinds, None.
+        result: layout of the entry's result: nested lists, names of kinds, None.
     """
 
     def __init__(self, function: FunctionType, arguments: list[Any], name: str) -> None:

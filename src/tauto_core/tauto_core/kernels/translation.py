@@ -62,18 +62,18 @@ from tauto_core.kernels.values import (
 )
 
 # -----------------------------------------------------------------------------
-# Expressions of a function, from the syntax tree to instructions, and what its names mean.
+# Expressions of a function, from the syntax tree to instructions; the values of its names.
 
 
 class Method:
-    """A method of a NamedTuple's class, or of an array, with what it is called on."""
+    """A method of a NamedTuple's class or of an array, with its object."""
 
     def __init__(self, owner: Any, function: Any) -> None:
         self.owner, self.function = owner, function
 
 
 class Scope:
-    """A function and what its names mean."""
+    """A function and the values of its names."""
 
     def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
         self.program, self.out, self.function = program, out, function
@@ -98,7 +98,7 @@ class Scope:
         return self.lookup(e.id)
 
     def lookup(self, name: str) -> Any:
-        """Return a variable, or what a name means outside the function."""
+        """Return a variable, or the value of a name outside the function."""
         if name in self.variables:
             found = self.variables[name]
             if isinstance(found, Conflict):
@@ -235,7 +235,7 @@ class Scope:
         left = self.eval(e.left)
         result: Any = True
         for op, each in zip(e.ops, e.comparators, strict=True):
-            # what follows has no effects: it may be worked out whether it counts or not
+            # the rest has no side effects: it may be evaluated whether it is needed or not
             right = self.eval(each)
             one = compared(self.out, op, left, right)
             if isinstance(result, bool):
@@ -316,7 +316,7 @@ class Frame(Scope):
         self.reached = True
 
     def result(self, args: list[Any], keywords: dict[str, Any]) -> Any:
-        """Translate the function for these arguments; return what it returns."""
+        """Translate the function for these arguments; return its result."""
         self.variables = arguments_of(self.function, args, keywords)
         self.run(self.plan.body)
         if self.reached:
@@ -474,7 +474,7 @@ class Frame(Scope):
                 self.run(s.body)
 
     def _loop(self, s: Any, count: Any = None) -> None:
-        """Translate a loop that runs; `count` is from where, to where and by what `for` counts."""
+        """Translate a loop that runs; `count` has start, end and step of a `for`."""
         if s.orelse:
             raise KernelError('kernels know no loop with else')
         out, b = self.out, self.out.b

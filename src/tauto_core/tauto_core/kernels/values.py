@@ -1,7 +1,7 @@
-"""What a variable of a kernel may be while the kernel is compiled, and the function being written.
+"""The kinds of a kernel's variables at compile time, and the function being written.
 
-What is known when compiling is called static, and is any Python object: a number, None, a tuple, a
-function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
+A value known at compile time is called static. It is any Python object: a number, None, a tuple,
+a function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
 `Array`s and `Record`s. A `Group` is a tuple with items that are known at run time only. It is
 never built in memory: each of its numbers is an SSA value.
 """
@@ -29,7 +29,7 @@ DOUBLE, WORD, BIT, BYTE, INDEX = (
 
 
 class NumberKind:
-    """What a number at run time is; there is one object of each kind.
+    """The type of a number at run time; there is one object of each type.
 
     Attributes:
         name: as error messages say it.
@@ -103,7 +103,7 @@ class Group:
 
 
 class Fields:
-    """What an item of a structured array is: NumPy's type of it, and the address of one."""
+    """An item of a structured array: its NumPy type, and its address."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype, self.stored, self.name = dtype, BYTE, str(dtype.descr)
@@ -111,7 +111,7 @@ class Fields:
 
 @cache
 def fields_of(dtype: np.dtype[Any]) -> Fields:
-    """Return what an item of such an array is; of equal types it is one."""
+    """Return the item type of such an array; equal types give the same object."""
     return Fields(dtype)
 
 
@@ -122,7 +122,7 @@ class Array:
         kind: the kind of its items: a NumberKind, or Fields.
         data: address of the first.
         shape: lengths, LLVM's integers.
-        room: what was allocated for it in this kernel, if it was.
+        room: the memory allocated for it in this kernel, if any.
     """
 
     __slots__ = ('data', 'kind', 'room', 'shape')
@@ -141,7 +141,7 @@ class Record:
 
 
 class Conflict:
-    """What a variable is whose kind depends on the way taken: it may be set, but not read."""
+    """A variable whose type depends on the branch taken: it may be set, but not read."""
 
     __slots__ = ('why',)
 
@@ -206,7 +206,7 @@ def rebuilt(x: Any, values: Iterator[ir.Value]) -> Any:
 
 
 def described(x: Any) -> str:
-    """Return what a value is: for messages, and to tell specialisations apart."""
+    """Return a description of a value, for messages and to distinguish specialisations."""
     if isinstance(x, Value):
         return x.kind.name
     if isinstance(x, Group):
@@ -250,7 +250,7 @@ class Emission:
 
     @contextmanager
     def nested(self) -> Any:
-        """Mark what is emitted as not run exactly once."""
+        """Mark the emitted code as not run exactly once."""
         self.depth += 1
         yield
         self.depth -= 1
@@ -413,7 +413,7 @@ class Emission:
         return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
 
     def load(self, address: ir.Value, kind: Any) -> Any:
-        """Return what an address holds; of a field with several numbers, where they are."""
+        """Return the value at an address; for a field of several numbers, their address."""
         if isinstance(kind, Array):
             return kind
         if isinstance(kind, Fields):
