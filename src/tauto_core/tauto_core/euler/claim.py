@@ -25,7 +25,7 @@ class Claim:
     Attributes:
         paper: A: E6, the trochlea; B: E13, the fluid; C: the axle.
         paragraph: Euler's, in his numerals: 'XIX', '26-27'.
-        claim: what is claimed, in a line of words.
+        claim: the claim, in a line of words.
         stands: the formula or number as it stands in the text, letter by letter; empty where the
             text says it in words, or not at all.
         value: the value for the example of `stands`, or of `adds` where that is empty; NaN where

@@ -2,7 +2,7 @@
 
 A drawing has units of length, y upwards; strokes and letters keep their size on the page. What a
 line is decides its colour, by a class of the page's style sheet: `ink`, `curve`, `thread`,
-`other`, `faint`, `heavy`, and `solid` for what is filled.
+`other`, `faint`, `heavy`, and `solid` for filled areas.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Drawing:
 
     @property
     def markup(self) -> str:
-        """What stands between the tags of the `svg` element."""
+        """The content of the `svg` element."""
         return ''.join(self._parts)
 
     def _placed(self, x: ArrayLike, y: ArrayLike) -> tuple[FloatArray, FloatArray]:
@@ -96,7 +96,7 @@ class Drawing:
 
 
 def svg(drawing: Drawing, title: str) -> str:
-    """Return a drawing as an `svg` element that says what it shows."""
+    """Return a drawing as an `svg` element with its title."""
     wide, high = map(_short, drawing.size)
     return (
         f'<svg viewBox="0 0 {wide} {high}" width="{wide}" role="img" '

@@ -1,4 +1,4 @@
-"""A paper of Euler's, paragraph by paragraph: what it argues, its figures, and what runs it."""
+"""A paper of Euler's, paragraph by paragraph: its argument, figures and commands."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tauto_core.euler.drawing import Drawing
 
 @dataclass(frozen=True)
 class Control:
-    """What can be moved in a figure.
+    """A control of a figure.
 
     Attributes:
         name: the quantity and its unit, such as 'z' or 'turn, rad'.
         values: the values it takes, in their order.
         begin: index of the value that is shown first.
-        names: what stands for each value; empty: the value itself.
+        names: a label for each value; empty: the value itself.
     """
 
     name: str
@@ -32,7 +32,7 @@ class Control:
 
 @dataclass(frozen=True)
 class Shown:
-    """A figure at certain values of its controls: the drawing, and what it says in numbers."""
+    """A figure at certain values of its controls: the drawing, and its numbers."""
 
     drawing: Drawing
     says: str = ''
@@ -44,9 +44,9 @@ class EulerFigure:
 
     Attributes:
         name: Euler's: 'I', or 'Tab. IV, 3'.
-        caption: what it shows, and what of it the text does not say.
+        caption: the subject, and assumptions that the text does not state.
         draw: the figure for a value of each control.
-        controls: what moves; empty where nothing does.
+        controls: its controls; empty where it has none.
     """
 
     name: str
@@ -61,11 +61,11 @@ class Paragraph:
 
     Attributes:
         number: Euler's, in his numerals.
-        argues: what it argues, in two plain sentences.
+        argues: its argument, in two plain sentences.
         runs: commands that compute or sail it.
         figures: names of the figures that are shown beside it.
-        found: what comes out where the paper leaves a question or gives a judgement.
-        lacks: what no command can do, and why; empty where the commands do all of it.
+        found: the result where the paper leaves a question or gives a judgement.
+        lacks: the part that no command can do, and why; empty where there is none.
     """
 
     number: str
@@ -84,8 +84,8 @@ class Edition:
         paper: its letter, as in the claims.
         file: name of its page, without the suffix.
         title: in Latin, as in the text.
-        short: what it is called here.
-        facts: the bibliography: a label, and what is known with its source.
+        short: its name here.
+        facts: the bibliography: a label, and a fact with its source.
         figures: all that the paper cites, in their order.
         paragraphs: all of them, in their order.
     """

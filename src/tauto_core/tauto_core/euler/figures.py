@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# What the figures of the page of claims share: strokes, points with letters, bare axes.
+# Parts of the figures of the page of claims: strokes, points with letters, bare axes.
 
 INK, CURVE, THREAD, FAINT, OTHER = '#222222', '#1f4e8c', '#b03a2e', '#9a9a9a', '#2e7d4f'
 
@@ -93,7 +93,7 @@ def note(axes: Axes, at: _Point, text: str, offset: _Point = (5.0, 3.0), **look:
 
 
 # -----------------------------------------------------------------------------
-# The figures of paper A: Euler's two cams, what the weight costs, Sully's lever machine.
+# The figures of paper A: Euler's two cams, the cost of the weight, Sully's lever machine.
 
 BASE_RADIUS, MASS = 0.02, 0.05
 ON_ITS_DISC = 0.02

@@ -48,7 +48,7 @@ _HEIGHT = 9.0 * (M - N) * N**2 * F
 """Factors of the exponential and of x in §23."""
 
 _SHORT = 0.01
-# what three terms leave out begins with κ³s³/60
+# the remainder after three terms begins with κ³s³/60
 _LEFT_OUT = (GLOBE * _SHORT) ** 3 / 50.0
 
 _THIN = 0.01
@@ -978,7 +978,7 @@ def _small_arcs() -> list[Claim]:
             found += sign * term * math.pow(bf, power)
         return found
 
-    # what the leading terms leave out, by the square of κ√(2bf)
+    # the remainder after the leading terms, by the square of κ√(2bf)
     rough = (2.0 * GLOBE * math.sqrt(bf)) ** 2
     return [
         _corrected(

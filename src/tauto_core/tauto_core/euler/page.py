@@ -35,7 +35,7 @@ def all_claims() -> list[Claim]:
 
 
 def summary(claims: Sequence[Claim]) -> str:
-    """Return how many claims there are and of each verdict, and what that does not say."""
+    """Return the number of claims by verdict, and the limits of such a count."""
     count = Counter(claim.verdict for claim in claims)
     return (
         f'{len(claims)} claims: {count["holds"]} hold as they stand, {count["corrected"]} once '
