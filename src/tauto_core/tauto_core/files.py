@@ -46,10 +46,10 @@ def check_place(path: Path, argument: str) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, or replace it; what fails, even by a power cut, leaves what was there before.
+    """Write a file, or replace it; after a failure, even a power cut, the old file is still there.
 
-    A link is followed, and what is no regular file (`/dev/stdout`) receives the content directly.
-    What cannot be written is an OSError.
+    A link is followed; a file that is not regular (`/dev/stdout`) receives the content directly.
+    A failure is an OSError.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(content)
@@ -154,7 +154,7 @@ def _exchange(one: Path, other: Path) -> bool:
 
 
 # -----------------------------------------------------------------------------
-# What a compressed part of a file may become.
+# Limits of decompression.
 
 LARGEST_PART, PLAUSIBLE = 2**29, 200
 """Most bytes of a decompressed part, and how many times its own size where above `SMALL_PART`.
@@ -168,7 +168,7 @@ SMALL_PART = 2**24
 def decompressed(compression: str, body: bytes, size: int) -> bytes:
     """Return the content of a compressed part (zstd, lz4, or none) that states its size.
 
-    What is larger than it states, or implausibly large, is not decompressed; a ValueError says so.
+    A part larger than it states, or implausibly large, is refused with a ValueError.
     """
     if size > SMALL_PART and size > min(LARGEST_PART, PLAUSIBLE * len(body)):
         raise ValueError(f'{len(body)} bytes that would become {size} are not decompressed')
@@ -176,7 +176,7 @@ def decompressed(compression: str, body: bytes, size: int) -> bytes:
         import zstandard
 
         try:
-            # the frame's own size is what would be allocated
+            # the size stated in the frame would be allocated
             if zstandard.frame_content_size(body) not in (-1, size):
                 raise ValueError('it states two sizes')
             return zstandard.decompress(body, size)

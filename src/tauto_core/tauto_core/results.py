@@ -243,7 +243,7 @@ class Summary:
         return found
 
     def longitude(self) -> dict[str, Any]:
-        """Return the longitude errors and what the Act of 1714 would have paid.
+        """Return the longitude errors and the prize by the Act of 1714.
 
         Keys: those of `LongitudeTally.result`; and the result of `projection` where the clock was
         unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
@@ -275,7 +275,7 @@ def sea_of(scene: Scene) -> dict[str, Any]:
 
 
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
-    """Return what a dial gains from one stamp and reading to another [s/day], 0 for the same."""
+    """Return the gain of a dial from one stamp and reading to another [s/day], 0 for the same."""
     (start, dial_start), (end, dial_end) = first, last
     elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
     return gained / NS_PER_S / elapsed * DAY_S if elapsed else 0.0
@@ -308,7 +308,7 @@ def answer(result: Mapping[str, Any]) -> str:
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
-    """Return what is wrong with the bag of a result; empty where nothing is."""
+    """Return the damage of the bag of a result; empty where it is whole."""
     damage = result.get('damage')
     if not damage:
         return ''
@@ -599,7 +599,7 @@ ON_A_CURVE: dict[str, tuple[str, str]] = {
     'angle_rad': ('m', 'arc of the body from its lowest point'),
     'angular_velocity_rad_s': ('m/s', 'speed of the body'),
 }
-"""What two arrays hold where a regulator stands in place of the wheel."""
+"""Meaning of two arrays where a regulator stands in place of the wheel."""
 
 
 def dataset(voyage: Voyage) -> Dataset:

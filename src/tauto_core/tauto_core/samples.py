@@ -99,7 +99,7 @@ class SpatialImu:
 
 @dataclass(frozen=True)
 class HungImu:
-    """What a clock feels in a case that is hung in the ship; stamps continue those before."""
+    """The motion of a clock in a case that is hung in the ship; stamps continue those before."""
 
     stamp_ns: IntArray
     tilt: FloatArray
@@ -201,7 +201,7 @@ class Stage(Protocol):
         ...
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take new samples of any input; return what can be published now."""
+        """Take new samples of any input; return the samples that can be published now."""
         ...
 
     def finish(self) -> Batches:

@@ -1,4 +1,4 @@
-"""What this code is called: its version, and a hash that tells it from any other code.
+"""The version of this code, and a hash that distinguishes it from any other code.
 
 Versions and commits name code for people. Whether two machines give the same bits, the hash
 decides: it also knows a change that was never committed, and needs no git.

@@ -524,7 +524,7 @@ def sail(
             grow with its length, and a linear machine takes less time.
         progress: called with the fraction done, from 0 to 1.
         watch: called with all samples on any topic, batch after batch.
-        judge: say in `accuracy` of the result what was asked for and what is reached, by trials
+        judge: state in `accuracy` of the result the accuracy requested and reached, by trials
             of the beginning, where the scene states `solver.accuracy`.
 
     Raises:
@@ -628,7 +628,7 @@ def bag_scene(bag: Bag) -> Scene:
 def summarise_bag(path: Path) -> dict[str, Any]:
     """Return the result of a recorded voyage, as `sail` gives it, without the wall time.
 
-    What is not a bag, or is one without a scene, is a BagError.
+    A file that is not a bag, or a bag without a scene, is a BagError.
     """
     from tauto_core.bags import read_bag
 

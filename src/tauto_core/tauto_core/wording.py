@@ -16,7 +16,7 @@ hold the dial against an estimate.
 
 
 def least(unit: str) -> float:
-    """Return what a `figure` of a unit cannot show less of."""
+    """Return the least value that a `figure` of a unit can show."""
     return float(f'1e{DECIMALS[unit][0]}')
 
 
