@@ -24,9 +24,10 @@ from launch.actions import LogInfo, OpaqueFunction, SetEnvironmentVariable, Shut
 from launch_ros.actions import Node
 from launch_ros.substitutions import ExecutableInPackage
 
-STOP_S = '60'
+STOP_S, KILL_S = '60', '600'
 """Time that a node has after SIGINT until SIGTERM, and after that until SIGKILL [s]. Launch's own
-is 5 s; a recorder that is killed before it has closed its bag leaves it without metadata."""
+is 5 s; a recorder that is killed before it has closed its bag leaves it without metadata, and on a
+busy machine that takes minutes. Launch does not see whether a node still gets on."""
 
 AGAIN_S = 1.0
 """Time after which a node that died is started again [s]."""
@@ -81,7 +82,7 @@ def _nodes(context: Any) -> list[Any]:
             respawn=given['kind'] == 'live',
             respawn_delay=AGAIN_S,
             sigterm_timeout=STOP_S,
-            sigkill_timeout=STOP_S,
+            sigkill_timeout=KILL_S,
             on_exit=_ended(name, given),
         )
         for name in plan['nodes']
