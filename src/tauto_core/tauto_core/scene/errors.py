@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-# Long or deep values are shortened, so that a message stays readable whatever the file contains.
+# Long or deep values are shortened, so that a message stays readable for any file.
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _SHORT.maxlevel = 2
@@ -81,7 +81,7 @@ class TautoError(Exception):
 
 
 def _restored(kind: type[TautoError], args: tuple[Any, ...], state: dict[str, Any]) -> TautoError:
-    """Return an error with its class and attributes, whatever its constructor takes."""
+    """Return an error with its class and attributes, for any signature of its constructor."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(state)
     return error

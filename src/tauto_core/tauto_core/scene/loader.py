@@ -559,7 +559,7 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         problem = f'holds {found}, but a scene is a mapping of keys to values'
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
     if any(not _WORD.fullmatch(key) for key in content):
-        # nothing of it is repeated: it may be a file that nobody should read in a report
+        # its content is not repeated: a file named by mistake may be confidential
         problem = 'has a line that begins with no word and a colon, so it is no such file'
         raise SceneError(origin, '', None, problem, 'Name a YAML file of keys and values.')
     return content

@@ -265,7 +265,7 @@ FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPE
 """The sections that must be compatible, and the folders of their kinds."""
 
 ASKED = {'ship': SHIPS, **FOLDERS}
-"""The sections of which a new scene takes a kind that is asked for."""
+"""The sections of a new scene whose kind can be chosen."""
 
 # Text that YAML reads as nothing but text.
 _PLAIN = re.compile(

@@ -374,7 +374,7 @@ class DriftSettings(Section):
 
 
 class Log(Section):
-    """The log: one sample in each interval; the ship's motion at its full rate if asked for."""
+    """The log: one sample in each interval; the ship's motion at its full rate on request."""
 
     interval: Positive = Field(default=1.0, description='time between logged samples [s]')
     motion: Flag | None = Field(

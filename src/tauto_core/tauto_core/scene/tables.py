@@ -1,6 +1,6 @@
 """The data files of a scene: where they lie, and their tables, with the line of each row.
 
-The first line of a file names its columns; columns that are not asked for are ignored. Files are
+The first line of a file names its columns; other columns are ignored. Files are
 CSV, or have their cells divided by spaces. A file is read row by row, so that a large one takes
 8 bytes a number.
 
@@ -164,7 +164,7 @@ _NAME = re.compile(r'[^\W\d][\w .%°/()-]{0,31}')
 def header_words(cells: Sequence[str]) -> str:
     """Return the names in a header, for a message; nothing of a line that has no names.
 
-    A file that was named by mistake may hold what nobody should read in a report.
+    A file that was named by mistake may be confidential.
     """
     if not all(_NAME.fullmatch(cell) for cell in cells):
         return 'no names'

@@ -107,7 +107,7 @@ def unit_table() -> dict[str, Unit]:
     for prefix, power in {'n': -9, 'u': -6, 'µ': -6, 'm': -3, 'c': -2, 'k': 3}.items():
         factor = Fraction(f'1e{power}')
         for name in ('m', 'g', 's', 'rad', 'Hz', 'N', 'J'):
-            # nm is left to the sea, where it means nautical miles; nobody says cs or km of these
+            # nm is left out, since sailors mean nautical miles; cs or km of these are not in use
             if prefix + name != 'nm' and (prefix != 'c' or name == 'm'):
                 found[prefix + name] = Unit(factor * found[name].scale, found[name].powers)
     for name, others in {
@@ -156,7 +156,7 @@ def unit_of(text: str) -> Unit | None:
     for sign, part in ((1, product), *((-1, each) for each in divisors)):
         factors = re.split(r'\s*[·*]\s*|\s+', part.strip().replace('**', '^'))
         if sign < 0 and len(factors) > 1:
-            return None  # of m/s kg nobody knows where the kilogram stands
+            return None  # m/s kg is ambiguous
         for factor in factors:
             if factor == '1' and sign > 0 and len(factors) == 1 and divisors:
                 continue
@@ -191,7 +191,7 @@ def in_words(value: object) -> bool:
 def in_unit(value: object, asked: str) -> object:
     """Return the number in the unit `asked` of a text with a number and a unit.
 
-    Texts in lists become numbers, too. All else is returned as it is, to be judged by others.
+    Texts in lists become numbers, too. Other values are returned unchanged.
     """
     if isinstance(value, str):
         number = _number(value, asked)
@@ -208,7 +208,7 @@ def _number(text: str, asked: str) -> float | None:
     if match is None or given is None or wanted is None or given.powers != wanted.powers:
         return None
     if given.zero and not wanted.zero:
-        return None  # a temperature is no difference of temperatures
+        return None  # a temperature is not a difference of temperatures
     size = Fraction(match[1].replace('−', '-')) * given.scale + given.zero - wanted.zero
     try:
         number = float(size / wanted.scale)
