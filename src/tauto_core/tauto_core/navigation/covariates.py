@@ -175,7 +175,7 @@ ALLOWANCES = {
 For gravity what is left is that the sea changes the amplitude, and with it the answer. For heat it
 is the materials: chronometers with a steel spring and a plain brass balance lost 11.0 (Airy 1859)
 and 11.8 s/day (Berthoud 1773) for each kelvin, 3 and 10 % more than by the table of materials, and
-oils of one name are no more alike. The least is 0.09 s/day/K.
+oils of one name differ by as much. The least is 0.09 s/day/K.
 """
 
 ACTION_STEPS = 40
@@ -319,7 +319,7 @@ class Fit(NamedTuple):
     random_walk_fm: float
 
     def is_expected(self, model: ClockModel, factor: float = 1.0) -> bool:
-        """Return whether a model has noise that bends the error as much, but for a factor."""
+        """Return whether a model's noise explains the bend of the error within a factor."""
         tau_s = 0.5 * SEA_S
         third = tau_s * tau_s / 3.0
         noise = model.white_fm_s + model.random_walk_fm_per_s * third
@@ -387,7 +387,7 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
 
 def _alone(scene: Scene) -> Scene:
     """Return the scene's machine on a ship that only the trial waves move."""
-    # what the machine itself answers does not depend on the accuracy of a voyage, nor on a rate
+    # the machine's response does not depend on the accuracy of a voyage, nor on a rate
     # that may follow from it
     ship = ComponentsShip(height=scene.ship.height)
     if scene.accuracy is None:

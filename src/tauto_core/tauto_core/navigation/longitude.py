@@ -188,7 +188,7 @@ def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
 class LongitudeStage:
     """Computes the ship's longitude by the clock and compares it with the true one.
 
-    Four topics are joined by stamp, whatever the order of arrival between them. A stamp that one
+    Four topics are joined by stamp, in any order of arrival between them. A stamp that one
     of them lacks is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
     longitude by the corrected clock, wrapped to [−180°, 180°); its east variance is that of
     the estimated offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`;

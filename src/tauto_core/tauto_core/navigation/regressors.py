@@ -526,7 +526,7 @@ class Gravity(SlowRegressor):
 class Temperature(SlowRegressor):
     """Temperature of the clock's box less that at the start, and its square.
 
-    Between samples it is linear. Those that no air can have, such as 293, are left out.
+    Between samples it is linear. Values that no air can have, such as 293, are left out.
     """
 
     topic, name = SHIP_TEMPERATURE, 'temperature'

@@ -254,7 +254,7 @@ _WANDERS = 'so it keeps what the waves give it, and wanders for ever'
 def forgets_its_start(
     scene: Scene, machine: AnyMachine | InPlaceOfWheel, found: RateError
 ) -> RateError:
-    """Return how well the mean rate is known, if the swing has forgotten how it began.
+    """Return the uncertainty of the mean rate, if the swing no longer depends on its start.
 
     What release and first waves gave to a swing that nothing damps stays for as long as the run,
     and the next: the rate scatters about its own mean, and the run alone does not show it.
