@@ -26,7 +26,7 @@ COLDEST, WARMEST = -60.0, 60.0
 """Temperatures of air at sea level, with room to spare [°C]."""
 
 KELVIN_FROM = 200.0
-"""A number from here on is no temperature in °C, but may be one in kelvin."""
+"""A number from here on is not a temperature in °C, but may be one in kelvin."""
 
 AIR_KNOT_S = 600
 """Time between the knots under way where longitude or latitude matter [s]; between them the mean
@@ -104,7 +104,7 @@ def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
 
 
 def in_celsius(value: float) -> str:
-    """Return the advice for a number that is no temperature of air in °C."""
+    """Return the advice for a number that is not a temperature of air in °C."""
     if value < KELVIN_FROM:
         return 'Give it in degrees Celsius.'
     return f'Write {value - 273.15:.4g} if {value:g} is in kelvin.'

@@ -27,7 +27,7 @@ EARTH_RATE = 7.292115e-5
 KNOT_S = 60
 """Time between the knots of `GravityOnTheWay` [s].
 
-Between them gravity goes linearly: at 5 m/s this is wrong by less than 1e-10 m/s², at 50 m/s by
+Between them gravity is linear: at 5 m/s this is wrong by less than 1e-10 m/s², at 50 m/s by
 less than 1e-8. Where she sails or alters course, Eötvös' term changes over two intervals.
 """
 
@@ -105,7 +105,7 @@ class GravityOnTheWay:
 
     Args:
         passage: the way.
-        duration_ns: last time that is asked for, from the start of the scene [ns]; later ones have
+        duration_ns: last time needed, from the start of the scene [ns]; later ones have
             the last value.
     """
 

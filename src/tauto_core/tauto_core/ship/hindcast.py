@@ -41,7 +41,7 @@ INTERVAL_S = 10_800.0
 """Time between the rows of a scene [s]."""
 
 LONGEST_STEP_S = 43_200.0
-"""Longest time between two fields of the file [s]; monthly means are no weather."""
+"""Longest time between two fields of the file [s]; monthly means do not describe weather."""
 
 NEAREST_SEA_KM = 100.0
 """A corner on land has the value of the nearest sea, at most so far from it."""
@@ -240,7 +240,7 @@ def opened(path: str) -> Iterator[Hindcast]:
         import xarray
 
         if is_hdf:
-            # xarray reads by the one, which by itself does not require the other
+            # xarray reads by h5netcdf, which does not require h5py
             import h5netcdf  # noqa: F401
             import h5py  # noqa: F401
     except ImportError:

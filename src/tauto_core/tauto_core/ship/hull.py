@@ -268,7 +268,7 @@ class HullCoefficients:
         return np.asarray(np.where(_PAIRS, scale[:, None, None] * power, 0.0))
 
     def save(self, path: Path) -> None:
-        """Write the coefficients to an .npz file, whole or not at all; an existing one goes.
+        """Write the coefficients to an .npz file, whole or not at all; replaces the file.
 
         Args:
             path: the file.
@@ -378,7 +378,7 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
 
 @dataclass(frozen=True)
 class Shape:
-    """A parametric form with the principal dimensions of a kind of ship, nobody's lines.
+    """A parametric form with the principal dimensions of a kind of ship, not a real ship's lines.
 
     Half breadth y = B/2 (1 - |2x/L|^p) (1 - |z/T|^q), the family to which Wigley's hull belongs
     (p = q = 2). Its waterplane coefficient is p/(p + 1), that of its midship section q/(q + 1).

@@ -426,7 +426,7 @@ def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
 # Which samples of a live sensor form one uninterrupted motion, and where a new one begins.
 #
 # A sample continues the last one if it is later by at most the longest gap, and the roll has
-# changed by as much as the gyro says. Samples that do not continue it are set aside. If a later
+# changed as the gyro says. Samples that do not continue it are set aside. If a later
 # sample continues the last good one, those set aside were wrong and are left out. If they continue
 # each other for `CONFIRMED_GAPS` longest gaps, time or motion has really jumped, and a new run
 # begins with them. Samples behind the last one that fill a gap of the last `LATE_S` are late and

@@ -127,7 +127,7 @@ def _accumulate(
     rate: FloatArray | None,
     acceleration: FloatArray | None,
 ) -> None:
-    """Sum factor times table over the components, for the orders asked for.
+    """Sum factor times table over the components, for the given orders.
 
     Two eights of samples on either side of the middle of a block are summed together, the first of
     them `strip` from the middle: their sums stay in registers, a factor is read once for all of
@@ -458,7 +458,7 @@ def planar_roll(
     rows = len(angle) // SIZE
     for i in range(rows):
         s, c = half_angles(0.5 * load(angle, i))
-        # 0.0 stands for the other terms of quaternion and angular velocity
+        # 0.0 replaces the other terms of quaternion and angular velocity
         _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
         if rate is not None:
             store(rate, i, load(turning, i) + 0.0)

@@ -134,7 +134,7 @@ class WorstSea(NamedTuple):
 
 
 class RoughlyKnown(NamedTuple):
-    """A number of a ship that nobody knows well.
+    """A badly known number of a ship.
 
     Attributes:
         key: its key in the scene.
@@ -229,7 +229,7 @@ class ShipKind(Kind):
         return (self,)
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
-        """Yield the numbers of the ship that nobody knows well, and how far they may lie off."""
+        """Yield the badly known numbers of the ship, with their ranges."""
         del scene
         return iter(())
 

@@ -34,7 +34,7 @@ class Answer:
 
 
 def operator_answer(waves: Harmonics, rao: Rao, course: Encounter, *, heave: bool) -> Answer:
-    """Return the motions of a ship by her response operator: all, or roll and heave if asked for.
+    """Return the motions of a ship by her response operator: all, or roll and, if set, heave.
 
     Linear between the speeds and headings of the operator; Akima's interpolant joins its values
     at the frequencies. An operator of a ship at rest is carried over to another speed. The roll

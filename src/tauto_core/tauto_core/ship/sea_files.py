@@ -233,7 +233,7 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
     """Return the keys of `ship.sea` with a measured spectrum as a table.
 
     A row at 0 Hz without energy is dropped, since no wave has that frequency. A time that does not
-    select one spectrum of the file is refused, and the extra `spectra` asked for where it lacks.
+    select one spectrum of the file is refused, and the missing extra `spectra` is named.
     """
     source = source_name(asked.path)
     if asked.format != 'table':

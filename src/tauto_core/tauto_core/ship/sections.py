@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 # Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
 
 ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
-# 90, meant in degrees, is out of range and so is not taken for radians.
+# 90, meant in degrees, is out of range, so it cannot be taken for radians.
 Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 

@@ -182,7 +182,7 @@ class ShipMotion:
         self._force_y = _sampled(channels.force_y, scene)
         self._force_z = _sampled(channels.force_z, scene)
         self._gravity: GravityOnTheWay | None = None
-        # a measured force has the gravity of its own place
+        # a measured force contains the gravity of the place where it was measured
         changes = scene.gravity == 'normal' and 'gravity' not in without
         if changes and scene.voyage is not None and channels.force_z is None:
             self._gravity = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)

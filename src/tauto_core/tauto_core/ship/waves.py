@@ -127,7 +127,7 @@ class SampledHarmonics:
 def _advance(
     periods: bytes, step_ns: int
 ) -> tuple[list[tuple[int, int]], NDArray[np.uint64], FloatArray]:
-    """Return how phases of some periods [s] go on; all motions of a ship in a sea share them.
+    """Return the phase steps of some periods [s]; all motions of a ship in a sea share them.
 
     These are the exact turns of a step, as pairs of integers; the advance in a block
     [2⁻⁶⁴ turns]; and the table of cosines and sines of `kernels.sum_blocks`.

@@ -210,7 +210,7 @@ class WeatherSetting:
             heading: direction in which the waves run, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
             speed: speed of the ship [m/s], where the route is not followed.
-            cutoff: that of this sea, where neither the weather nor the hull says it.
+            cutoff: that of this sea, where neither the weather nor the hull sets it.
 
         Raises:
             SceneError: a sea higher than any known, or no voyage to follow.

@@ -87,7 +87,7 @@ class SeaMotion:
     Attributes:
         elevation: elevation of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
-        heave: [m], upwards; None: not asked for.
+        heave: [m], upwards; None: not set.
         outside: shares of the waves' energy above and below the frequencies of the operator.
         six: all motions at the clock, of a ship with a hull.
     """
@@ -112,14 +112,14 @@ class _Around:
     voyage: Itinerary | None
 
 
-@lru_cache(maxsize=16)  # a scene asks for them a dozen times, and so does each clock in one sea
+@lru_cache(maxsize=16)  # a scene and each clock in its sea read them a dozen times
 def _states(setting: WeatherSetting) -> tuple[WeatherState, ...]:
     """Return the states of a weather; a `SceneError` where it does not go with the scene."""
     return checked(setting.weather.resolved(setting), setting.scene)
 
 
 class SeaShip(ShipKind):
-    """Roll, and heave where asked for, from waves that the ship meets at a speed and heading.
+    """Roll, and heave if set, from waves that the ship meets at a speed and heading.
 
     The waves are those of one sea, `sea`, or of a sequence of seas, `weather`. Roll follows from a
     roll equation, `roll`, or from a response amplitude operator, `rao`. Heave equals the
@@ -288,7 +288,7 @@ class SeaShip(ShipKind):
         if self.weather is None:
             return super().worst_seas(scene)
         states = self.states(scene)
-        # of seas at the same time the one that is worst by itself
+        # of simultaneous seas the worst one
         steepest = [
             max(state.alone, key=lambda sea: self._abruptness(scene, sea))
             if state.swell
@@ -478,7 +478,7 @@ class SeaShip(ShipKind):
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """All with a hull, those of an operator, or roll and the heave where it is asked for."""
+        """All with a hull, those of an operator, or roll and, if set, heave."""
         if self.hull is not None:
             return MOTIONS
         if self.turns_in_space:

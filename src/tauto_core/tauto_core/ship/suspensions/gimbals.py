@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tauto_core.motion.suspended_case import CaseSwing
 
 LARGEST_FRICTION = 0.5
-"""Tilt at which friction holds a case that nobody would call hung [rad]."""
+"""Largest tilt at which friction may hold a case that counts as hung [rad]."""
 
 
 class GimbalsSuspension(SuspensionKind):
