@@ -5,7 +5,7 @@ can, the run ends at its last reading. The next good motion releases the wheel a
 continues from where it stood. So it loses the time in between, which each reading states
 (`source`, DialSetting). Where the stamps themselves have gone back, it goes on as well, and the
 readings state by how much, since nobody knows how long it stood still. Only where all time begins
-again, or it is asked for, the dial is set anew.
+again, or on request, is the dial set again.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ class HeldTemperature:
         self._origin_ns, self._next = 0, 0
 
     def hear(self, felt: TemperatureSamples) -> None:
-        """Take values of the thermometer; those that are no temperatures are left out."""
+        """Take values of the thermometer; impossible ones are left out."""
         stamps = np.concatenate([self._stamps, felt.stamp_ns])
         celsius = np.concatenate([self._celsius, felt.temperature])
         known = np.abs(celsius) < MOST_CELSIUS
@@ -231,7 +231,7 @@ class LiveTrochlea:
 
     Args:
         scene: the scene to simulate; its motion comes through `feed`.
-        reset_on_time_jump: whether the dial is set anew where the stamps go back for good.
+        reset_on_time_jump: whether the dial is set again where the stamps go back for good.
 
     Raises:
         SceneError: the machine cannot be built, or its suspension.
@@ -266,7 +266,7 @@ class LiveTrochlea:
 
     @property
     def trouble(self) -> str:
-        """Why the dial stands still at present; empty if it goes."""
+        """The reason why the dial stands still at present; empty if it runs."""
         if ahead_s := self._continuity.holds_s:
             side = 'after' if ahead_s > 0.0 else 'before'
             return (
@@ -276,7 +276,7 @@ class LiveTrochlea:
         return self._trouble
 
     def time_went_back(self) -> None:
-        """Set the dial anew where the stamps go back next: all time begins again, as a bag's."""
+        """Set the dial again where the stamps go back next: all time begins again, as in a bag."""
         self._all_back = True
 
     def news(self) -> list[str]:

@@ -474,7 +474,7 @@ class SwingTally:
 
         Keys: `amplitude_rad` of the last swings; `stopped_s`, time from the start of the last
         logged instant at which the clock still went, and `stopped_why`, the reason as a clause.
-        These two are None if it still goes.
+        These two are None if it still runs.
         """
         machine = self._machine
         if machine is None or not len(self._angle):
@@ -492,7 +492,7 @@ class SwingTally:
 
     @cached_property
     def _needed(self) -> float:
-        """Energy of the smallest swing with which a clock goes [J].
+        """Energy of the smallest swing with which a clock runs [J].
 
         It reaches the impulse on either side, and exceeds the thermal energy.
         """
@@ -508,7 +508,7 @@ class SwingTally:
         self._first_ns = self._last_ns = self._beat_ns = self._reach_ns = first_ns
 
     def _stopped(self, machine: AnyMachine, amplitude: float) -> tuple[float | None, str | None]:
-        """Return when the clock stopped, from the start [s], and why; None if it still goes.
+        """Return when the clock stopped, from the start [s], and why; None if it still runs.
 
         A period is that at the amplitude reached: on a wide swing of a heavy weight it may be many
         times that of small swings.
