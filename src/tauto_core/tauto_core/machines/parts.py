@@ -69,7 +69,7 @@ class DragLaw(Protocol):
         Args:
             rate: θ̇ [rad/s]: a number, an array, or lanes of numbers at the nodes of a step.
             direction: sign of θ̇ during the step, ±1; at its ends θ̇ may be a little beyond 0, where
-                a law with |θ̇| goes on smoothly as direction · θ̇.
+                a law with |θ̇| continues smoothly as direction · θ̇.
         """
 
 
@@ -305,7 +305,7 @@ class Imbalance(NamedTuple):
 
 
 # -----------------------------------------------------------------------------
-# The attributes that every regulator has, whatever its construction.
+# The attributes that every regulator has.
 
 
 class Regulator(Protocol):
