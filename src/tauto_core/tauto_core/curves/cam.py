@@ -401,7 +401,7 @@ _FLAT = 1e-12
 
 
 def possible_cam(cam: Cam, kind: str) -> Cam:
-    """Return a cam that wheel, thread and hole allow, whatever its kind, which the error names.
+    """Return a cam that wheel, thread and hole allow; the error names its kind.
 
     It is looked at over its range, or over a turn if that is unlimited. SceneError: a lever arm
     that is not a number or does not drive the wheel back, one longer than the hole is away, or a
@@ -440,7 +440,7 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
 
 
 def possible_lever(shape: LeverLinkage, kind: str) -> LeverLinkage:
-    """Return cam, thread and lever of Sully's machine that are possible, whatever the kind.
+    """Return cam, thread and lever of Sully's machine if they are possible, for any kind of cam.
 
     SceneError: between the edges of the shape, a lever arm that does not drive the wheel back, a
     wheel that turns back while the lever rises, a thread that is wound up, or a hollow cheek.

@@ -269,7 +269,7 @@ class LeverGeometry(LeverLinkage):
         square = tau * tau
         wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
         rest = self.length * self.length - square * wound
-        # beyond the geometry there is no length
+        # beyond the geometry the length does not exist
         free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
         return np.where(wound > 0.0, wound, np.nan), free
 
