@@ -322,7 +322,7 @@ class AxleMotion:
 
 
 # -----------------------------------------------------------------------------
-# The motion on a support at rest, at instants that are asked for.
+# The motion on a support at rest, at given instants.
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,7 +353,7 @@ class AxleTable:
 
 
 def axle_table(clock: AxleClock, duration_s: float, every_s: float) -> AxleTable:
-    """Return the motion at every interval of a duration, as far as it goes."""
+    """Return the motion at every interval of a duration, until it ends."""
     now = _Now(clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate)
     motion = AxleMotion(clock, now)
     motion.settle(STILL)

@@ -172,7 +172,7 @@ def lay_out(
     """
     stretch = min(left, ahead_s * per_s)
     steps = math.ceil(stretch / (per_s * longest_s) - SPARE)
-    # Equal steps: the energy of a swing drifts where the length of steps goes with its phase.
+    # Equal steps: the energy of a swing drifts where the length of steps depends on its phase.
     return stretch, max(1, steps) << level
 
 
@@ -275,7 +275,7 @@ def first_holds(watch: WatchedCondition, probes: int) -> float:
 
 DISCERNED = 1e-7
 """Least fall of a value at the beginning of a step, as a share of its slope at the end; less is
-rounding. The same share of the largest angle tells two turning points from rounding.
+rounding. The same share of the largest angle distinguishes two turning points from rounding.
 """
 
 KINK_APART = 0.05

@@ -116,7 +116,7 @@ ANGLE_ROUNDING = 2.0**-44
 """Rounding of θ, as a share of the tilt and of the swing that is counted from the vertical."""
 
 TOUCHING = 1e-300
-"""Size of θ that stands for a touch of zero: a wheel that comes to zero and to rest together, to
+"""Size of θ that counts as a touch of zero: a wheel that comes to zero and to rest together, to
 rounding, does not pass, and its sign is that of θ̈. So it is in a roll whose period is a multiple
 of the wheel's, which takes a release at 0 back to where it was.
 """

@@ -113,7 +113,7 @@ class FreeEnd(NamedTuple):
         sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
         settled: share of the state that the last sweep may have left; more are made until then.
         error: error allowed in a step, relative to the state.
-        near: phase from the impulse within which a step is not made anew [rad].
+        near: phase from the impulse within which a step is not repeated [rad].
         close: phase from the impulse within which the ship's motion is carried on to it [rad].
         usual_s: half a swing on land [s].
     """
@@ -258,10 +258,10 @@ MOST_LENGTHS = 4
 """Most lengths tried of one step; its prediction seldom errs by more than `NEAR`."""
 
 MORE_SWEEPS = 12
-"""Most sweeps beyond those asked for."""
+"""Most sweeps beyond the number set."""
 
 SWEEPS_ON_LAND = 20
-"""As many as settle the stages of half a swing on land, where free-end steps are worth it."""
+"""Sweeps that settle the stages of half a swing on land, where free-end steps pay."""
 
 ROW_SETTLED = 1e-3
 """How far the stages settle for a logged row, over `FreeEnd.settled`."""

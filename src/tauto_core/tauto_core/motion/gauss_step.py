@@ -102,7 +102,7 @@ def gauss_constants(stages: int) -> Gauss:
 # The workspace of the steps: one record of named rows, made once, so that no kernel allocates.
 
 MOST_POWERS = 24
-"""Most powers of the polynomials that stand for the forcing."""
+"""Most powers of the polynomials of the forcing."""
 
 PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
 ROTATION = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])

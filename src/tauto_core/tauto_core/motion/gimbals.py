@@ -118,7 +118,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     @property
     def has_weight(self) -> bool:
-        """Nothing goes slack."""
+        """Return False: no thread can go slack."""
         return False
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:

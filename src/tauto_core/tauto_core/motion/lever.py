@@ -105,7 +105,7 @@ class ArcSeries(NamedTuple):
     """The functions on two intervals.
 
     Attributes:
-        near: about rest, as far as the motion commonly goes.
+        near: about rest, over the usual range of motion.
         whole: as far as the geometry allows; where that takes too many terms, as far as `near`.
     """
 

@@ -304,7 +304,7 @@ class SlackThread(Stepped):
             left = rest_of(left, k, x)
             self._change(left, moved, loose, time_s)
             if x >= left.end[0]:
-                # that is the end of the span, whose row nobody has written, if it is logged
+                # that is the end of the span; its row, if logged, is not written yet
                 row = np.empty(int(left.logged[0]), ROW)
                 if len(row):
                     free, work = self._records(loose)

@@ -293,7 +293,7 @@ def _margin(thread: Hanging, hangs: HangsAt) -> float:
 
 # -----------------------------------------------------------------------------
 # Sully's lever. X = θ and ωY = ψ̇ of the wheel, X = √j β and ωY = √j (β̇ + α̇) of the lever, whose β
-# is that of the series: with the fulcrum to port it counts the other way.
+# is that of the series: with the fulcrum to port it is reversed.
 
 
 class _LooseLeverNumbers(NamedTuple):

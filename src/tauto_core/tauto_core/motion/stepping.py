@@ -75,7 +75,7 @@ from tauto_core.scene.errors import PropagationError
 # The accuracy of steps.
 
 MIN_ANGLE = 0.005
-"""Longest step that is laid out whatever the error, as the angle ωh [rad]."""
+"""Longest step that is laid out without regard to the error, as the angle ωh [rad]."""
 
 TOLERANCE = 2e-12
 """Error allowed in a step, relative to the state, if the scene does not state one."""
@@ -297,7 +297,7 @@ def span(
 
         too large an error    nothing was done; the rest of the stretch is halved once more
         no event              go on with the next step
-        an event              the stretch ends here, whatever is left of it
+        an event              the stretch ends here
         the end of the range  return
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work

@@ -252,7 +252,7 @@ class SuspendedCase(AxleNumbers, System):
 
     @property
     def pace(self) -> float:
-        """One, since there are no events that the driver would measure in swings."""
+        """One, since no event is measured in swings."""
         return 1.0
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -307,7 +307,7 @@ class SuspendedCase(AxleNumbers, System):
         return _angles(self, planes[0].x, planes[1].x)[1]
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
-        """Return the case at an instant, without θ̈ and φ̈, for which nobody asks."""
+        """Return the case at an instant, without θ̈ and φ̈, which no caller needs."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         lengths = self.e, self.c, self.k

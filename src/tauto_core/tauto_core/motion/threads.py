@@ -130,7 +130,7 @@ class ThreadSystem(WithThread, System):
     ) -> float:
         """Return the time to a little after the next impulse to expect [s], or inf.
 
-        The swing goes on about its centre of now, at a frequency that goes with √g_eff on the way.
+        The swing goes on about its present centre, at a frequency proportional to √g_eff.
         Only the layout of steps depends on this prediction.
         """
         if not self.feels_impulse:

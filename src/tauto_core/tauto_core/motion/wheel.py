@@ -706,7 +706,7 @@ WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
 """The same for sixteen stages, and its increase with the growth of the inertia, k²ϑ²."""
 
 MOST_DISTURBED = 1.0
-"""Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages are worth it."""
+"""Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages pay."""
 
 _PHASES = 12
 """Phases of the swing at which steps are tried."""
