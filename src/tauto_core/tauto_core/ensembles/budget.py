@@ -55,16 +55,16 @@ STRETCHES, FEWEST_STRETCHES = 240, 24
 """Stretches of a long voyage that are sailed, and how few where each has to be long."""
 
 THINNED = 3
-"""Every so many stretches show how much a number matters that nobody knows well."""
+"""Badly known numbers are tried on every so many stretches."""
 
 STRETCH_S, SETTLE_S = 1800.0, 600.0
 """Least length of a stretch, and of the time sailed before it counts [s]."""
 
 SETTLINGS = 8.0
-"""Time constants of the amplitude before a stretch counts: e⁻⁸ is left of how it began."""
+"""Time constants of the amplitude before a stretch counts: e⁻⁸ of the start remains."""
 
 CHEEK_M, WEIGHT_KG, AMPLITUDE_RAD = 1e-5, 1e-4, 0.1
-"""The small things whose worth is told."""
+"""The small changes whose effect is given."""
 
 EXPANSION_PART, MODULUS_PART, THINNING_PART = 0.05, 0.15, 0.15
 """Parts by which the numbers of a named material or oil may lie off.
@@ -606,7 +606,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
         tau = shape.tau_of(np.array([min(1.0, 0.999 * machine.range_rad)]))
         part = 1.0 + more_m / float((shape.base_radius * tau * shape.u_per_tau(tau))[0])
         # β turns by so much more with the wheel; its size changes the pull by less
-        # than a hundredth of that. J goes as the square, the moment of the weights as itself.
+        # than a hundredth of that. J scales as the square, the moment of the weights linearly.
         spared = (part**2 - part) * (machine.turned_inertia - machine.lever_inertia)
         return replace(
             machine,

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 # The amplitude of a ship's roll, and the same ship in the same waves with another roll.
 
 LARGEST_DEG = 45.0
-"""Largest roll that can be asked for; beyond it the linear roll equation does not hold."""
+"""Largest roll that may be set; beyond it the linear roll equation does not hold."""
 
 
 def significant_roll_deg(scene: Scene) -> float | None:
@@ -145,7 +145,7 @@ def make_entries(
     They are in the order of roll, then clock, with fixed cases before suspended ones. Without
     clocks they are CLOCKS. All take the keys SHARED of `ship_of`; otherwise they must agree in
     them. `cases` are 'with' and 'without' suspension, or 'both' where a scene has one. With
-    `anyway` machines and ships beyond all that are known sail too; rolls asked for may be.
+    `anyway` machines and ships larger than any known sail too; a set roll may be larger.
     `overrides` are values by the paths of their keys; those of a passage go to `ship_of`.
 
     A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
@@ -364,7 +364,7 @@ class Row:
         raw_prize_pounds: prize of the Act of 1714 for the raw error.
         prize_pounds: prize of the Act of 1714 for the corrected error.
         stopped: the event that ended its motion, or the time from which it no longer went; None
-            for a clock that still goes.
+            for a clock that still runs.
         time_s: ends of the pieces, from the start, up to an event.
         trace_s: the clock's error then [s].
         run_s: processor time of the run.

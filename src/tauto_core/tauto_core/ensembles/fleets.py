@@ -601,7 +601,7 @@ class Store:
                 ) from None
             for row in rows:
                 # Tauto 0.2.0 entered ships as failed whose processes or scheduler it had lost.
-                # They cost no time: a voyage that failed by itself did.
+                # They cost no time, while a voyage that failed by physics did.
                 if row['failure'] is not None and row['run_s'] is None:
                     lost.add(row['ship'])
                 elif row['ship'] not in seen:

@@ -50,7 +50,7 @@ class Prize:
         share: their share of all.
         low, high: Wilson's interval for the share of such passages, at 95 %.
         with_local_time: expected share if the navigator finds local time with an error, too.
-        wind: root mean square by which the share changes where the wind is drawn anew; None if it
+        wind: root mean square change of the share with another random wind; None if it
             was not.
         hull: the same for the hull.
     """
@@ -96,7 +96,7 @@ class WayAnswers:
         prizes: one for each limit of the Act; empty without passages of six weeks.
         quantiles_nmi: quantiles of the size of the error on all passages at QUANTILES; None if
             none arrived.
-        wind_nmi: median size of the change of a passage's error where its wind is drawn anew;
+        wind_nmi: median size of the change of a passage's error with another random wind;
             None if it was not.
         hull_nmi: the same for the hull.
         seasons: by the quarter of the year of the middle of the passage.
@@ -155,7 +155,7 @@ class TrialAnswers:
         passages: number of passages.
         judged: number of those of six weeks and more, which the Act would judge.
         local_time_s: error of local time with which `Prize.with_local_time` reckons [s].
-        wind_draws, hull_draws: how often wind and hull were drawn anew.
+        wind_draws, hull_draws: number of repetitions with another random wind or hull.
         clocks: in the order of the trial.
         companies: ships in company.
         voyages: a mapping for each clock on each passage, as logged; `ends` says where the last
@@ -357,13 +357,13 @@ def _changes(
 
 
 # -----------------------------------------------------------------------------
-# Ships in company: the same sea, told by two logs.
+# Ships in company: the same sea, recorded by two logs.
 
 NEAR_NMI = 25.0
 """Distance at noon within which two ships are in company."""
 
 LEAST_DAYS = 5
-"""Days in company from which two ships are told."""
+"""Least days in company of two ships that are compared."""
 
 SAILED_WITHIN_DAYS = 3.0
 """Largest time between their first entries: both clocks have then been at sea as long."""

@@ -1,6 +1,6 @@
 """Trials: clocks sent along the passages of a log-book, each in the sea that its wind raises.
 
-The passages that are chosen, the wind and the hull that are drawn anew, and the voyage of several
+The chosen passages, the random wind and hull, and the voyage of several
 clocks in one sea as a row for each of them. The rows are kept as those of a fleet.
 """
 
@@ -194,7 +194,7 @@ Drawn: TypeAlias = Literal['log', 'wind', 'hull']
 def with_wind_drawn(
     entries: Sequence[LogEntry], random: np.random.Generator
 ) -> tuple[LogEntry, ...]:
-    """Return entries whose winds are drawn anew within the scatter of a log.
+    """Return entries with random winds within the scatter of a log.
 
     A wind of U m/s becomes max(U + a + b, 0), a of the passage and b of the day, and turns by a
     normal angle. Where it blew too little to have a direction, and now has more, any may come.
@@ -235,7 +235,7 @@ def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[st
 # The plan of a trial.
 
 ANY_RATE_HZ = 10.0
-"""A `ship.rate` of scenes whose own is not known yet [Hz]."""
+"""A provisional `ship.rate` of scenes, until theirs is known [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,7 @@ class TriedClock:
 
 @dataclass(frozen=True)
 class Sailing:
-    """A passage to be sailed by all clocks of a trial: as logged, or with something drawn anew.
+    """A passage to be sailed by all clocks of a trial: as logged, or with random wind or hull.
 
     Attributes:
         number: from 0; it does not change if more are drawn.
@@ -346,12 +346,12 @@ class Rules:
 
 @dataclass(frozen=True)
 class Trial:
-    """A trial: the clocks on each passage as logged, and with wind or hull drawn anew.
+    """A trial: the clocks on each passage as logged, and with random wind or hull.
 
     Attributes:
         logs: file or name that the user gave.
         passages: the passages that were chosen.
-        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
     """
 
@@ -464,7 +464,7 @@ def make_trial(
         choice: which passages.
         harbour_days: days of rating before the first entry [days].
         longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
-        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
         anyway: machines and ships beyond all that are known sail, too.
 
@@ -504,7 +504,7 @@ def clocks_beside(
 ) -> list[tuple[str, Scene]]:
     """Return further clocks on the ship of a scene, their cases fixed to her.
 
-    They are scenes, files or shipped names; `clocks` stands for `CLOCKS`.
+    They are scenes, files or shipped names; `clocks` means `CLOCKS`.
     """
     found = []
     for each in clocks:
@@ -691,7 +691,7 @@ def sail_passage(
 ) -> list[dict[str, Any]]:
     """Return the rows of all clocks on a passage, which they sail in one sea, sampled once.
 
-    An event that ends the motion of a clock is a result of hers, and the others go on. `run_s` is
+    An event that ends the motion of a clock is a result, and the other clocks go on. `run_s` is
     her share of the processor time of the thread, that of the sea in equal parts. A scene that
     cannot be sailed is a SceneError.
     """

@@ -78,8 +78,8 @@ POOL_START_S = 1.5
 """Approximate time in which a process starts and loads the modules of a run [s]."""
 
 IDLE_S = 10.0
-"""Time without a run after which a process ends. Where this process was killed, nobody else ends
-those that it started [s].
+"""Time without a run after which a process ends [s]. If this process is killed, the processes that
+it started end by this alone.
 """
 
 _DIED = (
@@ -234,9 +234,9 @@ def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
         try:
             # So short a message is written whole or not at all, also if this process is killed.
             _to_parent.send_bytes(_PROGRESS.pack(place, share))
-        except BlockingIOError:  # nobody has read for long: the next message will do
+        except BlockingIOError:  # the reader is slow: the next message replaces this one
             pass
-        except OSError:  # the parent was killed, so nobody waits for the result
+        except OSError:  # the parent was killed, so the result is not needed
             os._exit(1)
 
     return task(item, tell)
@@ -312,7 +312,7 @@ class _Processes(Executor):
         self._queues: list[Any] = []
         self._reader, self._writer = Pipe(duplex=False)
         os.set_blocking(self._writer.fileno(), False)
-        # A daemon: it holds up no interpreter that ends before it is told to.
+        # A daemon thread: it does not keep the interpreter from ending.
         threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
         self._threads = ThreadPoolExecutor(
             jobs,
@@ -384,7 +384,7 @@ def _report_to(parent: Connection) -> None:
 
 
 class _Attention:
-    """Asks a scheduler from which nothing comes, so that nobody waits for it in vain."""
+    """Asks a silent scheduler for a sign of life, so that a run does not wait for ever."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address
@@ -395,7 +395,7 @@ class _Attention:
     def ask(self, left: int) -> None:
         """Say once that runs wait without workers, or that the scheduler is silent."""
         scheduler, said = self._client.scheduler, ''
-        # A result that breaks off on its way here leaves its future waiting for ever.
+        # A result that breaks off in transit leaves its future waiting for ever.
         states = list(self._client.futures.items())
         ready = {key for key, state in states if state.status == 'finished'}
         if ready & self._ready:
@@ -441,7 +441,7 @@ class _Attention:
     def leave(self, pool: Executor) -> None:
         """Drop the runs that have not begun."""
         self._client.unsubscribe_topic(_TOPIC)
-        if not self.lost:  # nobody would answer
+        if not self.lost:  # no reply would come
             pool.shutdown(wait=False)
 
 
