@@ -218,7 +218,7 @@ class TrialErrors:
 
 @dataclass(frozen=True)
 class _Ran:
-    """Half turns and fractions at the logged instants of a run, (n, 2), and how it went."""
+    """Half turns and fractions at the logged instants of a run, (n, 2), and how it ended."""
 
     phases: FloatArray
     newton: int
@@ -480,7 +480,7 @@ class _Growing:
         return time_s if time_s < end_s else None
 
     def start_s(self, times: FloatArray, error: FloatArray) -> float:
-        """Return the error at the start [s] that has grown to the one found, and as growth goes.
+        """Return the error at the start [s] from which the error found has grown.
 
         Later errors grow less; in the first quarter errors are not yet the lasting ones.
         """
@@ -562,7 +562,7 @@ how much of a scene they cover.
 """
 CREEP_TRIED_S = 60.0
 """Length of the trials of a wheel that drag lets creep home [s]. It has no swing by which its
-steps could be predicted, and they may cost many times as much as was expected.
+steps could be predicted, and the trials may cost many times the prediction.
 """
 LONGEST_TRIAL_S = 10.0
 """Processor time after which trials are cut that cost more than was predicted [s]."""

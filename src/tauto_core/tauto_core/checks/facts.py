@@ -331,7 +331,7 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
 
     Returns:
         `acceleration_m_s2`, σ, and `times_a_day`; None where no weight alone hangs on a thread,
-        or the ship lies in no sea that heaves her.
+        or no sea heaves the ship.
     """
     ship, trochlea = scene.ship, scene.trochlea
     if trochlea is None or not isinstance(ship, SeaShip):

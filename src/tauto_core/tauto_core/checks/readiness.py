@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 #
 # The bounds are about an order of magnitude outside the shipped scenes, the machines of Sully,
 # Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
-# Machine, gravity and ship beyond the largest of them are not sailed unless that is asked for:
+# Machine, gravity and ship beyond these limits are sailed only with `anyway`:
 # such are untried, and may take minutes. Smaller ones are safe, and so are a passage,
 # a log or observations of any size: these are warned of. Numbers that double precision cannot
 # compute with are refused elsewhere (`magnitudes`).
@@ -257,7 +257,7 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
 def check_known(scene: Scene) -> None:
     """Refuse a machine or ship larger than any known, whose unit is probably wrong.
 
-    Every command that sails does so, unless it is told to sail the scene anyway. Numbers larger
+    Every command that sails does so, unless `anyway` is set. Numbers larger
     than any known, and drag in which the wheel does not swing, are a SceneError.
     """
     found = [*beyond_known(scene)] or _overdamped(scene)
