@@ -123,7 +123,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
 
 
 def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
-    """Return the part of a voyage that is shown: the one asked for, or else the roughest.
+    """Return the part of a voyage that is shown: the given one, or else the roughest.
 
     Without a beginning it begins `PART_S` before the end, without an end it ends `PART_S` after
     the beginning. A part that does not lie in the voyage, or is too long to be drawn, is a
@@ -215,7 +215,7 @@ MOST_POINTS = 2000
 _PIECES = 25
 """Number of pieces of a voyage over which the rate is measured."""
 MOST_CHANGES = 8
-"""Largest number of changes of the weather that are marked; more could not be told apart."""
+"""Largest number of changes of the weather that are marked; more could not be distinguished."""
 SEGMENT_S = 120.0
 """Length of the segments whose spectra are averaged [s]."""
 TITLE_LENGTH = 64
@@ -225,7 +225,7 @@ TITLE_LENGTH = 64
 def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> None:
     """Refuse, before anything runs, an unknown picture or a file to which it cannot be written.
 
-    `part`: whether a part of the voyage is asked for. See `check_what` and `files.check_plot`.
+    `part`: whether a part of the voyage is given. See `check_what` and `files.check_plot`.
     """
     check_what(what, part=part)
     if file is not None:
@@ -781,7 +781,7 @@ OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {
     'roll': _roll,
     'spectrum': _spectrum,
 }
-"""The pictures of which a part of the voyage can be asked for."""
+"""The pictures that can show a part of the voyage."""
 OF_A_SCENE = ('weather', 'cam', 'machine')
 """The pictures that need no voyage, only its scene."""
 PICTURES = (

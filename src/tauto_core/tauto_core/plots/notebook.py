@@ -126,7 +126,7 @@ def trial_html(answers: TrialAnswers) -> str:
 
 
 def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) -> str:
-    """Return how far the outline of a scene's cam goes, and the cam with both cheeks."""
+    """Return the extent of the outline of a scene's cam, and the cam with both cheeks."""
     said = (
         f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad, where its '
         f'lever arm is {1e3 * lever_arm_m:.4g} mm.'

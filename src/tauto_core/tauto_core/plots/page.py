@@ -214,7 +214,7 @@ def write_report(voyage: Voyage, file: Path, command: str) -> None:
     """
     check_report(file)
     text = report_html(voyage, command)
-    # the command may name a file whose name is no text
+    # the command may name a file whose name is not text
     write_output(file, text.encode('utf-8', 'xmlcharrefreplace'))
 
 
