@@ -450,7 +450,7 @@ class Message(NamedTuple):
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag opened for reading; messages stay in the files until they are asked for.
+    """A bag opened for reading; messages stay in the files until they are read.
 
     A topic is named in full (`/clock_a/ship/imu`) or by its relative name (`ship/imu`). A relative
     name stands for the one topic of the bag that ends with it, or that is in `namespace` if given.

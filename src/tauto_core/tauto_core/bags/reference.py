@@ -1,6 +1,6 @@
 """The topic reference, docs/topics.md, made from the topic table.
 
-`python -m tauto_core.bags.reference > docs/topics.md` writes it anew.
+`python -m tauto_core.bags.reference > docs/topics.md` renews it.
 """
 
 from __future__ import annotations
