@@ -281,7 +281,7 @@ def _warn(message: str) -> None:
 
 
 def _is_private(place: Path) -> bool:
-    """Return whether nobody else may have put something there: it will be run."""
+    """Return whether only this user can write there, since the content will be run."""
     if not hasattr(os, 'getuid'):
         return True
     found = place.stat()
