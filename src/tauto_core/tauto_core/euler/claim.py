@@ -27,7 +27,7 @@ class Claim:
         paragraph: Euler's, in his numerals: 'XIX', '26-27'.
         claim: the claim, in a line of words.
         stands: the formula or number as it stands in the text, letter by letter; empty where the
-            text says it in words, or not at all.
+            text states it in words, or omits it.
         value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
             it cannot be evaluated.
         computed: the same quantity, computed independently of it.

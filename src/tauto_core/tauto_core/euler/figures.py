@@ -1,4 +1,4 @@
-"""The figures of the page of claims: drawn anew, with Euler's letters, and written as files."""
+"""The figures of the page of claims: constructed from the text, with Euler's letters, as files."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ _WIDE = 3.0 * N / (8.0 * M * _THIN)
 
 
 def claims() -> list[Claim]:
-    """Return the claims of paper B in its order; each is computed anew."""
+    """Return the claims of paper B in its order; each is computed."""
     return [
         *_of_the_acta(),
         *_motion(),

@@ -245,7 +245,7 @@ _claim = partial(Claim, 'A')
 
 
 def claims() -> list[Claim]:
-    """Return every claim of the paper, in its order; each is computed anew."""
+    """Return every claim of the paper, in its order; each is computed."""
     return [
         *_torque_and_isochronism(),
         *_polar_equation(),
