@@ -156,7 +156,7 @@ def replay(
     smooth: bool = False,
     stability: bool = False,
 ) -> Voyage:
-    """Return the voyage in a bag, with drift and longitude estimated anew.
+    """Return the voyage in a bag, with drift and longitude estimated again.
 
     Args:
         bag: rosbag2 folder or MCAP file.
@@ -753,7 +753,7 @@ def trial(
         ocean: part of the name of the ocean in which most of their entries lie.
         sample: number of passages taken of these, evenly over their list.
         harbour_days: days of rating before the first entry.
-        wind_draws: times that each passage is sailed again with its wind drawn anew.
+        wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
         local_time_s: error of the navigator's local time [s], 0 to 3600.
         duration: time from the start to which a voyage is cut [s].

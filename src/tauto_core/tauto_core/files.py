@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 # Files and folders that are written completely or not at all, by one process at a time.
 
 DRAFTS = '.tauto-*.draft'
-"""Names of files being written; one that nobody writes was left by a process that was killed."""
+"""Names of files being written; a stale one was left by a process that was killed."""
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
@@ -55,7 +55,7 @@ def write_whole(path: Path, content: bytes) -> None:
         path.write_bytes(content)
         return
     place = path.resolve()
-    # Nobody can foresee the name, so in a folder that others write no link of theirs waits there.
+    # The name is random, so that in a shared folder no other user can place a link there.
     draft = place.with_name(DRAFTS.replace('*', secrets.token_hex(8)))
     made = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
     try:
@@ -91,7 +91,7 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
     """Hold a lock file for as long as the context lasts; no other process can hold it meanwhile.
 
     The system unlocks a file when the process that locked it ends, however it ends. So a file that
-    is left after a kill stops nobody. The file is removed at the end. Another writer is a
+    is left after a kill blocks no process. The file is removed at the end. Another writer is a
     BlockingIOError; a file that cannot be locked an OSError, a FileNotFoundError without `make`.
     """
     flags = os.O_RDWR | os.O_NOFOLLOW | (os.O_CREAT if make else 0)
@@ -105,7 +105,7 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # whoever held it has removed it meanwhile: this is no lock any more
+        os.close(handle)  # its holder has removed it meanwhile: this is no longer the lock
     try:
         yield
     finally:
@@ -119,7 +119,7 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
 
     Linux exchanges the two names in one step. Where the system or the file system cannot, the old
     folder is renamed to `aside` first: a process that is killed then leaves nothing at `place`,
-    and whoever comes next finds the old one in `aside`. `new` is complete, on the disk, and beside
+    and the next process finds the old one in `aside`. `new` is complete, on the disk, and beside
     `place`. If neither way is possible both folders stay where they were: OSError.
     """
     if _exchange(new, place):
@@ -214,7 +214,7 @@ class OutputError(TautoError):
 
 
 def write_output(path: Path, content: bytes) -> None:
-    """Write a file that the user asked for, as `write_whole` does; an OutputError if it cannot."""
+    """Write a file for the user, as `write_whole` does; an OutputError if that fails."""
     try:
         write_whole(path, content)
     except OSError as error:

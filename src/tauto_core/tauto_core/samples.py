@@ -93,7 +93,7 @@ class SpatialImu:
     stamp_ns: IntArray
     samples: Callable[[bool, bool], ImuSamples]
     """Returns the samples. The first argument asks for the angular velocity, the second for the
-    specific force; what is not asked for is not computed and has the shape (0, 3). The bits of the
+    specific force; a channel that is not needed has the shape (0, 3). The bits of the
     rest are the same."""
 
 

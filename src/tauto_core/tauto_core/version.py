@@ -52,7 +52,7 @@ def version() -> str:
 
 @cache
 def code(package: Path = _PACKAGE) -> str:
-    """Return twelve digits of a hash of all files of this package, whatever they are for.
+    """Return twelve digits of a hash of all files of this package.
 
     Args:
         package: folder of the package.

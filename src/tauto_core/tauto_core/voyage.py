@@ -262,7 +262,7 @@ class Voyage:
 
     @cached_property
     def ship_motion(self) -> ShipMotion:
-        """The motion of the ship, made anew from the scene, for voyages that do not log it."""
+        """The motion of the ship, computed from the scene, for voyages that do not log it."""
         return ShipMotion(self.scene)
 
     @cached_property
@@ -657,7 +657,7 @@ def replay(
     stability: bool = False,
     keep: bool = True,
 ) -> Voyage:
-    """Return the voyage in a bag, with drift and longitude estimated anew.
+    """Return the voyage in a bag, with drift and longitude estimated again.
 
     Only readings and observations are needed and, for distances, the ship's places.
 
@@ -666,14 +666,14 @@ def replay(
         scene: replaces the bag's own, and is needed where it has none.
         smooth: also estimate the drift from all observations in hindsight (`hindsight`).
         stability: also estimate the stability of the clock (`stability_of`).
-        keep: keep the samples, those that are not computed anew among them.
+        keep: keep the samples, including those that are not computed again.
 
     Returns:
         A voyage whose `result` has `scene`, the `answer` in a sentence, `sea` for a ship in one,
         `clock`, `drift`, `longitude`, `air` where the bag has the temperature of the clock,
         `duration_s` (the scene's, if it was sailed to its end;
         otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
-        which begin with it; where asked for, `smoothed` and `stability`.
+        which begin with it; on request `smoothed` and `stability`.
 
     Raises:
         BagError: no readings, or no scene.

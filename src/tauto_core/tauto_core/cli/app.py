@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 
 class Registered(Mapping[str, Any]):
-    """Commands and groups by name, each built when it is first asked for.
+    """Commands and groups by name, each built at its first use.
 
     Commands that the decorators of `register` add later are included.
     """

@@ -16,11 +16,11 @@ if TYPE_CHECKING:
     from tauto_core.ship.logbook import LoggedPassage
 
 HARBOUR_DAYS = 14.0
-"""Days of rating before the first entry, if no others are asked for."""
+"""Default days of rating before the first entry."""
 
 
 INLAND_KM = 30.0
-"""Distance from the coast from which a place on land is told: maps err by less [km]."""
+"""Distance from the coast beyond which a place on land is reported: maps err by less [km]."""
 
 
 def logbook(

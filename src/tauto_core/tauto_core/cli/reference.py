@@ -1,6 +1,6 @@
 """The command line as a page, docs/cli.md, from the help of each command.
 
-`python -m tauto_core.cli.reference > docs/cli.md` writes it anew; tauto_nodes adds `graph` and
+`python -m tauto_core.cli.reference > docs/cli.md` renews it; tauto_nodes adds `graph` and
 `play`.
 """
 

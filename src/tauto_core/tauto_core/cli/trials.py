@@ -34,7 +34,7 @@ class Asked:
         days, years: from the least to the largest, as `42..`, `..100` or `1770..1790`.
         port, ocean, sample: as `trials.Choice` has them.
         harbour_days: days of rating before the first entry.
-        wind_draws, hull_draws: how often wind and hull are drawn anew.
+        wind_draws, hull_draws: number of repetitions with another random wind or hull.
         local_time_s: error of the navigator's local time [s].
     """
 

@@ -211,7 +211,7 @@ def plot(
     file = out or Path(f'{title_of(source)}_{what}.svg')
     check_picture(what, file, part=from_time is not None or to_time is not None)
     for name, at in (('--from', from_time), ('--to', to_time)):
-        _on_axis(name, at, 1.0)  # a text that is no time is refused before she sails
+        _on_axis(name, at, 1.0)  # a text that is not a time is refused before the scene is sailed
     given = given_values(settings, duration, accuracy)
     if what in OF_A_SCENE and not is_bag(source):
         scene = load_scene(source, **given)
