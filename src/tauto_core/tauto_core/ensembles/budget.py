@@ -279,7 +279,7 @@ def account(
         crew: the processes on which stretches are sailed.
         progress: called with the fraction done, from 0 to 1.
         origin: file or name that the user gave, for errors; None: the scene's name.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
 
     Raises:
         TautoError: a bad scene, a clock that has no rate, or an event that ends the motion.

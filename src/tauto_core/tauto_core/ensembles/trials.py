@@ -286,7 +286,7 @@ class Rules:
         seed: of the seas, the observations and the draws, together with the passage's name.
         harbour_days: days of rating in still water before the first entry: invented.
         longest_s: length to which a scene is cut [s]; None: the log's.
-        anyway: machines and ships beyond all that are known sail, too.
+        anyway: sail even machines and ships larger than any known.
     """
 
     clocks: tuple[TriedClock, ...]
@@ -466,7 +466,7 @@ def make_trial(
         longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
         wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
-        anyway: machines and ships beyond all that are known sail, too.
+        anyway: sail even machines and ships larger than any known.
 
     Raises:
         UsageError: no such passages, numbers out of range, or a clock that comes twice.
