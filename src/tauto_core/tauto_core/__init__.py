@@ -6,12 +6,12 @@
     print(voyage.answer)
     voyage.plot('error', 'error.png')
 
-`load` reads a scene, `new_scene` writes one to start from, `check` says what would run, `sail`
-sails it, `replay` reads a bag, `budget` says why the clock's rate is what it is. `cam` gives a
-curve, `isochronism` its periods, `cut` its drawing, `plate` a part to make;
-`design` finds what is left out of a wheel's design, and `claims` checks Euler's papers. `compare`
-sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks along the
-passages of a log-book; `plot` and `report` draw. Notebooks show results with their pictures.
+`load` reads a scene, `new_scene` writes one to start from, `check` checks one without sailing it.
+`sail` sails a scene, `replay` reads a bag, `budget` breaks a clock's rate down into its causes.
+`cam` returns a curve, `isochronism` its periods, `cut` its drawing, `plate` a part to make.
+`design` finds the missing number of a wheel's design, and `claims` checks Euler's papers.
+`compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
+along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their pictures.
 `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`. Other modules
 may change from version to version. Every name is loaded at its first use.
 """

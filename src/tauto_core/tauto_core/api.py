@@ -113,7 +113,7 @@ class CamOutline:
 
 
 def scenes() -> list[str]:
-    """Return the names of the scenes that ship."""
+    """Return the names of the built-in scenes."""
     return shipped_scenes()
 
 
@@ -121,11 +121,11 @@ def load(scene: str | Path | Scene, **overrides: object) -> Scene:
     """Return a scene.
 
     Args:
-        scene: a shipped name, a YAML file, or a scene already loaded.
+        scene: a built-in name, a YAML file, or a scene already loaded.
         overrides: values in place of the scene's own, for example `duration=300.0` or a whole
             section such as `voyage={…}`. A key in a section is named by its path, with two
-            underscores in place of each dot: `ship__sea__peak_period=8.0`. None leaves what is
-            there. Data paths among them are relative to the working directory.
+            underscores in place of each dot: `ship__sea__peak_period=8.0`. None keeps the
+            scene's value. Data paths among them are relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
@@ -139,7 +139,7 @@ def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object
 
     Args:
         scene: as for `load`.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         overrides: as for `load`.
 
     Raises:
@@ -178,21 +178,21 @@ def replay(
 
 
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
-    """Check a scene without sailing it, and return what would run.
+    """Check a scene without sailing it, and return its facts.
 
-    Machines and ships beyond all that are known are among the `warnings`, where `sail` refuses
-    them without `anyway=True`.
+    A machine or ship larger than any known is among the `warnings` here; `sail` refuses it
+    without `anyway=True`.
 
     Args:
         scene: as for `load`.
         overrides: as for `load`.
 
     Returns:
-        The object of `tauto scene check --json`: among others the `propagator` and the `reason`
-        for it, the `steady_swing` in which the clock settles, in `expected` time and error of the
-        run, and in `left_out` what the scene leaves out: `what`, `why` (what it has in its place,
-        a sentence), `worth` (what that may do to a clock, None where no figure is known) and `key`
-        (the key of the scene that brings it in, None where nothing simulates it).
+        The object of `tauto scene check --json`. Among others it has the `propagator` and the
+        `reason` for it, the `steady_swing` in which the clock settles, and in `expected` time and
+        error of the run. `left_out` lists the effects that the scene leaves out: `what` is the
+        effect, `why` the assumption in its place (a sentence), `worth` its size for a clock (None
+        where no figure is known) and `key` the key that includes it (None where no scene can).
 
     Raises:
         SceneError: the scene cannot be run.
@@ -213,7 +213,7 @@ def budget(
     anyway: bool = False,
     **overrides: object,
 ) -> Budget:
-    """Return why the rate of a scene's clock is what it is.
+    """Return the causes of the rate of a scene's clock.
 
     Each cause at sea is switched off in turn: the motions of the ship, gravity that changes, heat.
     Dial, amplitude, drag and escapement are found on land.
@@ -221,18 +221,19 @@ def budget(
     Args:
         scene: as for `load`.
         jobs: number of parallel processes.
-        out: file to keep it in, ending in .json; or the folder of the scene's voyage, whose
+        out: file for the budget, ending in .json; or the folder of the scene's voyage, whose
             `report` then shows it.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         overrides: as for `load`.
 
     Returns:
-        `rows`, one a cause; their `sum` and `interaction` make the `whole`. `rough` has what the
-        numbers leave open that nobody knows well, and `worth` what small changes do.
+        `rows`, one for each cause [s/day]; their `sum` and the `interaction` make the `whole`.
+        `rough` has the uncertainty of the rate by badly known numbers, and `worth` the effect of
+        small changes.
 
     Raises:
-        UsageError: a clock without a rate, arguments out of range, or a place where nothing can
-            be kept.
+        UsageError: a clock without a rate, arguments out of range, or an `out` that cannot be
+            written.
         TautoError: a bad scene, or an event that ends the motion.
     """
     from tauto_core.ensembles.budget import account, budget_file
@@ -260,9 +261,9 @@ def isochronism(
         overrides: as for `load`.
 
     Returns:
-        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. For a body in a fluid
-        `amplitude_m`, `descent_s`, the time to the lowest point, and `half_swing_s`, the time to
-        the other side, besides; its period is the time there and back.
+        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. A body in a fluid has
+        `amplitude_m` in place of the first, and also `descent_s`, the time to the lowest point,
+        and `half_swing_s`, the time to the other side; its period is the time there and back.
 
     Raises:
         UsageError: no amplitude, or one out of range.
@@ -386,11 +387,11 @@ def plate(
     thickness_mm: Quantity = 2.0,
     **overrides: object,
 ) -> ScenePlate:
-    """Return a scene's cam as a plate that one can cut and print, and what it costs.
+    """Return a scene's cam as a plate to cut or to print, with its cost in rate.
 
     Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
-    thread, a bore and two pin holes. Lengths that are left out go by the distance of the cusp from
-    the axle.
+    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
+    the cusp to the axle.
 
     Args:
         scene: as for `load`.
@@ -403,17 +404,17 @@ def plate(
         cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre.
         tolerance_mm: greatest distance between arcs and cheeks [mm].
         reach_rad: as for `cam`.
-        bore_mm: diameter of the bore [mm]; None: half the distance of the cusp.
-        pins_mm: diameter of the pin holes [mm]; None: 0.3 of it.
-        pin_circle_mm: distance of the pins from the axle [mm]; None: 0.65 of it.
-        slot_mm: depth of the slot [mm]; None: 0.3 of it.
+        bore_mm: diameter of the bore [mm]; None: half the distance from the cusp to the axle.
+        pins_mm: diameter of the pin holes [mm]; None: 0.3 of that distance.
+        pin_circle_mm: distance of the pins from the axle [mm]; None: 0.65 of that distance.
+        slot_mm: depth of the slot [mm]; None: 0.3 of that distance.
         thickness_mm: thickness of the plate [mm], for `step` and `stl`.
         overrides: as for `load`.
 
     Returns:
-        The `plate` in mm, the `cam`, the `files` that were written, and `rates`: what rounded
-        cusp, arcs and a micrometre too deep cost in s/day on land, arrays `edge`, `outline` and
-        `one_micrometre` at each `amplitude_rad`.
+        The `plate` in mm, the `cam`, the `files` that were written, and `rates` on land [s/day]:
+        the arrays `edge` (by the rounded cusp), `outline` (by the arcs as well) and
+        `one_micrometre` (both cheeks cut a micrometre too deep) at each `amplitude_rad`.
 
     Raises:
         UsageError: a scene without two mirror-image cheeks, another ending, arguments out of
@@ -486,20 +487,21 @@ def design(
     weight_unit: str = 'N',
     gravity: Quantity = STANDARD_GRAVITY,
 ) -> WheelDesign:
-    """Return the design of a wheel and its cam of which one number is left out.
+    """Return the design of a wheel and its cam, of which one number is left out.
 
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
-    A disc counts as two numbers, weight and radius, one of which may be what is left out.
+    A disc counts as two numbers, weight and radius, one of which may be the missing one.
 
     Args:
         period: period of a full swing [s].
         pendulum: or the length of the simple pendulum that swings with it.
         inertia: moment of inertia of the wheel [kg m2].
-        disc_weight: or its weight, if it is a uniform disc,
-        disc_radius: and its radius.
+        disc_weight: or the weight of a uniform disc, in `weight_unit`,
+        disc_radius: and its radius, in `length_unit`.
         disc_is_base: whether the radius of the disc is the base radius (XX).
-        pull: pull in the thread, without inertia.
-        base_radius: base radius of the involute; a hole's rate.
+        pull: pull in the thread, without inertia, in `weight_unit`.
+        base_radius: base radius of the involute, or the lever rate of a cam with a hole
+            [`length_unit`, per radian].
         length_unit: unit of the lengths: m, mm, scruple, rhenish_foot, line or paris_foot.
         weight_unit: unit of weights and pull: N, kg or pound (of Paris).
         gravity: acceleration of gravity [m/s2].
@@ -555,8 +557,8 @@ def new_scene(
 ) -> str:
     """Return a scene that sails as YAML, with the unit and meaning of every key.
 
-    Kinds that are not asked for are chosen to go with those that are; with none asked for it is
-    Euler's involute under a weight, in a wind sea.
+    Kinds that are None are chosen to fit those that are given; without any the scene is Euler's
+    involute under a weight, in a wind sea.
 
     Args:
         file: a file to write it to, ending in .yaml or .yml; it must not exist.
@@ -580,10 +582,10 @@ def new_scene(
 
 
 def check_bag(bag: str | Path) -> Soundness:
-    """Read all of a bag, and return what is wrong with it.
+    """Read all of a bag, and return its faults.
 
-    Checked are the ends of its files, checksums, indices, metadata.yaml, payloads, the order of
-    the log times, and whether the recording was cut short.
+    The check covers the ends of its files, checksums, indices, metadata.yaml, payloads, the order
+    of the log times, and whether the recording was cut short.
 
     Args:
         bag: rosbag2 folder or MCAP file.
@@ -601,7 +603,7 @@ def check_bag(bag: str | Path) -> Soundness:
 
 
 def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
-    """Write what can be read of a damaged bag as a new one; the old one is left as it is.
+    """Write the readable part of a damaged bag as a new bag; the old bag is not changed.
 
     Args:
         bag: rosbag2 folder or MCAP file.
@@ -609,7 +611,7 @@ def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
             `_recovered` appended to its name.
 
     Returns:
-        The new bag's `path` and `counts` of messages by topic, and what is `lost`.
+        The new bag's `path` and `counts` of messages by topic, and descriptions of what is `lost`.
 
     Raises:
         BagError: nothing is damaged, no message can be read, or the folder cannot be written.
@@ -633,20 +635,20 @@ def compare(
     """Return a comparison of several clocks in the same sea.
 
     Args:
-        clocks: scenes, as for `load`, each with another `name`; none: the shipped clocks.
+        clocks: scenes, as for `load`, each with another `name`; none: the built-in clocks.
         ship_of: a scene whose ship and voyage all of them get.
         duration: length of the run [s].
-        accuracy: error of the reading that a day of the run may make [s], in place of what the
-            scenes have for it.
+        accuracy: largest error of the reading for a day of the run [s]; replaces the accuracy
+            of the scenes.
         roll_deg: significant amplitudes of the roll [degrees], each in its own run.
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
         jobs: number of parallel processes.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         overrides: as for `load`, for every clock; those of the passage (ship, voyage, seed, …) for
             `ship_of`, where there is one.
 
     Returns:
-        `rows`, one a clock, or two where its case is suspended.
+        `rows`, one for each clock, or two where its case is suspended.
 
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
@@ -692,7 +694,7 @@ def fleet(
         jobs: number of parallel processes.
         scheduler: address of a dask scheduler whose workers are used instead.
         out: folder for the rows in Parquet; ships that have a row there do not sail again.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         overrides: as for `load`.
 
     Returns:
@@ -740,13 +742,13 @@ def trial(
     anyway: bool = False,
     **overrides: object,
 ) -> TrialAnswers:
-    """Return on which passages of a log-book a scene's clock would have found the longitude.
+    """Return the passages of a log-book on which a scene's clock would find the longitude.
 
     Args:
         scene: as for `load`; its ship sails every passage.
         logs: the log-book, a file or a folder.
-        compare: further clocks in the same sea, as for `load`, fixed to the ship; `clocks` stands
-            for the shipped ones.
+        compare: further clocks in the same sea, as for `load`, fixed to the ship; `clocks` means
+            the built-in ones.
         days: least and largest length of the passages [days].
         years: first and last year of the first entry.
         port: part of the name of a port from which or to which they go.
@@ -761,12 +763,12 @@ def trial(
         scheduler: as for `fleet`.
         out: as for `fleet`, with a row for each clock on each passage.
         file: name of a picture, ending in .svg, .png or .pdf: the map of all tracks.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         overrides: as for `load`.
 
     Returns:
         The object of `tauto fleet --logs --json`: for each of `clocks`, by the `ways` of finding
-        the longitude, its `prizes` and the rest; `voyages`, one a clock and passage.
+        the longitude, its `prizes` and the rest; `voyages`, one for each clock and passage.
 
     Raises:
         TautoError: a log-book that cannot be read or has no such passages, a passage with a wrong
@@ -839,7 +841,7 @@ def plot(
         from_s: beginning of the part that `roll` or `spectrum` shows, from the first reading [s].
         to_s: its end [s]. Without both, the roughest ten minutes are shown; with one, the ten
             minutes after `from_s` or before `to_s`.
-        anyway: sail a scene with a machine or ship beyond all that are known, too.
+        anyway: sail even a scene with a machine or ship larger than any known.
 
     Raises:
         UsageError: no such picture, a file of a format that pictures cannot have, or a part that
@@ -881,7 +883,7 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
 
 
 def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
-    """Return values by the paths of their keys: `ship__rate` stands for `ship.rate`."""
+    """Return values by the paths of their keys: `ship__rate` means `ship.rate`."""
     found: dict[str, object] = {}
     for key, value in overrides.items():
         path_of_key = key.replace('__', '.')

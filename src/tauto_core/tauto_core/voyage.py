@@ -1,7 +1,7 @@
-"""A voyage: how a scene is sailed offline or replayed from a bag, and its data as arrays.
+"""A voyage: a scene sailed offline or replayed from a bag, and its data as arrays.
 
-`sail` and `replay` both return a `Voyage`. Between them stands the pipeline of stages, which the
-nodes run one in each process.
+`sail` and `replay` both return a `Voyage`. Both feed the pipeline of stages. In a
+graph each stage is a node.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ SAILED_TO_COMPILE_S = 20.0
 
 
 class ShipSource:
-    """All that comes from the ship, in order of its stamps: scene, motion, position, observations.
+    """The samples of the ship, in order of their stamps: scene, motion, position, observations.
 
     Where the scene has `air`, so does the temperature in the box of the clock, on the log grid up
     to the first instant at or after the last sample of the motion. The scene's text comes first if
@@ -180,7 +180,7 @@ class Pipeline:
         return self._run(dict(batches), final=False)
 
     def finish(self) -> Batches:
-        """Return all that the stages held back."""
+        """Return the samples that the stages held back."""
         return self._run({}, final=True)
 
     def _run(self, known: Batches, *, final: bool) -> Batches:
@@ -519,7 +519,7 @@ def sail(
         out: folder of the bag to write; None: no bag.
         origin: file or name that the user gave, for errors; None: the scene's name.
         force: replace a bag that is there.
-        anyway: sail machines and ships beyond all that are known, too.
+        anyway: sail even machines and ships larger than any known.
         keep: keep the samples. Without them the voyage has its `result` alone, memory does not
             grow with its length, and a linear machine takes less time.
         progress: called with the fraction done, from 0 to 1.
@@ -603,7 +603,7 @@ def compile_kernels(scene: Scene) -> None:
 
 
 def refused_words(health: Mapping[str, int]) -> str:
-    """Return which samples of the scene's own ship the stages have refused; empty: none."""
+    """Return a text of the ship's samples that the stages refused; empty: none."""
     refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
     if not refused:
         return ''
@@ -721,9 +721,9 @@ def replay(
         figures['stability'] = stability_of(cast(TimeSamples, fed[READING]))
     start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
     if len(reading.stamp_ns) and bag.logged_from_ns[READING] != reading.stamp_ns[0]:
-        # Log times are those of receipt, on another clock than the sea's.
+        # The log times of a live bag are times of receipt, which the sea's clock does not share.
         start_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
-    # motion is recorded for some steps beyond the end, from which the clock is interpolated
+    # the motion goes some steps beyond the end, since the clock interpolates in it
     read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
     is_whole = (start_ns, read_to_ns) == (
         scene.starts_at_ns,

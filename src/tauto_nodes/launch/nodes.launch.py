@@ -37,7 +37,7 @@ REFUSED = 2
 
 
 def _folder() -> Path:
-    """Return a folder that goes with this process; if that is killed, with the next start.
+    """Return a folder that is removed with this process; if that is killed, at the next start.
 
     From a mapping of parameters launch_ros makes a temporary file for each node, and leaves it.
     """
@@ -45,7 +45,7 @@ def _folder() -> Path:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     lock = (folder / 'not_locked_yet').open('w')
     fcntl.flock(lock, fcntl.LOCK_EX)
-    atexit.register(lock.close)  # and so it is open until then
+    atexit.register(lock.close)  # the reference keeps the lock open until then
     (folder / 'not_locked_yet').rename(folder / 'lock')
     return folder
 
@@ -94,11 +94,11 @@ def _nodes(context: Any) -> list[Any]:
 
 
 def _ended(name: str, given: dict[str, str]) -> Callable[[Any, Any], list[Any]]:
-    """Return what happens when a node has ended.
+    """Return the action for a node that has ended.
 
-    A live node is started again, but for one that has finished or refuses to start. The good end
-    of a voyage's recorder is the end of the voyage; where a node ends before its time, launch ends
-    the others, and itself with 1. A voyage does without its picture.
+    A live node is started again, unless it has finished or refuses to start. The good end
+    of a voyage's recorder is the end of the voyage; where a node ends early, launch ends
+    the others, and itself with 1. A voyage goes on without `markers`.
     """
 
     def on_exit(event: Any, context: Any) -> list[Any]:

@@ -22,11 +22,11 @@ BATCH = 200
 """Messages after which a consumer works and reports without waiting for its tick."""
 
 PACKED_TIMES = 10
-"""Where messages go in packs, window and batch are so many times as large: a message costs little
-then, and what a piece of work costs, whatever it holds, is paid for more of them."""
+"""Factor of window and batch where messages go in packs: a message costs little then, and the
+constant cost of a piece of work is shared by more messages."""
 
 RUN = 'TAUTO_RUN'
-"""Environment variable: when a node's graph began [ns], by which two of them are told apart."""
+"""Environment variable: when a node's graph began [ns], which distinguishes two graphs."""
 
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
@@ -39,7 +39,7 @@ _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 class Report:
     """The report of a node on `_tauto/credit`; the latest one replaces all earlier ones.
 
-    It tells the messages `taken` so far of each topic that the node subscribes to, which of these
+    It has the messages `taken` so far of each topic that the node subscribes to, which of these
     have found a publisher (`matched`), and whether its publishers have found all their
     subscribers (`ready`). `run` is that of its graph (RUN); 0: its nodes were started one by one.
     """
@@ -61,12 +61,12 @@ class Report:
 
     @staticmethod
     def from_octets(octets: bytes) -> Report:
-        """Return the report that a serialised message holds; NodesError where it holds none."""
+        """Return the report in a serialised message; NodesError if it has none."""
         return Report.from_json(octets[_TEXT.size :].partition(b'\x00')[0])
 
     @staticmethod
     def from_json(text: str | bytes) -> Report:
-        """Return the report that a message's text is; NodesError where it is none."""
+        """Return the report in a message's text; NodesError if it is not a report."""
         try:
             content = json.loads(text)
             return Report(
@@ -94,7 +94,7 @@ class End:
 
     @staticmethod
     def from_json(text: str) -> End:
-        """Return the end marker that a message holds; NodesError where it holds none."""
+        """Return the end marker in a message; NodesError if it has none."""
         try:
             content = json.loads(text)
             sent = {str(topic): int(n) for topic, n in content['sent'].items()}
@@ -107,10 +107,10 @@ class End:
 class Flow:
     """One node's view of the graph, which names all nodes, its own included, and its topics.
 
-    What comes from the nodes of another `run` is ignored.
+    Messages from the nodes of another `run` are ignored.
 
-    By `time.monotonic()` [s], `heard_s` tells when each node was last heard, `moved_s` when a
-    report last differed from the one before.
+    `heard_s` has the time when each node was last heard, `moved_s` the time when a report last
+    differed from the one before, both by `time.monotonic()` [s].
     """
 
     node: str
@@ -159,7 +159,7 @@ class Flow:
         return sent - min(taken, default=sent)
 
     def waiting(self, found: dict[str, set[str]]) -> list[str]:
-        """Return what its outputs wait for before anything may be sent; empty if ready.
+        """Return the nodes and subscriptions missing before anything may be sent; empty if ready.
 
         `found` has, by output, the names of the nodes that its publisher has matched.
         """
@@ -177,7 +177,7 @@ class Flow:
         return not self.absent() and all(report.ready for report in self.reports.values())
 
     def short(self, received: dict[str, int]) -> dict[str, int] | None:
-        """Return what is still missing of each input; None before all its ends have come."""
+        """Return the messages missing of each input; None before all its ends have come."""
         if any(topic not in self.totals for topic in self.inputs):
             return None
         return {
@@ -226,7 +226,7 @@ def _packed(payloads: Sequence[bytes], run: int) -> bytes:
 def unpack(topic: str, octets: bytes, run: int = 0) -> list[bytes]:
     """Return the messages of a serialised pack of a topic, none where it is of another run.
 
-    NodesError: it is no pack.
+    NodesError: it is not a pack.
     """
     try:
         sender, n = struct.unpack_from('<QI', octets, _HEAD.size)

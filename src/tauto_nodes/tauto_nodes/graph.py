@@ -41,7 +41,7 @@ POLL_S = 0.02
 TAIL_LINES = 25
 
 _COMPLAINT = re.compile(r'\[(WARN|ERROR|FATAL)\]|\w (Error|Warning)\]')
-"""What marks a line of rclpy's log, and one of Fast DDS's."""
+"""Marks of warnings and errors in the logs of rclpy and Fast DDS."""
 
 _COLOUR = re.compile(r'\x1b\[[\d;]*m')
 _TIME = re.compile(r'^[-\d]+ [.:\d]+ |\[\d+\.\d+\] ')
@@ -56,7 +56,7 @@ class Child:
     log: Path
 
     def ended(self) -> str:
-        """Return how it ended, in words; empty while it runs."""
+        """Return how it ended, as a text; empty while it runs."""
         code = self.process.poll()
         if code is None:
             return ''
@@ -159,7 +159,7 @@ class Supervisor:
         return next(c.process.poll() for c in self.children if c.name == name)
 
     def nodes(self, heard_s: Mapping[str, float]) -> dict[str, str]:
-        """Return how each node is, in words, with when the recorder heard it last [s].
+        """Return the health of each node in words, by the times when the recorder heard it [s].
 
         Nodes of one process end together.
         """
@@ -188,7 +188,7 @@ class Supervisor:
     def stop(self) -> list[Child]:
         """End all nodes by SIGTERM; return those that got stuck on the way and were killed.
 
-        Those get SIGABRT first, at which a node writes where each of its threads is (`run`).
+        Those get SIGABRT first; a node then writes the stack of each thread (`run`).
         """
         self._signal(signal.SIGTERM, self._running())
         endings = {child.name: Ending(child.process.pid) for child in self.children}
@@ -221,13 +221,14 @@ class Supervisor:
 NODE_NAMES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 UNDER_WAY = 'under way'
 UNHEARD_S = 5.0
-"""Time after which who watches is told that a node is silent [s]."""
+"""Time after which a silent node is reported to the watcher [s]."""
 
 SILENT_S = 120.0
 """Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
 STALL_S = 600.0
-"""Kernels that a machine under heavy load compiles for the first time can take minutes."""
+"""Time without progress after which a graph counts as stalled [s]: on a machine under heavy load
+the first compilation of kernels can take minutes."""
 
 
 @dataclass(frozen=True)
@@ -318,15 +319,15 @@ def parameters_of(plan: GraphPlan, scene: Scene, report: Path) -> dict[str, dict
 
 @dataclass
 class Watchdog:
-    """Reads what the recorder says, for progress and for a standstill.
+    """Reads the recorder's report, for progress and for a standstill.
 
-    The supervisor is no node itself: what hangs a node cannot hang what watches it.
+    The supervisor is not a node, so nothing that hangs a node can hang the supervisor.
     """
 
     report: Path
     said: RecorderReport | None = None
     blind_s: float = field(default_factory=time.monotonic)
-    """When nothing could be read last [s]: no node is judged by what came before."""
+    """Time of the last failed reading [s]: no node is judged by earlier reports."""
 
     def look(self) -> None:
         """Wait a moment and read the report."""
@@ -337,7 +338,7 @@ class Watchdog:
             self.blind_s = time.monotonic()
 
     def recorded(self, topic: str) -> int:
-        """Return how many messages of a topic the recorder has."""
+        """Return the number of messages of a topic that the recorder has."""
         return int(self.said.topics[topic]['received']) if self.said else 0
 
     def check(self) -> None:
@@ -345,7 +346,7 @@ class Watchdog:
         now_s = time.monotonic()
         heard_s = self.said.heard_s if self.said else {}
         silent = [n for n, at_s in heard_s.items() if now_s - max(at_s, self.blind_s) > SILENT_S]
-        if silent:  # the recorder hears for all
+        if silent:  # the recorder hears all nodes
             frozen = 'recorder' if 'recorder' in silent else ', '.join(sorted(silent))
             raise GraphError(
                 f'node {frozen} has not been heard for {SILENT_S:g} s: it hangs or was stopped. '
@@ -363,12 +364,12 @@ class Watchdog:
 
 @dataclass(frozen=True)
 class Standing:
-    """How a voyage stands at a moment.
+    """The state of a voyage at a moment.
 
     Args:
         share: part of the readings that is recorded, from 0 to 1.
         said: the last report of the recorder; None: it has not reported yet.
-        nodes: how each node is, in words; those that are well are `UNDER_WAY`.
+        nodes: the health of each node, in words; a healthy one is `UNDER_WAY`.
         complaints: warnings and errors that the nodes and the middleware have written so far.
     """
 
@@ -382,7 +383,7 @@ def run_graph(plan: GraphPlan, scene: Scene, tell: Callable[[Standing], None]) -
     """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
 
     The scene and the folder of the plan have been checked; `scene` is the same one, loaded.
-    `tell` is called with how the voyage stands. GraphError: a node died or would not end, the
+    `tell` is called with the state of the voyage. GraphError: a node died or would not end, the
     graph stood still for STALL_S, or readings are missing from the bag.
     """
     born_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""The program `launch_plan`: it checks the arguments of a launch file and says what to start.
+"""The program `launch_plan`: it checks the arguments of a launch file and plans its nodes.
 
 `ros2 launch` runs in the system's Python, which need not see what the nodes need, so the launch
 files ask this program, which runs in the Python of the nodes.
@@ -49,7 +49,7 @@ _FLAGS = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
 
 
 def problems_of(given: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with the arguments of a launch, in words."""
+    """Return the problems of the arguments of a launch, in words."""
     problems = []
     for name, role in _ROLES.items():
         if (text := given.get(name)) is None:
@@ -88,7 +88,7 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
 def state_folder(given: Mapping[str, str]) -> str:
     """Return the folder of the states: that given, or by default one for the scene.
 
-    A dial goes on where it stood only if it is the same clock, and so each scene has its own.
+    A dial may only continue the same clock, so each scene has its own folder.
     """
     folder = given['state_folder']
     if folder != 'default':
@@ -101,7 +101,7 @@ def state_folder(given: Mapping[str, str]) -> str:
 
 
 def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
-    """Return, in words, which typed arguments are nearly one of the known; launch ignores them.
+    """Return the typed arguments that resemble a known one, in words; launch would ignore them.
 
     Others may be those of a launch file that includes ours.
     """
@@ -115,7 +115,7 @@ def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
 
 
 # -----------------------------------------------------------------------------
-# What each kind of launch starts: the parameters of its nodes, by executable.
+# The parameters of the nodes of each kind of launch, by executable.
 
 
 def voyage_nodes(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
@@ -151,7 +151,7 @@ def live_nodes(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
             'output': str(Path(given['out']).absolute()),
             'topics': ['all', *given['topics'].split()],
             'beside': True,
-            'executor': 'single',  # it alone tells when a message was sent
+            'executor': 'single',  # it alone reports when a message was sent
             **sensor,
         }
     if _is_true(given['markers']):

@@ -2,8 +2,8 @@
 
 Frames follow REP-105 and REP-103: map → base_link → clock_mount → clock_case → wheel, x forward, y
 to port, z up; the wheel turns about x, as the ship rolls. Markers stand in `map`, so that they can
-be seen without transforms too: tf2_msgs is no part of the wheels on PyPI. A frame to which others
-have a transform is left to them, since a frame has one parent.
+be seen without transforms too: the wheels on PyPI have no tf2_msgs. If another node publishes a
+transform to a frame, this one does not, since a frame has one parent.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def fixed() -> list[TransformStamped]:
 
 
 def identity_of(one: TransformStamped) -> tuple[object, ...]:
-    """Return what tells a transform from that of another node."""
+    """Return the key that distinguishes a transform from that of another node."""
     q, stamp = one.transform.rotation, one.header.stamp
     return one.header.frame_id, one.child_frame_id, stamp.sec, stamp.nanosec, q.x, q.y, q.z, q.w
 
@@ -119,7 +119,7 @@ def identity_of(one: TransformStamped) -> tuple[object, ...]:
 class MarkersNode(GraphNode):
     """Draws the latest motion at most `rate` times a second, and only while somebody subscribes.
 
-    While nobody subscribes it has no subscriptions of its own and costs the graph nothing.
+    While it has no subscriber it subscribes to nothing, so it costs the graph nothing.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -162,7 +162,7 @@ class MarkersNode(GraphNode):
                 self.given.add(one.child_frame_id)
 
     def ours(self, transforms: Sequence[TransformStamped]) -> list[TransformStamped]:
-        """Return the transforms to frames that nobody else gives, and know them again."""
+        """Return the transforms to frames that no other node publishes, and remember them."""
         found = [one for one in transforms if one.child_frame_id not in self.given]
         self._own += map(identity_of, found)
         return found

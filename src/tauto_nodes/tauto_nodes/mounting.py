@@ -31,7 +31,7 @@ def rotation_of(text: str) -> FloatArray:
 class StaticTransforms:
     """The static transforms of tf2 that a node has heard; ImportError where tf2_ros is missing.
 
-    /tf is not asked: what moves against the clock is no mounting.
+    /tf is not used: a frame that moves relative to the clock is no mounting.
     """
 
     def __init__(self, node: Node) -> None:

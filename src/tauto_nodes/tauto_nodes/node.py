@@ -93,7 +93,7 @@ class GraphNode(Node):
     """Whether `times` has, in `take`, when each message was received and sent."""
 
     is_calm = False
-    """Whether a tenth of a second matters to nobody who hears the node."""
+    """Whether no subscriber of the node needs its messages within a tenth of a second."""
 
     paces = False
     """Whether the node sends by the wall clock."""
@@ -156,7 +156,7 @@ class GraphNode(Node):
         return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
 
     def lingers(self) -> bool:
-        """Whether the node, which was told to stop, waits for what others still send."""
+        """Whether the node, after a request to stop, waits for messages of others."""
         return False
 
     @property
@@ -477,7 +477,7 @@ class GraphNode(Node):
             self.tick()
 
     def _meet(self, other: Report) -> None:
-        """Let the graph that began first go on, and the other one end; NodesError in that."""
+        """Let the earlier graph go on, and end the later one with a NodesError."""
         if 0 < other.run < self._run:
             since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(other.run // NS_PER_S))
             raise NodesError(
@@ -566,7 +566,7 @@ class GraphNode(Node):
             self._looked_s = now_s
             self.look_at_links()
         self.tick()
-        # What waits goes out before new work, which a node with a backlog does not take.
+        # Waiting messages are sent before new work, which a node with a backlog does not take.
         for topic, output in self.outputs.items():
             if output.queue:
                 self._pump(topic, output)
@@ -604,7 +604,7 @@ Finding = tuple[bytes, str]
 def assess(node: GraphNode, now_s: float, recent: dict[str, int] | None = None) -> Finding:
     """Return the worst level and the reasons for it, at a steady time as of time.monotonic [s].
 
-    `recent` tells by how much counters have risen in the last RECENT_S; None: since the start.
+    `recent` has the increase of the counters in the last RECENT_S; None: since the start.
     """
     risen = {name: n for name, n in node.health().items() if n} if recent is None else recent
     found = list(_findings(node, now_s, risen))
@@ -683,7 +683,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(
             DiagnosticArray, '/diagnostics', QoSProfile(depth=10)
         )
-        # Not guarded: a node that has failed in a foreign executor goes on saying so.
+        # Not guarded: a node that has failed in a foreign executor keeps reporting it.
         node.create_timer(PERIOD_S, self.publish, clock=node.steady)
 
     def publish(self) -> None:

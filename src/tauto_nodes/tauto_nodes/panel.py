@@ -1,7 +1,7 @@
 """A panel on the terminal while a graph sails: swing, roll, error, messages, nodes.
 
-It is drawn from what the supervisor knows, which is no node: the recorder's report, the processes
-and what they wrote. Nothing is asked of the graph.
+It is drawn from the data of the supervisor, which is not a node: the recorder's report, the
+processes and their output. It sends no request to the graph.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from tauto_core.wording import counted, printed, span, with_sigma
 from tauto_nodes.graph import NODE_NAMES, UNDER_WAY, Standing
 
 REDRAW_S = 0.5
-"""Interval at which the panel is drawn anew [s]: oftener it would cost more than 1 % of a core."""
+"""Interval at which the panel is drawn [s]: a shorter one would cost more than 1 % of a core."""
 
 _NONE = '–'
 

@@ -75,7 +75,7 @@ ParameterValue: TypeAlias = bool | float | str | tuple[str, ...]
 _TYPES = {bool: 'bool', float: 'double', str: 'string', tuple: 'string[]'}
 
 FOLDER_VARIABLE = 'TAUTO_FOLDER'
-"""Environment variable: what nodes read and write by their parameters lies in this folder."""
+"""Environment variable: nodes read and write by their parameters in this folder only."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Parameter:
 
     @property
     def allowed(self) -> str:
-        """The range or choices in words; empty where anything goes."""
+        """The range or choices in words; empty where all values are allowed."""
         if self.choices:
             return ', '.join(f'`{choice}`' for choice in self.choices)
         if isinstance(self.default, float) and math.isfinite(self.low):
@@ -156,8 +156,8 @@ def write_parameters(
 def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
     """Return the names in the section `/**` of the files that no section for this node sets.
 
-    What the command line sets (`-p`) is not among them, whatever files say. `node` is the fully
-    qualified name, `arguments` the command line that names the files.
+    Parameters that the command line sets (`-p`) are not among them, even if files set them.
+    `node` is the fully qualified name, `arguments` the command line that names the files.
     """
     shared: set[str] = set()
     own = {word.partition(':=')[0] for word in arguments if ':=' in word}

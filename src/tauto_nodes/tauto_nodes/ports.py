@@ -162,7 +162,7 @@ class Times(NamedTuple):
 
     @staticmethod
     def told(info: Mapping[str, Any] | None) -> Times:
-        """Return what the middleware says, or now for both where it says nothing."""
+        """Return the times that the middleware reports, or now for both where it reports none."""
         if info is None:
             now_ns = time.time_ns()
             return Times(now_ns, now_ns)

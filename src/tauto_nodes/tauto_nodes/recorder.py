@@ -2,7 +2,7 @@
 
 The log time of a simulated voyage is the stamp in the header: nothing in its bag depends on the
 wall clock. That of a live one is the time of receipt, and the publish time that of sending, as in
-the bags of rosbag2; so one sees how late a sensor is, and whether its clock goes wrong.
+the bags of rosbag2; so they show the delay of a sensor, and an error of its clock.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
 
 REPORT_S = 0.2
-"""Interval at which a graph is told how far the voyage is [s]."""
+"""Interval at which the progress of the voyage is reported to a graph [s]."""
 
 
 WATCHED = (s.READING, s.SHIP_IMU, s.JOINT_STATES, s.PHASE, s.ESTIMATE, s.LONGITUDE_ERROR)
@@ -111,16 +111,16 @@ WATCHED = (s.READING, s.SHIP_IMU, s.JOINT_STATES, s.PHASE, s.ESTIMATE, s.LONGITU
 
 
 ALSO = ('/diagnostics', '/tf_static')
-"""What a live bag has beside the table: how the nodes were, and how things are mounted."""
+"""Topics of a live bag besides the table: health of the nodes, and mountings."""
 
 SEEK_S = 1.0
 """Interval at which publishers of foreign topics are looked for [s]."""
 
 STAGES = ('trochlea', 'drift_estimator', 'longitude')
-"""Nodes that send what they still hold when they are told to stop."""
+"""Nodes that send their remaining messages on a request to stop."""
 
 LINGER_S = 5.0
-"""Longest time that a live recorder which was told to stop waits for the nodes' last words [s]."""
+"""Longest time that a stopped live recorder waits for the nodes' last messages [s]."""
 
 
 def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
@@ -178,7 +178,7 @@ class RecorderNode(GraphNode):
         self._closed = False
         self._began_s: float | None = None
         self._newest_ns: dict[str, int] = {}
-        # Without flow control nobody says when a voyage is over: stopping the recorder ends it.
+        # Without flow control nothing marks the end of a voyage: stopping the recorder ends it.
         self._complete = not self.settings.credits
         self._flushed_s = self._told_s = time.monotonic()
         self._unflushed = False
@@ -198,9 +198,9 @@ class RecorderNode(GraphNode):
             self._bag.write_raw(s.SCENE, message, now_ns)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Write what arrived, without the padding of the wire if it is from our own graph.
+        """Write the messages that arrived, without the padding of the wire if from our own graph.
 
-        The scene of our own graph is written first, so that any bag says what it holds.
+        The scene of our own graph is written first, so that every bag states its contents.
         """
         if payloads and self._began_s is None:
             self._began_s = time.monotonic()
@@ -302,7 +302,7 @@ class RecorderNode(GraphNode):
         self._newest_ns[topic] = stamps_ns[-1]
 
     def lost(self, short: Mapping[str, int]) -> None:
-        """Say it, and keep what has come: the report and the exit code tell of the loss."""
+        """Report the loss, and keep the messages that came; the exit code shows it, too."""
         self.get_logger().error(f'lost on the way: {dict(short)}')
 
     def tick(self) -> None:
@@ -323,7 +323,7 @@ class RecorderNode(GraphNode):
             self._flushed_s, self._unflushed = now_s, False
 
     def lingers(self) -> bool:
-        """Whether the nodes of a live clock, which were told to stop, too, may send more."""
+        """Whether the nodes of a live clock, after a request to stop, may send more."""
         if self.flow is not None or self._closed or self.failure is not None:
             return False
         now_s = time.monotonic()
@@ -372,8 +372,8 @@ class RecorderNode(GraphNode):
     def counts(self) -> dict[str, dict[str, int | None]]:
         """Return the numbers received, written and lost by topic; lost is None if unknown.
 
-        With flow control senders say how many they have sent. Without it nobody does: what the
-        middleware can tell is not asked for, since that can lock the node (`look_at_links`).
+        With flow control senders report how many they have sent. Without it the number is unknown:
+        asking the middleware can lock the node (`look_at_links`).
         """
         totals = self.flow.totals if self.flow is not None else {}
         return {

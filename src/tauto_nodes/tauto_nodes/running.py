@@ -34,7 +34,7 @@ from tauto_nodes.node import GraphNode
 from tauto_nodes.parameters import RCLError, UnknownROSArgsError, check_executor
 
 # -----------------------------------------------------------------------------
-# Where a graph lives: its ROS domain, how far it is discovered, the enclaves of its nodes.
+# The place of a graph: its ROS domain, the range of discovery, the enclaves of its nodes.
 
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 DOMAIN = 'ROS_DOMAIN_ID'
@@ -56,7 +56,7 @@ def local_discovery() -> dict[str, str]:
 def check_discovery() -> None:
     """Check the variables by which the nodes of a graph find each other.
 
-    It raises ParameterError if they could not, or not where the environment seems to say.
+    It raises ParameterError if they could not, or if the variables contradict each other.
     """
     reach, number = os.environ.get(RANGE, ''), os.environ.get(DOMAIN, '')
     if reach == 'OFF':
@@ -74,7 +74,7 @@ def check_discovery() -> None:
 
 
 def check_loopback() -> None:
-    """Raise GraphError if what is sent to this machine by the loopback interface does not arrive.
+    """Raise GraphError if a datagram to this machine by the loopback interface does not arrive.
 
     A graph would wait for its nodes in vain.
     """
@@ -145,7 +145,7 @@ def claim_domain() -> Domain:
 
 
 # -----------------------------------------------------------------------------
-# What keeps a graph on this machine: the middleware and the environment of its nodes.
+# A graph stays on this machine by the middleware and the environment of its nodes.
 
 PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
 """Environment variables that name a profile of Fast DDS, of 3 and of 2."""
@@ -162,7 +162,7 @@ def graph_middleware() -> dict[str, str]:
 
     Where the environment names a profile, another range of discovery, other peers or another
     middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file. It
-    raises GraphError if nothing that they would send each other would arrive.
+    raises GraphError if their messages would not arrive.
     """
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
@@ -223,7 +223,7 @@ def remove_left(place: Path) -> None:
 def work_folder(parent: str | None) -> Iterator[Path]:
     """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
 
-    A folder whose lock can be had is one that nobody uses any more. It is made in `parent`, or
+    A folder whose lock is free is no longer in use. It is made in `parent`, or
     where the system has temporary files; GraphError says that no folder can be made there.
     """
     place = Path(parent or tempfile.gettempdir())
@@ -236,7 +236,7 @@ def work_folder(parent: str | None) -> Iterator[Path]:
             'parameters in one. Make room, or set TMPDIR to another place'
         ) from error
     with made as name:
-        # Under its own name the lock could be had before it is locked.
+        # Under its final name another process could take the lock before this one has it.
         lock = Path(name, 'not_locked_yet')
         with one_writer(lock):
             yield lock.rename(Path(name, _LOCK)).parent
@@ -322,7 +322,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
             executor.spin_until_future_complete(stop, 3600.0)
         except ValueError as error:
             # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. Each
-            # one told would soon fill a pipe that nobody reads, and hold the node.
+            # message would soon fill a pipe without a reader, and block the node.
             nodes[0].get_logger().error(
                 f'messages are left aside: rclpy: {error}', throttle_duration_sec=COMPLAIN_S
             )
@@ -372,13 +372,13 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        # What rcl says where the home folder, for one, cannot be written.
+        # rcl's message, for example where the home folder cannot be written.
         unwritable = 'log directory' in str(error)
         remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
         refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
     except Exception as error:
         refusal = error
-    for node in nodes:  # what they hold is written and sent
+    for node in nodes:  # their remaining messages are written and sent
         try:
             node.close()
         except Exception as error:

@@ -33,7 +33,7 @@ BURST = 1000
 """Most messages sent in one tick, so that a node at full speed still hears the others."""
 
 SLICE = 4
-"""Most messages that follow each other at once where somebody beside the graph subscribes: a queue
+"""Most messages sent at once where a node outside the graph subscribes: a queue
 of ten, as `ros2 topic echo` and many nodes have it, then does not overflow."""
 
 PAUSE_S = 1.5e-3
@@ -102,7 +102,7 @@ class SourceNode(GraphNode):
         """Send what is due."""
         now_s = time.monotonic()
         if self._base is None:
-            # Without flow control nobody says whether the graph is complete.
+            # Without flow control the number of subscribers is unknown.
             unheard = any(not p.publisher.get_subscription_count() for p in self.outputs.values())
             waits = unheard and now_s - self._born_s < self.settings.number('wait')
             if waits if self.flow is None else not self.flow.everyone_ready():
@@ -208,7 +208,7 @@ class ShipMotionNode(SourceNode):
 def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
     """Return the ports to play on, by the topic's name in the bag.
 
-    It raises ParameterError if the bag has none of the topics asked for, NodesError for a message
+    It raises ParameterError if the bag has none of these topics, NodesError for a message
     type that is not installed.
     """
     ports = {}

@@ -37,7 +37,7 @@ from tauto_nodes.running import main_of
 # The state of a stage in a file: versioned, checked, replaced in one step, read without pickle.
 #
 # The first line is JSON about the rest, the second the state as JSON: arrays as base64 of their
-# bytes, what JSON does not have (tuples, samples, keys that are no strings) under one-key
+# bytes, types that JSON lacks (tuples, samples, keys that are not strings) under one-key
 # objects.
 
 VERSION = 1
@@ -147,7 +147,7 @@ def _packed(value: Any) -> Any:
 
 
 def _opened(value: Any) -> Any:
-    """Return what `_packed` was given."""
+    """Return the value that `_packed` packed."""
     if isinstance(value, list):
         return [_opened(one) for one in value]
     if not isinstance(value, dict):
@@ -219,7 +219,7 @@ class StageNode(GraphNode):
         self.diagnostics = Diagnostics(self)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Feed the stage with what arrived and send what it returns."""
+        """Feed the stage with the messages that arrived and send its results."""
         batches = {}
         for topic, raw in payloads.items():
             samples, _ = self.decoded(topic, raw)
@@ -232,7 +232,7 @@ class StageNode(GraphNode):
             if self.flow is not None and (words := refused_words(self.stage.health())):
                 raise NodesError(words)
             self._changed = True
-            if s.OBSERVATION in batches:  # rare, and not to be had again
+            if s.OBSERVATION in batches:  # observations are rare and cannot be repeated
                 self._save()
         notices = self.notices
         for line in notices if not self._noticed else ():
@@ -244,12 +244,12 @@ class StageNode(GraphNode):
 
     @property
     def notices(self) -> list[str]:
-        """What the stage works without at present."""
+        """The inputs that the stage lacks at present."""
         return list(getattr(self.stage, 'notices', ()))
 
     @property
     def trouble(self) -> str:
-        """What keeps the stage from publishing anything; empty if nothing does."""
+        """The reason why the stage publishes nothing; empty if it publishes."""
         mounting = self._mounting.trouble if self._mounting is not None else ''
         return super().trouble or mounting or str(getattr(self.stage, 'trouble', ''))
 
@@ -274,7 +274,7 @@ class StageNode(GraphNode):
         else:
             self._work()
             self._save()
-        for output in self.outputs.values():  # who records them is told to stop, too
+        for output in self.outputs.values():  # the recorder stops at the same time
             if output.sent and output.publisher.get_subscription_count():
                 output.publisher.wait_for_all_acked(Duration(seconds=ACK_S))
 
@@ -329,7 +329,7 @@ class StageNode(GraphNode):
 
 def _trochlea(settings: NodeSettings) -> Stage:
     scene = settings.scene()
-    # Before there is a subscription: what compiles meanwhile would let its queue overflow.
+    # Before there is a subscription: while kernels compile, its queue would overflow.
     compile_kernels(scene)
     if settings.text('source') != 'foreign':
         return TrochleaStage(scene)
@@ -342,7 +342,7 @@ class TrochleaNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__('trochlea', _trochlea, **node_options)
         if isinstance(live := self.stage, LiveTrochlea):
-            # fires under use_sim_time alone: the time of the system tells of no jumps
+            # fires under use_sim_time alone: the system's clock does not report jumps
             self._jumps = self.get_clock().create_jump_callback(
                 JumpThreshold(
                     min_forward=None,
