@@ -11,9 +11,9 @@
 `cam` returns a curve, `isochronism` its periods, `cut` its drawing, `plate` a part to make.
 `design` finds the missing number of a wheel's design, and `claims` checks Euler's papers.
 `compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
-along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their pictures.
-`check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`. Other modules
-may change from version to version. Every name is loaded at its first use.
+along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their
+pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`.
+Other modules may change from version to version. Every name is loaded at its first use.
 """
 
 from typing import TYPE_CHECKING, Any
