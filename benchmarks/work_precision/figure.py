@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.work_precision.problems import problems
-from benchmarks.work_precision.ratios import targets
+from benchmarks.work_precision.problems import Problem, WheelProblem, problems
+from benchmarks.work_precision.ratios import ASKED_S_PER_DAY, targets
 from tauto_core.files import OutputError, write_figure
 
 if TYPE_CHECKING:
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 
 LEAST_S_PER_DAY = 1e-14
 """Smaller errors are drawn at this value, since they mean nothing."""
+
+MOST_S_PER_DAY = 3.0
+"""Right end of the errors at sea [s/day]."""
 
 LABELS = {
     'tauto': 'Tauto',
@@ -84,7 +87,7 @@ def work_precision(result: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(4.1 * columns, 3.6 * lines + 1.2), layout='constrained')
     grid = figure.subplots(lines, columns, squeeze=False).ravel()
     for axes, problem in zip(grid, shown, strict=False):
-        _panel(axes, problem.key, problem.title, result['rows'])
+        _panel(axes, problem, result['rows'])
     handles = _handles(result['rows'])
     for axes in grid[len(shown) :]:
         axes.set_axis_off()
@@ -103,7 +106,9 @@ def work_precision(result: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _panel(axes: Axes, key: str, title: str, rows: Iterable[Mapping[str, Any]]) -> None:
+def _panel(axes: Axes, problem: Problem, rows: Iterable[Mapping[str, Any]]) -> None:
+    key, title = problem.key, problem.title
+    at_sea = isinstance(problem, WheelProblem) and problem.numbers.sea is not None
     for program, method, points in _series(rows, key):
         color, marker = _STYLES[program]
         ours = program == 'tauto'
@@ -124,6 +129,9 @@ def _panel(axes: Axes, key: str, title: str, rows: Iterable[Mapping[str, Any]]) 
     if target is not None:
         bound = target.error_s_per_day
         axes.axvspan(LEAST_S_PER_DAY / 3.0, bound, color='#f4e9cd', zorder=0, linewidth=0.0)
+    if at_sea:
+        axes.axvspan(*ASKED_S_PER_DAY, color='#dcebdd', zorder=0, linewidth=0.0)
+        axes.set_xlim(right=MOST_S_PER_DAY)
     axes.set_xlim(left=LEAST_S_PER_DAY / 3.0)
     axes.set_title(f'({key}) {title}', fontsize=9.5, loc='left')
     axes.set_xlabel('error of the clock [s/day]')
@@ -184,4 +192,7 @@ def _handles(rows: Iterable[Mapping[str, Any]]) -> list[Line2D | Patch]:
     if any(word in row['setting'].split() for row in rows for word in _DASHED):
         handles.append(Line2D([], [], color='#555555', linestyle='--', label=_DASHED_LABEL))
     handles.append(Patch(color='#f4e9cd', label='where programs are compared'))
+    handles.append(
+        Patch(color='#dcebdd', label='what scenes ask for: $10^{-6}$ to $10^{-3}$ s/day')
+    )
     return handles

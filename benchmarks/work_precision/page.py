@@ -7,9 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from benchmarks.work_precision.problems import problems
+from benchmarks.work_precision.problems import WheelProblem, problems
 from benchmarks.work_precision.ratios import (
     FAMILIES,
+    FINE_S_PER_DAY,
+    NAVIGATORS_S_PER_DAY,
     BenchRow,
     best,
     best_ratio,
@@ -36,6 +38,7 @@ def block(result: Mapping[str, Any]) -> str:
         if row is not None:
             lines.append(_line(problem.title, row, result))
     machine = result['machine']
+    lines += ['', *_by_error(result['rows'])]
     lines += [
         '',
         textwrap.fill(
@@ -47,6 +50,32 @@ def block(result: Mapping[str, Any]) -> str:
         ),
     ]
     return '\n'.join(lines).rstrip()
+
+
+def _by_error(rows: list[BenchRow]) -> list[str]:
+    """Return the table of the problems at sea at two errors: single ships, and one of eight."""
+    found = [
+        '| problem | error of at most, s/day | Tauto, µs a swing | heyoka at its best takes '
+        '| heyoka, a ship of eight at once |',
+        '|---|---|---|---|---|',
+    ]
+    for problem in problems():
+        if not isinstance(problem, WheelProblem) or problem.numbers.sea is None:
+            continue
+        for bound in (FINE_S_PER_DAY, NAVIGATORS_S_PER_DAY):
+            row = cheapest(rows, problem.key, ['tauto'], bound)
+            if row is None:
+                continue
+            others = (FAMILIES['heyoka'], FAMILIES['heyoka, 8 ships'])
+            ratios = [ratio(row, rows, names, bound) for names in others]
+            cells = [
+                problem.key,
+                f'{bound:.0e}'.replace('e-0', 'e-'),
+                f'{row["us_per_oscillation"]:.2g} ({row["setting"]})',
+                *map(_times, ratios),
+            ]
+            found.append(f'| {" | ".join(cells)} |')
+    return found
 
 
 def _line(title: str, row: BenchRow, result: Mapping[str, Any]) -> str:

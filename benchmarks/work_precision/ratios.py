@@ -52,6 +52,13 @@ def targets() -> dict[str, Target]:
     }
 
 
+FINE_S_PER_DAY, NAVIGATORS_S_PER_DAY = 1e-8, 1e-3
+"""Errors at which programs are compared besides: a fine one, a navigator's need [s/day]."""
+
+ASKED_S_PER_DAY = 1e-6, NAVIGATORS_S_PER_DAY
+"""Errors that scenes ask for: that of those that state none, and that of the clocks to compare."""
+
+
 def _land_error(problem: Problem) -> float:
     """Return 1e-9 rad and the rounding of the phase at the end, as a clock's rate [s/day]."""
     omega, length = problem.numbers.frequency, problem.duration_s

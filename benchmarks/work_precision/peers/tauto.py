@@ -36,6 +36,7 @@ WARM_S = 60.0
 STRETCH_S = 3600.0
 
 _CLOSED_FORM = 'closed form'
+_LOOSE = ('1e-3', '1e-4')
 _TOLERANCES = ('1e-6', '1e-8', '1e-9', '1e-10', '1e-12', '1e-14')
 _CASE_TOLERANCES = ('1e-9', '1e-10', '2e-12')
 
@@ -66,11 +67,12 @@ class Tauto:
         if not problem.numbers.mass:
             return ('1.25 Hz', '1.6 Hz', '2 Hz', '2.5 Hz', '5 Hz', '10 Hz', '20 Hz')
         # with an escapement the clock forgets how finely the sea was sampled
-        rates = (4, 5, 10) if problem.numbers.impulse_energy else (10, 20)
+        goes = problem.numbers.impulse_energy > 0.0
+        coarse, fine = ((2, 2.5), (4, 5, 10)) if goes else ((2, 2.5, 4, 5), (10, 20))
         # steps end at impulses, before they are as long as the tolerance allows
-        loose = ('1e-3', '1e-4') if problem.numbers.impulse_energy else ()
-        each_rate = loose + _TOLERANCES
-        return tuple(f'{rate} Hz {each}' for rate in rates for each in each_rate)
+        each_rate = _LOOSE * goes + _TOLERANCES
+        found = [f'{rate} Hz {each}' for rate in coarse for each in (*_LOOSE, '1e-6')]
+        return (*found, *(f'{rate} Hz {each}' for rate in fine for each in each_rate))
 
     def solve(self, problem: Problem, setting: str, duration_s: float) -> Outcome:
         """Solve the problem."""
