@@ -107,9 +107,9 @@ def dial_model(scene: Scene) -> ClockModel:
 # coefficient is the mean over several periods of the waves. Its standard deviation is their
 # spread, with an allowance for effects that a single wave cannot show.
 #
-# Small regular waves do not excite what makes some machines chaotic, as the swing of a thread. So
-# the clock is also run for some hours in a moderate sea, and what the equation leaves of its error
-# is compared with what the priors of the coefficients allow (`fit`).
+# Small regular waves do not excite the motions that make some machines chaotic, such as the swing
+# of a thread. So the clock is also run for some hours in a moderate sea. The error that the
+# equation leaves there is compared with its sigma by the priors of the coefficients (`fit`).
 
 HEAVE_PERIODS_S = (2.0, 3.0, 4.0, 6.0, 9.0)
 """Periods of the waves of the trial runs in heave [s]. The acceleration of a sea is in its shorter
@@ -161,8 +161,8 @@ nothing damps keeps its action, as it does on a voyage.
 """
 
 HEAT_STEP = 5.0
-"""Least change of temperature to either side of that at the start that is looked at [K]; it is
-what the scene's air has, if that is more.
+"""Least change of temperature to either side of the start that is tried [K]; a larger change in
+the scene's air replaces it.
 """
 
 ALLOWANCES = {
@@ -172,10 +172,10 @@ ALLOWANCES = {
 }
 """The same as PART and LEAST where a change is tried that the voyage really has.
 
-For gravity what is left is that the sea changes the amplitude, and with it the answer. For heat it
-is the materials: chronometers with a steel spring and a plain brass balance lost 11.0 (Airy 1859)
-and 11.8 s/day (Berthoud 1773) for each kelvin, 3 and 10 % more than by the table of materials, and
-oils of one name differ by as much. The least is 0.09 s/day/K.
+For gravity the remaining uncertainty is that the sea changes the amplitude, and with it the
+response. For heat it is the materials: chronometers with a steel spring and a plain brass balance
+lost 11.0 (Airy 1859) and 11.8 s/day (Berthoud 1773) for each kelvin, 3 and 10 % more than by the
+table of materials, and oils of one name differ by as much. The least is 0.09 s/day/K.
 """
 
 ACTION_STEPS = 40
@@ -309,8 +309,8 @@ class Fit(NamedTuple):
     """How a clock's rate in a moderate sea departs from a rate equation.
 
     Attributes:
-        sigmas: root mean square of what the equation leaves of the error at the end of the runs,
-            in the standard deviations that the priors of the coefficients give it.
+        sigmas: root mean square of the error at the end of the runs that the equation leaves,
+            in the standard deviations that follow from the priors of the coefficients.
         random_walk_fm: the random walk that explains by how much the rate that is left changes
             from the first half of a run to the second, as `drift.random_walk_fm` [s/day].
     """
@@ -344,7 +344,7 @@ def fit(scene: Scene, priors: tuple[Coefficient, ...]) -> Fit:
 @lru_cache(maxsize=16)
 def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
     own, names = tried.scene, tuple(each.name for each in priors)
-    # where there is an equation the ship moves only in the ways that it knows
+    # with an equation the ship moves only in the motions that it contains
     moves = names or ('heave', 'roll')
     slope = SLOPE if 'roll' in moves else 0.0
     ship = SeaShip.model_validate(
@@ -442,7 +442,9 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
                 wave = (Component(amplitude=size, period=period_s, phase=phase),)
                 moved = ship.model_copy(update={'heave' if heaves else 'components': wave})
                 gained = run.error_s(moved) - calm
-                if heave:  # roll shakes a clock above its axis, which the first covariate knows
+                if (
+                    heave
+                ):  # roll shakes a clock above its axis, which is part of the first covariate
                     gained = gained - heave * run.integrals_s(moved, 0)[: len(calm), 0]
                 rates.append(_slope(gained, run.interval_s))
             at[period_s] = float(np.mean(rates)) / mean

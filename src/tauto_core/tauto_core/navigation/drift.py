@@ -405,9 +405,9 @@ _COUNTED = (
 )  # fmt: skip
 
 RELEASE_SIGMA = 0.6
-"""Sigma of the change of the dial by a release until the wheel has settled, in swings: its rms
-square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_weight_at_sea) and 0.56
-(hanging_thread_at_sea).
+"""Sigma of the change of the dial by a release until the wheel has settled, in swings: its root
+mean square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_weight_at_sea) and
+0.56 (hanging_thread_at_sea).
 """
 
 _AHEAD_NS = 86_400 * NS_PER_S

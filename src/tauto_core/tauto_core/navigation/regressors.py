@@ -609,7 +609,7 @@ def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
 class SharedIntegrals:
     """Gives the integrals at the logged instants to several clocks in one sea, computed once.
 
-    It is fed by who has the sea, before the clocks are: `take`.
+    The owner of the sea feeds it (`take`) before the clocks.
 
     Args:
         scene: of any of the clocks, which must have the same covariates and threads that lean
