@@ -147,8 +147,8 @@ class DialSetting:
         lost_ns: time for which it has stood still [ns].
         stops: number of times that it has stood still.
         number: number of the setting, from 1.
-        unsure_ns: by so much its stamps have stepped back in all [ns]; how long it stood still
-            meanwhile nobody knows.
+        unsure_ns: total time by which its stamps have stepped back [ns]; the duration of these
+            breaks is unknown.
     """
 
     set_ns: int

@@ -1,10 +1,10 @@
 """The trochlea on a live sensor: the dial stops where the motion is lost or impossible.
 
-Where the motion breaks off for more than `MAX_GAP_S`, jumps, or makes the wheel do what no wheel
-can, the run ends at its last reading. The next good motion releases the wheel again, and the dial
-continues from where it stood. So it loses the time in between, which each reading states
-(`source`, DialSetting). Where the stamps themselves have gone back, it goes on as well, and the
-readings state by how much, since nobody knows how long it stood still. Only where all time begins
+Where the motion breaks off for more than `MAX_GAP_S`, jumps, or would make the wheel swing
+impossibly, the run ends at its last reading. The next good motion releases the wheel again, and
+the dial continues from where it stood. So it loses the time in between, which each reading states
+(`source`, DialSetting). Where the stamps have gone back, the dial continues as well, and the
+readings state by how much, since the duration of the break is unknown. Only where all time begins
 again, or on request, is the dial set again.
 """
 

@@ -78,8 +78,8 @@ class Warmth:
     def add(self, felt: TemperatureSamples) -> None:
         """Take the temperatures of the next logged instants.
 
-        PropagationError: a stamp that does not follow the last one by a log interval, or what is
-        no temperature.
+        PropagationError: a stamp that does not follow the last one by a log interval, or an
+        impossible temperature.
         """
         if not len(felt.stamp_ns):
             return
