@@ -91,6 +91,8 @@ class LeverMachine:
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
         grown = math.sqrt(float(factors.inertia))
+        # `kept` scales the pull by the masses. J must not change with a compensation, so the lever
+        # takes the moment of inertia that the scaled masses lose.
         kept = float(factors.weight) / grown
         of_weights = self.turned_inertia - self.lever_inertia
         return replace(
@@ -241,6 +243,7 @@ class LeverMachine:
         if amplitude == 0.0:
             return self.small_period
         self._within(np.asarray(amplitude))
+        # V is even in τ, so that the swing turns at −τ on the other side
         far = -float(self.geometry.tau_of(np.asarray(amplitude)))
         low, high = self.geometry.edges
         if not low <= far <= high:
@@ -270,6 +273,7 @@ class LeverMachine:
 
 def _tau_of_sine(sine: FloatArray) -> FloatArray:
     """Return |τ| = √tan(β/2) of sin β."""
+    # tan(β/2) = sin β/(1 + cos β); cos² β as a product keeps its digits near a dead point
     return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))
 
 
