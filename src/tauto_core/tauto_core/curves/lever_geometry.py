@@ -154,6 +154,7 @@ class LeverLinkage(ABC):
         """Least and largest τ between which everything is usable, by bisection."""
         ends = []
         for side in (-1.0, 1.0):
+            # from rest outwards, the first point that is not usable brackets the edge
             grid = side * np.arange(1, _SCAN + 1) / _SCAN
             bad = float(grid[np.argmin(self._usable(grid))])
             good = bad - side / _SCAN
@@ -314,6 +315,7 @@ class ArcLeverGeometry(LeverGeometry):
 
     def _pulled(self, delta: FloatArray) -> FloatArray:
         """Return −r u/δ [m]."""
+        # sin δ/δ and (1 − cos δ)/δ by sinc, which is not 0/0 at rest
         half = np.sinc(0.5 / np.pi * delta)
         return np.asarray(
             self.depth * np.sinc(delta / np.pi) - 0.5 * self.arm * delta * half * half
@@ -341,6 +343,7 @@ class ArcLeverGeometry(LeverGeometry):
             rate = lean * pulled * self._free(delta) / (self.arm * self.base_radius)
             return lean * lean * risen - wanted, rate
 
+        # l = 0 where cos(δ + across) = r/√(ρ² + (r + l₀)²)
         across = np.arctan2(self.arm, self.depth)
         reach = np.arccos(self.base_radius / np.hypot(self.arm, self.depth))
         with np.errstate(divide='ignore', invalid='ignore'):

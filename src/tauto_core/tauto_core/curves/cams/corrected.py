@@ -150,6 +150,7 @@ class WeightCorrected(CorrectedCam):
                 cosine = np.cos(chi)
                 return chi + np.sin(chi) * cosine - part, 2.0 * cosine * cosine
 
+            # two terms of the series of χ about the middle; χ lies within half of the mean and all
             start, bracket = 0.5 * part * (1.0 + part * part / 12.0), (0.5 * part, part)
             found[near] = np.tan(
                 bracketed_newton(rising, start, bracket, relative=ROOT_ROUNDING, absolute=1e-17)
@@ -163,6 +164,7 @@ class WeightCorrected(CorrectedCam):
                 sine = np.sin(w)
                 return 0.5 * sine_defect(2.0 * w) - left, 2.0 * sine * sine
 
+            # w − sin w cos w = ⅔w³ − …, whose second term gives the factor of the start
             w = np.cbrt(1.5 * left)
             start, bracket = w * (1.0 + w * w / 15.0), (0.5 * w, 2.0 * w)
             found[~near] = 1.0 / np.tan(
@@ -297,6 +299,7 @@ class SpringCorrected(CorrectedCam):
         return self.rate * x * x / (1.0 + np.sqrt(self._square(x)))
 
     def _rate_gain(self, x: FloatArray) -> FloatArray:
+        # powers less 1 by expm1 and log1p, which do not cancel for small x
         return self.rate * np.expm1(-1.5 * np.log1p(self.bend * x * x))
 
     def _arm_gain(self, x: FloatArray) -> FloatArray:
