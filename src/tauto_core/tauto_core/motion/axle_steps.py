@@ -68,11 +68,14 @@ def pushed(law: AxleLaw, at: Place) -> Pushed:
     """Return accelerations and forces at an instant (equations: `axle_pendulum.forces`)."""
     sigma = law.curvature * at.arc
     theta, half = at.turn + sigma, 0.5 * sigma
+    # the axle's centre in fixed axes, from its place at s = 0: its arc of curvature 1/e by the
+    # chord, so that a plane (curvature 0) needs no other formula
     chord = at.arc * (math.sin(half) / half if half != 0.0 else 1.0)
     x, y = -chord * math.sin(half), chord * math.cos(half)
     sine_rho, cosine_rho = math.sin(at.turn), math.cos(at.turn)
     down, lateral = x * cosine_rho - y * sine_rho, x * sine_rho + y * cosine_rho
     square = at.turn_rate * at.turn_rate
+    # the acceleration of that point of the turning support
     a = at.down - at.turn_bend * lateral - square * down
     b = at.lateral + at.turn_bend * down - square * lateral
     sine_theta, cosine_theta = math.sin(theta), math.cos(theta)
@@ -85,12 +88,14 @@ def pushed(law: AxleLaw, at: Place) -> Pushed:
     pull = law.gravity * sine_theta + b * cosine_theta - a * sine_theta
     lever = law.radius - c * cosine
     if law.rolls:
+        # no slip, s̈ = −b₀(φ̈ − ρ̈), and F eliminated from (C.5)
         spun = c * sine * swung - pull
         inertia = k * k + (c * sine) * (c * sine) + lever * lever
         turned = lever * (law.radius * at.turn_bend - spun) - c * sine * pressing
         bend = turned / inertia
         slip = -law.radius * (bend - at.turn_bend)
         return Pushed(slip, bend, pressing + c * sine * bend, slip - spun + c * cosine * bend)
+    # sliding: F = ±μN enters φ̈ and, by c φ̈ sin δ, the contact force as well
     across, rubbing = c * sine / k, law.friction * lever / k
     contact = pressing / (1.0 + across * (across - rubbing))
     bend = contact * (rubbing - across) / k
@@ -169,6 +174,7 @@ def collocate(
             rows[ARC_BEND, i], rows[TILT_BEND, i] = found.arc_bend, found.tilt_bend
             rows[PRESSED, i], rows[ALONG, i] = found.pressed, found.along
         moved = max(arc_moved / arc_size, tilt_moved / tilt_size)
+        # or rounding keeps the changes from falling further
         if sweep > 1 and (moved <= settled or (moved < 1e-13 and moved >= last)):
             return sweep
         last = moved

@@ -135,6 +135,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         sliding = rate - load(nodes.roll_rate)
         sway, lift = load(nodes.sway), load(nodes.lift)
         bend = gimbals_bend(self.law, phi, sliding, mode.direction, sway, lift)
+        # Ẏ = −ωX + d₂, so d₂ = φ̈/ω + ωX
         store(work.d2, 0, fma(bend, 1.0 / omega[0], omega[0] * phi))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
@@ -180,6 +181,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         if state.held:
             state.held_angle = angle
         elif needed != 0.0:
+            # without the friction that would hold it, the case slides the other way
             state.direction = -1 if needed > 0.0 else 1
 
     def ride_along(self, run: SteppedRun, place: StepPlace) -> float:

@@ -147,6 +147,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
         sway, lift = load(nodes.sway), load(nodes.lift)
         turning = on_case(wheel.per_inertia, pull * t + against)
         bends = case_bends(self, case, turning, sway, lift, load(nodes.roll_rate))
+        # Ẏ = −ωX + d₂ and q̈ = ωẎ, so d₂ = q̈/ω + ωX
         store(work.d2, 1, fma(bends.first, 1.0 / omega[1], omega[1] * load(work.x, 1)))
         if isinstance(self.case, AxleNumbers):
             store(work.d2, 2, fma(bends.second, 1.0 / omega[2], omega[2] * load(work.x, 2)))
@@ -167,6 +168,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
                 wheel.per_inertia, turning + resistance(wheel.per_inertia, rate, mode)
             )
             sway, lift = load(nodes.sway), load(nodes.lift)
+            # the roll rate enters in gimbals alone, so on an axle any value serves
             bends = case_bends(self, case, turning, sway, lift, 0.0 * x)
             slack = first_below(bends.contact, work)
         within = reach <= SURELY_WITHIN * wheel.range and min(edge, slack) > 1.0
@@ -225,6 +227,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
         tilt = math.atan2(-at.drive.value, lift)
         state.planes[0].x = angle
         if isinstance(self.case, AxleNumbers):
+            # θ = φ = tilt in the modes: c (q + q′) = B q + B′q′ = tilt
             apart = self.case.c * (self.case.B - self.case.B_prime)
             state.planes[1].x = tilt * (self.case.c - self.case.B_prime) / apart
             state.planes[2].x = tilt * (self.case.B - self.case.c) / apart
@@ -248,8 +251,11 @@ class HungWheel(_HungNumbers, WithWheel, System):
         case = case_of(self, omega, planes_of(omega, planes))
         share = on_case(per_inertia, self.share / self.squared)
         if isinstance(self.case, AxleNumbers):
+            # the contact force grows with φ̈ and takes up a part of the torque (G5.4)
             eccentric = self.case.c / self.case.k * math.sin(case.phi - case.theta)
             share = share / (1.0 + eccentric * eccentric)
+        # The rate of the wheel in the case changes as with the reduced inertia I/(1 + share), so as
+        # by (1 + share) times the energy on I. The wheel takes 1/(1 + share) of that change.
         both = Impulse(impulse.energy * (1.0 + share), impulse.ebb)
         given = kick(both, None, 0.0, now.rate, mode.direction, state.given) / (1.0 + share)
         planes[0].y += given / omega[0]

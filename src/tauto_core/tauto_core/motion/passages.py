@@ -190,7 +190,7 @@ def passages(
         if (now.angle < 0.0) != behind:
             beats += 0 if ends or leaving else 1
         elif (old.rate < 0.0) != behind and (now.rate < 0.0) == behind and not leaving:
-            beats += 2 if _returns(watch, True, last, xi, length_s) else 0
+            beats += 2 if _returns(watch, True, last, xi, length_s) else 0  # there and back
         if not ends:
             below, behind = now.felt < 0.0, now.angle < 0.0
             leaving = leaving and abs(now.angle) < AT_REST
@@ -205,6 +205,7 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -
     There the swing is clear of the tilt, so that `passages` would find the same. `below` says
     whether the coordinate was below zero at the beginning of the step.
     """
+    # bit i is node i; shifted by one, `less` has the sign at the node before
     seen, less = negative(load(work.fractions) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
     count_seen = ones(seen)

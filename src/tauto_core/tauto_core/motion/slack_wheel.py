@@ -105,6 +105,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         if per_inertia.growth is not None:
             against = against + per_inertia.growth * w
         store(work.d1, 0, 0.0 * x - line_rate)
+        # no thread pulls the wheel back: ωX cancels the rotation of the plane
         store(work.d2, 0, omega[0] * x - against * (1.0 / omega[0]))
         if self.scale is not None and per_inertia.carried is not None:
             height = load(work.x, 1)
@@ -121,6 +122,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             edge = first_below(wheel.range - larger(x, x), work)
         lift = lever_arm(wheel.lever, 1.0, larger(x, x)).lift
         if self.scale is None:
+            # a massless weight has no height: the thread is slack while it would have to push
             gravity = row_or_zero(felt.gravity, work.nodes.gravity)
             gap = 0.0 * x - pull_of(wheel.per_inertia, lift, gravity) + self.pull_rounding
         else:
@@ -248,6 +250,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         if self.scale is not None:
             arm = lever_arm(taut.lever, 1.0, abs(q))
             second = free.planes[1]
+            # the weight leaves at the speed that the thread gave it, η̇ = t ϑ̇
             second.x = self.scale * arm.lift
             second.y = self.scale * math.copysign(arm.t, q) * now.speed / omega[1]
             second.x_rest = second.y_rest = 0.0
