@@ -185,6 +185,7 @@ def _waves(
     if isinstance(moved.roll, Harmonics):
         size, omega = np.abs(moved.roll.amplitude), moved.roll.angular_frequency
         yield size, omega, True
+        # roll sways a clock at this height, and no rate comes with that force
         yield size * omega**2 * abs(ship.height) / scene.g, omega, False
     six = moved.six
     lifted = (moved.heave,) if six is None else (moved.heave, six.sway, six.surge)
