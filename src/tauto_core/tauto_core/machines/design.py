@@ -253,6 +253,7 @@ def _number(
         return float(value), size
     except ValueError:
         pass
+    # a weight may be given by its mass, such as `50 g`
     mass = in_unit(value, 'kg')
     if unit == 'N' and isinstance(mass, float):
         return mass, gravity
