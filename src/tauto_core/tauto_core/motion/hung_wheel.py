@@ -254,8 +254,8 @@ class HungWheel(_HungNumbers, WithWheel, System):
             # the contact force grows with φ̈ and takes up a part of the torque (G5.4)
             eccentric = self.case.c / self.case.k * math.sin(case.phi - case.theta)
             share = share / (1.0 + eccentric * eccentric)
-        # The rate of the wheel in the case changes as with the reduced inertia I/(1 + share), so as
-        # by (1 + share) times the energy on I. The wheel takes 1/(1 + share) of that change.
+        # The rate of the wheel in the case changes as with the reduced inertia I/(1 + share), that
+        # is, as by (1 + share) times the energy on I. The wheel takes 1/(1 + share) of the change.
         both = Impulse(impulse.energy * (1.0 + share), impulse.ebb)
         given = kick(both, None, 0.0, now.rate, mode.direction, state.given) / (1.0 + share)
         planes[0].y += given / omega[0]

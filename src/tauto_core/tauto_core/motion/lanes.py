@@ -68,6 +68,7 @@ def _combined(out: Emission, rows: Any, first: Any, many: tuple[Any, ...]) -> li
         row = _loaded(out, rows, out.next(begin, j))
         for weights, parts in zip(many, sums, strict=True):
             pair = row, out.spread(out.item(out.lanes(weights), j), count)
+            # four sums side by side, since an fma waits for the one before it in its sum
             if j < 4:
                 parts.append(out.b.fmul(*pair))
             else:
@@ -111,6 +112,7 @@ def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) 
         out.shuffled(given, given, range(half)),
         _mirrored(out, out.shuffled(given, given, range(half, count))),
     )
+    # sums and differences of the weights of mirrored stages
     even, odd = out.b.fadd(low, high), out.b.fsub(low, high)
     out.b.store(out.shuffled(even, odd, range(count)), out.row(rows, count, room), align=8)
     laid = out.reloaded(out.row(rows, count, room))
