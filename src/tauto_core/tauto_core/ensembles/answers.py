@@ -266,6 +266,7 @@ def _distribution(axes: Axes, fleet: Fleet) -> None:
     arrived = [row for row in fleet.rows if row['failure'] is None]
     ships = len(fleet.rows)
     for clock, (label, colour) in _CLOCKS.items():
+        # shares of all ships, so that one that failed is within no limit
         sizes = np.sort(np.maximum(distances(arrived, clock), _LEAST_NMI))
         shares = np.arange(1, len(sizes) + 1) / ships
         axes.step(
