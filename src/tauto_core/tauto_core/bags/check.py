@@ -174,6 +174,7 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
             found.damage.append(
                 f'{walked.path}: {wrong} entries of its message indices point at no such message'
             )
+        # the library reads as other programs do, independently of `McapFile`
         stream.seek(0)
         try:
             for _ in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
@@ -439,6 +440,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
                         channel = file.channels.get(message.channel)
                         if channel is None:
                             continue
+                        # several files may have one topic with different types
                         key = f'{channel.topic} {channel.ros_type}'
                         if key not in keys:
                             keys[key] = channel.topic
