@@ -13,6 +13,7 @@ from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.loader import read_mapping, write_mapping
 from tauto_core.scene.sections import nautical_miles
 from tauto_core.ship import Passage
+from tauto_core.ship.airs import departures
 from tauto_core.ship.logbook import find_passage, read_passages, scene_of_passage
 from tauto_core.ship.motions.sea import SeaShip
 
@@ -211,13 +212,45 @@ def test_what_follows_from_the_log_may_not_be_given_beside_it(tmp_path):
     assert load_scene(file, duration=3_600.0).duration == 3_600.0
 
 
-def test_air_by_the_log_is_its_thermometer_and_elsewhere_the_climate(tmp_path):
+def test_air_by_the_log_is_its_thermometer_and_between_it_does_not_jump(tmp_path):
     scene = load_scene(scene_in(tmp_path))
     at_ns, celsius = scene.air.knots(scene)
     np.testing.assert_array_equal(at_ns, Passage(scene, scene.voyage).places_ns)
     assert celsius[[0, 2, 3]].tolist() == [18.5, 19.0, 20.0]
-    # ITU-R P.1510-1 at 46.5 N: between 40 N, 20.2 and 22.0, and 50 N, 11.3 and 13.0, in summer
-    assert 13.0 < celsius[1] < 18.0
+    # the climate has 15 °C at 46.5 N; the thermometer a day before and after was 4 K over it
+    assert 18.0 < celsius[1] < 19.5
+    # without a thermometer it is ITU-R P.1510-1: at 46.5 N in summer between 40 N, 20.2 and 22.0,
+    # and 50 N, 11.3 and 13.0
+    bare = HEADER + ROWS.replace(',18.5', ',').replace(',19.0', ',').replace(',20.0', ',')
+    without = load_scene(scene_in(tmp_path, bare))
+    assert 13.0 < without.air.knots(without)[1][1] < 18.0
+
+
+def test_a_departure_of_the_air_is_the_expected_one_of_a_process_that_forgets():
+    """By the normal distribution given the known values, of the covariance exp(−|t − t'|/τ)."""
+    days = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 19.0, 20.0, 60.0, 61.5])
+    known = np.array([np.nan, 3.0, np.nan, np.nan, -1.0, np.nan, np.nan, 2.0, np.nan])
+    there = ~np.isnan(known)
+    covariance = np.exp(-np.abs(days[:, None] - days) / 8.0)
+    gain = np.linalg.solve(covariance[np.ix_(there, there)], known[there])
+    expected = covariance[:, there] @ gain
+    found = departures(days * 86_400.0, known)
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13)
+    assert found[there].tolist() == [3.0, -1.0, 2.0]
+    assert not departures(days * 86_400.0, np.full(9, np.nan)).any()
+
+
+def test_a_passage_cut_at_a_thermometer_has_the_same_air(tmp_path):
+    """Bit for bit: only the next thermometer on either side counts, by differences of times."""
+    entries = [
+        f'A-1,,,,,1785-08-{1 + day:02d}T{12 + day % 3}:07,{48 - day},-7.0,270,6.7,{celsius}\n'
+        for day, celsius in enumerate(('', '18.5', '', '', '21.25', '', '24.5', '', ''))
+    ]
+    parts = [entries, entries[:5], entries[4:]]
+    made = [load_scene(scene_in(tmp_path, HEADER + ''.join(each))) for each in parts]
+    whole, first, second = (each.air.knots(each)[1].tolist() for each in made)
+    assert first == whole[:5]
+    assert second == whole[4:]
 
 
 def test_weather_and_air_by_a_log_need_one():
