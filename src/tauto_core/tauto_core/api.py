@@ -628,6 +628,9 @@ def compare(
     accuracy: Quantity | None = None,
     roll_deg: Sequence[Quantity] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
+    logs: str | Path | None = None,
+    passage: str | None = None,
+    harbour_days: float = 14.0,
     jobs: int = 2,
     anyway: bool = False,
     **overrides: object,
@@ -642,6 +645,10 @@ def compare(
             of the scenes.
         roll_deg: significant amplitudes of the roll [degrees], each in its own run.
         suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
+        logs: a log-book; all sail a passage of it, in the ship of `ship_of` or of the first clock,
+            in the sea that its wind raises, and their dials are regulated at its beginning.
+        passage: name of that passage, which a file of one may leave out.
+        harbour_days: days of rating before its first entry, >= 0.
         jobs: number of parallel processes.
         anyway: sail even machines and ships larger than any known.
         overrides: as for `load`, for every clock; those of the passage (ship, voyage, seed, …) for
@@ -654,11 +661,17 @@ def compare(
         TautoError: clocks that cannot be compared, or arguments out of range.
     """
     from tauto_core.ensembles import comparison
+    from tauto_core.ensembles.trials import check_logs
+    from tauto_core.ship.logbook import sound_passage
 
     if suspension not in ('both', 'with', 'without'):
         raise UsageError(
             f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
         )
+    if logs is not None:
+        check_logs(str(path('logs', logs)))
+    elif passage is not None:
+        raise UsageError(f'passage = {passage!r}: is one of a log-book. Name it with logs = …')
     entries = comparison.make_entries(
         clocks,
         ship_of=ship_of,
@@ -667,6 +680,8 @@ def compare(
         rolls_deg=numbers('roll_deg', roll_deg, 'deg'),
         cases=suspension,
         anyway=anyway,
+        passage=None if logs is None else sound_passage(str(logs), passage),
+        harbour_days=numbers('harbour_days', [harbour_days])[0],
         overrides=_by_path(overrides),
     )
     return comparison.compare(entries, jobs=whole('jobs', jobs))

@@ -8,7 +8,7 @@ import pytest
 
 from tauto_core import voyage
 from tauto_core.ensembles import trials, workers
-from tauto_core.ensembles.comparison import on_passage_of
+from tauto_core.ensembles.comparison import on_passage_of, regulated
 from tauto_core.ensembles.fleets import FIGURES
 from tauto_core.ensembles.trials import (
     Choice,
@@ -18,7 +18,6 @@ from tauto_core.ensembles.trials import (
     clocks_beside,
     make_trial,
     ocean_of_passage,
-    regulated_s,
     sail_passage,
     sail_trial,
     season_of,
@@ -65,9 +64,7 @@ def test_a_row_is_the_voyage_of_its_clock_alone(trial, alone):
     """Clocks that share a sea have the bits of those that sail by themselves."""
     for place, row in enumerate(alone.rows[:2]):
         scene, _ = trial.rules.scene(trial.rules.clocks[place], Sailing(0, trial.passages[0]))
-        regulated = regulated_s(scene, compile_machine(scene))
-        dial = scene.clock.model_copy(update={'nominal_period': regulated})
-        report = voyage.sail(scene.model_copy(update={'clock': dial}))
+        report = voyage.sail(regulated(scene, compile_machine(scene)))
         for column, (section, key) in FIGURES.items():
             assert row[column] == report.result[section][key], column
         # the trace is the error at the entries: noon of each day, after 12 hours in harbour
@@ -118,11 +115,10 @@ def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):
     tried = trial.rules.clocks[0]
     assert tried.covariates == ('heave', 'roll', 'gravity')
     scene, _ = trial.rules.scene(tried, Sailing(0, trial.passages[0]))
-    regulated = regulated_s(scene, compile_machine(scene))
-    dial = scene.clock.model_copy(update={'nominal_period': regulated})
+    rated = regulated(scene, compile_machine(scene))
     keys = {**scene.drift.model_dump(), 'covariates': tried.covariates}
     drift = type(scene.drift).model_validate({**keys, 'coefficients': tried.priors})
-    sensed = voyage.sail(scene.model_copy(update={'clock': dial, 'drift': drift}), keep=False)
+    sensed = voyage.sail(rated.model_copy(update={'drift': drift}), keep=False)
     assert alone.rows[0]['sensed_error_nmi'] == sensed.result['longitude']['error_nmi']
     assert alone.rows[0]['sensed_sigma_nmi'] == sensed.result['longitude']['sigma_nmi']
     # no rate equation fits the other clock, and that is said

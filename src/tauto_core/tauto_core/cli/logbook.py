@@ -145,20 +145,14 @@ def _write(
 ) -> None:
     """Write or print the scene of a passage, after it has been checked."""
     from tauto_core.files import check_place, write_whole
-    from tauto_core.scene.errors import SceneError
     from tauto_core.scene.loader import load_scene, parse_scene, scene_yaml, write_mapping
-    from tauto_core.ship.logbook import find_passage, scene_of_passage
+    from tauto_core.ship.logbook import scene_of_passage, sound_passage
 
     if out is not None:
         if not out.endswith(('.yaml', '.yml')):
             raise UsageError(f'--out {out}: must end in .yaml. Name another file')
         check_place(Path(out), 'out')
-    found = find_passage(file, name, winds=winds)
-    problems = list(found.problems())
-    if problems:
-        first, *further = problems
-        said = first.problem, first.remedy
-        raise SceneError(file, first.key, first.value, *said, further=further)
+    found = sound_passage(file, name, winds=winds)
     own = load_scene(scene)
     content = own.model_dump(mode='json', exclude_none=True)
     text = write_mapping(scene_of_passage(content, found, harbour_days))

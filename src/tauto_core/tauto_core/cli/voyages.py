@@ -334,6 +334,23 @@ def compare(
     suspension: Annotated[
         _Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
     ] = _Cases.BOTH,
+    logs: Annotated[
+        str | None,
+        typer.Option(
+            metavar='FILE', help='Sail a passage of this log-book, in the sea of its wind.'
+        ),
+    ] = None,
+    passage: Annotated[
+        str | None, typer.Option(metavar='ID', help='With --logs: which; see `tauto logbook`.')
+    ] = None,
+    harbour_days: Annotated[
+        float | None,
+        typer.Option(
+            metavar='DAYS',
+            parser=measured('d'),
+            help='With --logs: days of rating before it; else 14.',
+        ),
+    ] = None,
     jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
     plot: Plots = None,
     anyway: Anyway = False,
@@ -343,13 +360,28 @@ def compare(
 
     Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
     the built-in clocks have regulated on land. The column `rated` allows for the rate observed in
-    port, where the ship lies in the same sea.
+    port, where the ship lies in the same sea. With --logs they sail a passage of a log-book in the
+    ship of --ship-of or of the first clock; their dials are regulated where it begins.
     """
     from tauto_core.ensembles import comparison
     from tauto_core.files import check_plot
 
     for path in plot or ():
         check_plot(path)
+    logged = None
+    if logs is not None:
+        from tauto_core.ensembles.trials import check_logs
+        from tauto_core.ship.coast import no_landfall
+        from tauto_core.ship.logbook import sound_passage
+
+        check_logs(logs)
+        logged = sound_passage(logs, passage)
+        away = no_landfall(*logged.entries[-1][1:3])
+        for note in [*logged.notes(), *([f'the last entry is {away}'] * (away is not None))]:
+            say(f'passage {logged.name}: {note}')
+    for name, value in (('--passage', passage), ('--harbour-days', harbour_days)):
+        if logs is None and value is not None:
+            raise UsageError(f'{name} {value}: goes with --logs. Name a log-book, or leave it out')
     entries = comparison.make_entries(
         scenes or (),
         ship_of=ship_of,
@@ -358,6 +390,8 @@ def compare(
         rolls_deg=[] if roll is None else listed('--roll', roll, 'deg', 'degrees', '0,10,20'),
         cases=suspension.value,
         anyway=anyway,
+        passage=logged,
+        harbour_days=14.0 if harbour_days is None else harbour_days,
     )
     with ended_by_sigterm(), progress_bar(f'{len(entries)} clocks') as progress:
         result = comparison.compare(entries, jobs=jobs, progress=progress)

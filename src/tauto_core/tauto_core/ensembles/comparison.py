@@ -21,12 +21,16 @@ from tauto_core.checks.cost import step_ns, work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import write_figure
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
+from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.results import Summary
 from tauto_core.samples import READING, FloatArray, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
-from tauto_core.scene.loader import origin_of
+from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import counted, figure, least, span
 
@@ -138,6 +142,8 @@ def make_entries(
     rolls_deg: Sequence[float] = (),
     cases: _Cases = 'both',
     anyway: bool = False,
+    passage: LoggedPassage | None = None,
+    harbour_days: float = 14.0,
     overrides: Mapping[str, object] = MappingProxyType({}),
 ) -> list[Entry]:
     """Return the entries of a comparison, each checked as before a voyage.
@@ -148,10 +154,15 @@ def make_entries(
     `anyway` machines and ships larger than any known sail too; a set roll may be larger.
     `overrides` are values by the paths of their keys; those of a passage go to `ship_of`.
 
+    With a `passage` of a log-book, one without problems, they sail it in the ship of `ship_of`, or
+    of the first clock, after `harbour_days` in harbour, and each dial is regulated there.
+
     A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
     given twice, or a suspension that a scene does not have, are a UsageError.
     """
     scenes = _scenes(clocks or CLOCKS, ship_of, duration, accuracy, overrides)
+    if passage is not None:
+        scenes = _along(scenes, passage, harbour_days, duration)
     for origin, scene in scenes:
         if not anyway:
             with naming(origin, scene.name):
@@ -174,8 +185,9 @@ def make_entries(
             rolled = scene if roll is None else _as_given(origin, with_roll(scene, roll))
             for cased in _in_cases(origin, rolled, cases):
                 with naming(origin, cased.name):
-                    check_scene(cased)
-                entries.append(Entry(origin, cased, significant_roll_deg(cased)))
+                    machine, _ = check_scene(cased)
+                sailing = cased if passage is None else regulated(cased, machine)
+                entries.append(Entry(origin, sailing, significant_roll_deg(cased)))
     return entries
 
 
@@ -208,6 +220,48 @@ def _scenes(
         ship = taken.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
         found.append((name, _taking(name, scene, {**taken, 'ship': ship}, whose)))
     return found
+
+
+def _along(
+    scenes: Sequence[tuple[str, Scene]],
+    passage: LoggedPassage,
+    harbour_days: float,
+    duration: float | None,
+) -> list[tuple[str, Scene]]:
+    """Return the clocks on a passage of a log-book, in the ship of the first of them."""
+    origin, first = scenes[0]
+    found = []
+    for name, scene in scenes:
+        content = read_mapping(scene_yaml(on_passage_of(name, scene, first, origin)), name)
+        if scene.accuracy is not None:
+            content['ship'].pop('rate', None)  # it follows from the sea
+        content = scene_of_passage(content, passage, harbour_days)
+        if duration is not None:
+            content['duration'] = duration
+        found.append((name, checked_scene(content | {'name': scene.name}, name)))
+    rate = max(scene.ship.rate for _, scene in found)
+    return [
+        (name, scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})}))
+        for name, scene in found
+    ]
+
+
+def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
+    """Return a scene whose dial is right at its start.
+
+    It is regulated at the steady swing, where there is one, in the gravity of the start and at the
+    mean temperature of the first day.
+    """
+    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
+        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
+        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
+    period_s = machine.small_period
+    if isinstance(machine, Machine | LeverMachine):
+        swing = steady_swing(machine)
+        if isinstance(swing, SteadySwing):
+            period_s = swing.period
+    dial = scene.clock.model_copy(update={'nominal_period': period_s})
+    return scene.model_copy(update={'clock': dial})
 
 
 def _is_shared(key: str) -> bool:

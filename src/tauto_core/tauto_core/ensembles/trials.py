@@ -23,11 +23,9 @@ import numpy as np
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.ensembles.comparison import CLOCKS, on_passage_of
+from tauto_core.ensembles.comparison import CLOCKS, on_passage_of, regulated
 from tauto_core.ensembles.fleets import FIGURES, Store, gathered
 from tauto_core.ensembles.workers import Crew, versions
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
-from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
@@ -59,9 +57,8 @@ from tauto_core.scene.errors import (
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry
 from tauto_core.scene.tables import missing_file
-from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.hull import SHAPES
 from tauto_core.ship.imu import Sensed, kept, message
@@ -563,22 +560,6 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
 
 
-def regulated_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
-    """Return the `clock.nominal_period` of a dial that is right at the start [s].
-
-    It is regulated at the steady swing, where there is one, in the gravity of the start and at the
-    mean temperature of the first day.
-    """
-    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
-        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
-        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
-    if isinstance(machine, Machine | LeverMachine):
-        swing = steady_swing(machine)
-        if isinstance(swing, SteadySwing):
-            return swing.period
-    return machine.small_period
-
-
 class _Sea:
     """The sea of a passage, and the motion that its clocks share."""
 
@@ -608,8 +589,7 @@ class _Afloat:
 
     def __init__(self, clock: TriedClock, scene: Scene, sea: _Sea) -> None:
         machine, _ = check_scene(scene, sea.motion)
-        dial = scene.clock.model_copy(update={'nominal_period': regulated_s(scene, machine)})
-        self.scene = scene.model_copy(update={'clock': dial})
+        self.scene = regulated(scene, machine)
         self.clock, self.run_s = clock, 0.0
         self.failure: str | None = None
         self._stages, self._summary = (

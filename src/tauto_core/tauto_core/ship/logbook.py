@@ -269,6 +269,18 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
     raise SceneError(path, 'voyage.log.passage', name or ABSENT, said, remedy)
 
 
+def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
+    """Return a passage that can be sailed, as `find_passage`; one that cannot is a SceneError."""
+    found = find_passage(path, name, winds=winds)
+    problems = list(found.problems())
+    if problems:
+        first, *further = problems
+        raise SceneError(
+            path, first.key, first.value, first.problem, first.remedy, further=further
+        )
+    return found
+
+
 # -----------------------------------------------------------------------------
 # Reading files, row by row.
 
