@@ -36,10 +36,14 @@ CHEEK = {
     'cam': {'kind': 'circular_arc', 'root_depth': 0.02, 'radius': 0.06},
     'thread': {'kind': 'vertical'},
 }
-LEVER = {
+LEVER: dict[str, Any] = {
     **WEIGHT,
     'cam': {'kind': 'involute', 'base_radius': 0.01},
     'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+}
+TAILED = {
+    **LEVER,
+    'thread': {**LEVER['thread'], 'tail': {'mass': 0.02, 'distance': 0.12}, 'lever_inertia': 3e-4},
 }
 HANGING = {**INVOLUTE, 'thread': {'kind': 'hanging', 'length': 0.3}}
 
@@ -62,6 +66,7 @@ CASES = {
     'hole': (HOLE, 2.5, {}),
     'lever': (LEVER, 2.5, {}),
     'lever, drag, escapement': (LEVER, 2.5, HELD),
+    'lever with a tail': (TAILED, 2.5, {}),
     'swinging': (HANGING, 2.5, {}),
     'swinging, drag, escapement': (HANGING, 2.5, HELD),
 }
