@@ -630,7 +630,7 @@ def compare(
     suspension: Literal['both', 'with', 'without'] = 'both',
     logs: str | Path | None = None,
     passage: str | None = None,
-    harbour_days: float = 14.0,
+    harbour_days: Quantity = 14.0,
     jobs: int = 2,
     anyway: bool = False,
     **overrides: object,
@@ -681,7 +681,7 @@ def compare(
         cases=suspension,
         anyway=anyway,
         passage=None if logs is None else sound_passage(str(logs), passage),
-        harbour_days=numbers('harbour_days', [harbour_days])[0],
+        harbour_days=number('harbour_days', harbour_days, 'd'),
         overrides=_by_path(overrides),
     )
     return comparison.compare(entries, jobs=whole('jobs', jobs))

@@ -162,7 +162,7 @@ def make_entries(
     """
     scenes = _scenes(clocks or CLOCKS, ship_of, duration, accuracy, overrides)
     if passage is not None:
-        scenes = _along(scenes, passage, harbour_days, duration)
+        scenes = _along(scenes, passage, harbour_days, shortened=duration is not None)
     for origin, scene in scenes:
         if not anyway:
             with naming(origin, scene.name):
@@ -226,7 +226,8 @@ def _along(
     scenes: Sequence[tuple[str, Scene]],
     passage: LoggedPassage,
     harbour_days: float,
-    duration: float | None,
+    *,
+    shortened: bool,
 ) -> list[tuple[str, Scene]]:
     """Return the clocks on a passage of a log-book, in the ship of the first of them."""
     origin, first = scenes[0]
@@ -236,8 +237,8 @@ def _along(
         if scene.accuracy is not None:
             content['ship'].pop('rate', None)  # it follows from the sea
         content = scene_of_passage(content, passage, harbour_days)
-        if duration is not None:
-            content['duration'] = duration
+        if shortened:
+            content['duration'] = scene.duration
         found.append((name, checked_scene(content | {'name': scene.name}, name)))
     rate = max(scene.ship.rate for _, scene in found)
     return [
