@@ -560,7 +560,9 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
     if any(not _WORD.fullmatch(key) for key in content):
         # its content is not repeated: a file named by mistake may be confidential
-        problem = 'has a line that begins with no word and a colon, so it is no such file'
+        problem = (
+            'has a line that does not begin with a word and a colon, so it is not such a file'
+        )
         raise SceneError(origin, '', None, problem, 'Name a YAML file of keys and values.')
     return content
 
@@ -874,7 +876,7 @@ def _read(file: Path, origin: str) -> str:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         remedy = 'Make it readable, or name another file.'
         if getattr(error, 'errno', None) == errno.EFBIG:
-            problem = f'is larger than {_LARGEST_FILE} bytes, so it is not a scene'
+            problem = f'is larger than {_LARGEST_FILE} bytes, so it is not such a file'
             remedy = 'Name a scene, not its data or a bag.'
     else:
         try:

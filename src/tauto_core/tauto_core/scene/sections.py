@@ -532,7 +532,7 @@ def log_time(text: str) -> datetime.datetime:
     try:
         found = datetime.datetime.fromisoformat(text)
     except ValueError:
-        raise ValueError('is no date with time, such as 1791-10-26T13:00') from None
+        raise ValueError('is not a date with time, such as 1791-10-26T13:00') from None
     if found.tzinfo is not None:
         found = found.astimezone(datetime.UTC).replace(tzinfo=None)
     return found

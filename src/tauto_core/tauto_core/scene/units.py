@@ -243,7 +243,7 @@ def misfit(value: str, asked: str) -> tuple[str, str] | None:
     if given is None:
         near = difflib.get_close_matches(match[2], fit, 1, cutoff=0.5)
         guess = f'; did you mean {near[0]}?' if near else ''
-        return f'{match[2]!r} is no unit that is known{guess}', remedy
+        return f'{match[2]!r} is not a known unit{guess}', remedy
     if given.powers == wanted.powers and not given.zero:
         return f'is beyond what a number can hold in {asked}', remedy
     what = _KINDS.get(given.powers, f'number in {match[2]}')
