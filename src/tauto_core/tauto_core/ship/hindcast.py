@@ -264,11 +264,11 @@ class Hindcast:
         names = [next((each for each in known if each in data.coords), None) for known in _AXES]
         for name, known in zip(names, _AXES, strict=True):
             if name is None or data[name].ndim != 1 or data[name].size < 2:
-                problem = 'is no axis of at least two values'
+                problem = 'is not an axis of at least two values'
                 raise SceneError(path, ' or '.join(known), ABSENT, problem, _FORM)
         self._axes = time, latitude, longitude = tuple(map(str, names))
         if data[time].dtype.kind != 'M':
-            raise SceneError(path, time, str(data[time].dtype), 'is no time in UTC', _FORM)
+            raise SceneError(path, time, str(data[time].dtype), 'is not a time in UTC', _FORM)
         if data[latitude].values[0] > data[latitude].values[-1]:
             data = data.isel({latitude: slice(None, None, -1)})
         self._data = data

@@ -339,7 +339,7 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
         with np.load(BytesIO(content), allow_pickle=False) as file:
             held = {name: file[name] for name in file.files}
     except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, MemoryError, *_DAMAGED):
-        problem = 'cannot be read: it is no .npz file, or damaged'
+        problem = 'cannot be read: it is not an .npz file, or it is damaged'
         raise HullError('path', path, problem, remedy) from None
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
     missing = [name for name in (*wanted, 'excitation') if name not in held]

@@ -262,7 +262,7 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
     if name is None and found is not None and len(names) == 1:
         return found
     near = difflib.get_close_matches(name or '', names, 3) or names[:3]
-    said = f'is none of the {len(names)} passages of {source_name(path)}'
+    said = f'is not one of the {len(names)} passages of {source_name(path)}'
     if name is None:
         said = f'is missing: {source_name(path)} has {len(names)} passages'
     remedy = f'Use for example {", ".join(near)}, or see `tauto logbook`.' if near else 'See it.'
@@ -316,7 +316,7 @@ def read_passages(
             beginning = lines.readline().rstrip('\r\n')
             is_track = beginning.lstrip().startswith('<')
             if winds is not None and not is_track:
-                problem = 'go with tracks in GPX; this log-book has winds of its own'
+                problem = 'go with tracks in GPX; this log-book has its winds already'
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
             divided = max('\t;,', key=beginning.count)
             names = [name.strip().strip('"') for name in beginning.split(divided)]

@@ -637,7 +637,7 @@ def _csv_table(asked: RecordFile) -> Columns:
     """Return time, height, period and direction of the waves from a CSV file."""
     has_utc = UTC_TIME in read_header(asked.path, remedy=_RECORD_FORM)
     if asked.begins is not None and not has_utc:
-        problem = f'needs the column {UTC_TIME}; {SECONDS} counts from a start of its own'
+        problem = f'needs the column {UTC_TIME}; {SECONDS} counts from an unknown start'
         raise SceneError(asked.path, 'begins', asked.begins, problem, 'Leave it out.')
     time = Column(UTC_TIME, utc=True) if has_utc else Column(SECONDS)
     columns = (time, *_waves(HEIGHT, PERIOD, WAVES_FROM))
