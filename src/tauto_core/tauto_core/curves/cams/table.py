@@ -385,7 +385,7 @@ class MeasuredCam(CamKind):
             raise SceneError(str(path), 'number of rows', len(rows), problem, remedy)
         line, angle, _ = rows[0]
         if angle <= 0.0:
-            problem = 'a point at rest or on the other cheek says nothing of this one'
+            problem = 'a point at rest or on the other cheek does not describe this one'
             remedy = 'Give the points of one cheek, at angles greater than 0.'
             raise SceneError(str(path), f'line {line}, {TABLE_COLUMNS[0]}', angle, problem, remedy)
         angles, arms = np.array([row[1:] for row in rows]).T
