@@ -100,7 +100,7 @@ class Choice:
             raise UsageError(Argument('sample', self.sample), ': must be at least 1. Name more')
         if self.ocean is not None and not any(self._is_in(each) for each in OCEANS):
             raise UsageError(
-                Argument('ocean', self.ocean), f': is none of {", ".join(OCEANS)}. Name one'
+                Argument('ocean', self.ocean), f': is not one of {", ".join(OCEANS)}. Name one'
             )
 
     def _is_in(self, ocean: str) -> bool:
