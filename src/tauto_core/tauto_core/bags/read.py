@@ -331,7 +331,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         if opcode == _CHUNK:
             left = _walk_chunk(file, stream, schemas, at, min(end, size))
             if left and end <= size:
-                file.warn(f'the last {left} bytes of the chunk at byte {at} are no record')
+                file.warn(f'the last {left} bytes of the chunk at byte {at} are not a record')
         elif end <= size and opcode in {_SCHEMA, _CHANNEL, _METADATA}:
             _register(file, schemas, opcode, stream.read(length))
         elif end <= size and opcode == MESSAGE and length >= MESSAGE_HEAD.size:

@@ -762,8 +762,8 @@ def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> De
         text, type_hash = definition_of(ros_type)
     except TypesysError as error:
         raise BagError(
-            f'{name}: {ros_type} is none of the standard types of Jazzy, so a bag of Tauto cannot '
-            'declare it. Record it by ros2 bag'
+            f'{name}: {ros_type} is not one of the standard types of Jazzy, so a bag of Tauto '
+            'cannot declare it. Record it by ros2 bag'
         ) from error
     qos = yaml.safe_dump(spelt_qos(depth, latched=latched), sort_keys=False).strip()
     return DeclaredTopic(name, ros_type, text.encode(), qos, type_hash)
