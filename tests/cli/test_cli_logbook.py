@@ -76,7 +76,7 @@ def test_who_sails_a_log_is_told_that_it_makes_no_landfall(book, tmp_path):
     ('asked', 'what'),
     [
         (['--passage', 'B-2'], 'row 1 (line 5)'),
-        (['--passage', 'C'], 'none of the 2 passages'),
+        (['--passage', 'C'], 'not one of the 2 passages'),
         (['-o', 'x.yaml'], '--passage'),
         (['--passage', 'A-1', '-o', 'x.txt'], '.yaml'),
     ],

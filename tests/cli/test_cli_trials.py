@@ -83,7 +83,7 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
         (['--logs', 'LOG', '--days', 'long'], '--days long: must be a range'),
         (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),
         (['--logs', 'LOG'], 'none of its 3 passages is what is asked for'),
-        (['--logs', 'LOG', '--ocean', 'baltic'], '--ocean baltic: is none of North Atlantic'),
+        (['--logs', 'LOG', '--ocean', 'baltic'], '--ocean baltic: is not one of North Atlantic'),
         (['--logs', 'LOG', '--local-time', '-1'], '--local-time -1: must lie between'),
         (['--logs', 'absent.csv'], '--logs absent.csv: '),
         (

@@ -451,9 +451,9 @@ def test_a_shipped_table_is_that_of_its_shape(name):
     ('content', 'words'),
     [
         (None, 'there is no such file'),
-        (b'', 'it is no .npz file'),
-        (b'PK\x03\x04 and then nothing', 'it is no .npz file, or damaged'),
-        (b'heading,roll\n1,2\n', 'it is no .npz file, or damaged'),
+        (b'', 'it is not an .npz file'),
+        (b'PK\x03\x04 and then nothing', 'it is not an .npz file, or it is damaged'),
+        (b'heading,roll\n1,2\n', 'it is not an .npz file, or it is damaged'),
         ({'format': 1, 'name': 'x'}, 'holds no source, sizes'),
         ({'format': 2}, 'has the format 2; this version reads 1'),
         ({'sizes': [1.0, 2.0]}, 'something else than a hull'),

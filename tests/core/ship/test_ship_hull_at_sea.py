@@ -248,8 +248,8 @@ def test_a_damaged_file_of_a_hull_or_one_of_something_else_is_refused(
     deep['sizes'][2] = 9.0  # deeper than her beam of 8.15 m
     np.savez(tmp_path / 'deep.npz', **deep)
     for content, said in (
-        (whole[: len(whole) // 2], 'it is no .npz file, or damaged'),
-        (b'a,b\n1,2\n', 'it is no .npz file'),
+        (whole[: len(whole) // 2], 'it is not an .npz file, or it is damaged'),
+        (b'a,b\n1,2\n', 'it is not an .npz file'),
         (other.read_bytes(), 'holds no format'),
         ((tmp_path / 'deep.npz').read_bytes(), 'deeper than wide|block coefficient'),
     ):

@@ -168,7 +168,7 @@ def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, tex
 def test_a_passage_of_one_entry_or_of_another_name_is_refused(tmp_path):
     path = book(tmp_path, HEADER + ROWS.splitlines()[0] + '\n')
     assert 'one to the next' in str(next(find_passage(path, 'A-1').problems()))
-    with pytest.raises(SceneError, match=r'none of the 1 passages.*A-1'):
+    with pytest.raises(SceneError, match=r'not one of the 1 passages.*A-1'):
         find_passage(path, 'A-2')
     with pytest.raises(SceneError, match='has 2 passages'):
         find_passage(book(tmp_path), None)
