@@ -89,7 +89,7 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
         ('1785-08-03T13:00', '1785-08-02T24:00', 'row 3 (line 4), utc', 'hour 24'),
         ('1785-08-03T13:00', '1785-08-02T12:00', 'row 3 (line 4), utc', 'entry before'),
         ('1785-08-03T13:00', '1785-08-01T13:00', 'row 3 (line 4), utc', 'earlier'),
-        ('1785-08-03T13:00', 'noon', 'row 3 (line 4), utc', 'no date'),
+        ('1785-08-03T13:00', 'noon', 'row 3 (line 4), utc', 'not a date'),
         ('1785-08-05', '1785-08-15', 'row 4 (line 5), utc', 'longest_gap_days'),
         ('45.0,-11.0', '45.0,-19.0', 'row 3 (line 4), latitude', 'nautical miles'),
         ('45.0,-11.0', 'x,-11.0', 'row 3 (line 4), latitude', 'not a number'),
