@@ -10,17 +10,18 @@ from tauto_core.ensembles.comparison import (
     Entry,
     ErrorTrace,
     _dearest_first,
+    _in_one_sea,
     compare,
     make_entries,
     on_passage_of,
-    sail_entry,
+    sail_together,
 )
 from tauto_core.ensembles.trials import Rules, Sailing, TriedClock, _content, sail_passage
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship.logbook import read_passages
-from tauto_core.voyage import Voyage, sail
+from tauto_core.voyage import sail
 from tests.trial_examples import CLOCK, OTHER, clock, write_log
 
 FORCE = """\
@@ -75,6 +76,38 @@ def test_an_event_stops_its_own_clock_alone(pair):
     ]
 
 
+def test_clocks_in_one_sea_have_the_figures_of_those_alone():
+    """The sea is sampled once, and the case moves once, in which two of the clocks hang."""
+    clocks = 'clock_involute_weight', 'clock_own_cam_weight', 'clock_second_cam_force'
+    entries = make_entries(clocks, duration=7200.0)
+    together = [figures(row) for row in sail_together(entries)]
+    assert together == [figures(sail_together([each])[0]) for each in entries]
+    assert together[1]['error_s'] == sail(entries[1].scene).result['clock']['error_s']
+    assert len({row['error_s'] for row in together}) == 6
+
+
+def test_what_stops_a_case_stops_all_clocks_in_it():
+    """It swings too wide; clocks fixed to the ship go on."""
+    waves = [{'amplitude': 0.6, 'period': 3.0}]
+    wild = {'ship': {'kind': 'components', 'rate': 20.0, 'height': 3.0, 'components': waves}}
+    clocks = 'clock_involute_weight', 'clock_second_cam_force'
+    entries = make_entries(clocks, duration=600.0, overrides=wild)
+    rows = sail_together(entries)
+    hung, fixed = ([row for row in rows if row.suspended == which] for which in (True, False))
+    assert len({row.stopped for row in hung}) == 1
+    assert hung[0].stopped is not None
+    assert [row.stopped for row in fixed] == [None, None]
+
+
+def test_clocks_are_dealt_out_where_there_are_fewer_seas_than_processes(pair):
+    entries = make_entries(('clock_involute_weight', 'clock_second_cam_force'), duration=600.0)
+    assert [len(each) for each in _in_one_sea(entries, 1)] == [4]
+    dealt = _in_one_sea(entries, 3)
+    assert [len(each) for each in dealt] == [2, 1, 1]
+    assert sorted(place for places in dealt for place in places) == [0, 1, 2, 3]
+    assert [len(each) for each in _in_one_sea(pair, 2)] == [1, 1]  # ships of two rolls
+
+
 def test_the_dearest_begin():
     """Steps of a lever cost most, of a swinging thread least (benchmarks/voyage_cost.json)."""
     entries = make_entries(('clock_cheek_weight', 'clock_hanging_thread', 'clock_sully_lever'))
@@ -84,7 +117,7 @@ def test_the_dearest_begin():
 
 
 def test_the_figures_are_those_of_the_voyage(pair):
-    row, report = sail_entry(pair[0]), sail(pair[0].scene).result
+    (row,), report = sail_together([pair[0]]), sail(pair[0].scene).result
     assert row.rate_s_per_day == report['clock']['rate_s_per_day']
     # a dial of 1.001 s on a wheel of 1 s; the roll's forced answer shakes single readings
     assert row.rate_s_per_day == pytest.approx(86.4, abs=1.0)
@@ -101,9 +134,8 @@ def test_the_figures_are_those_of_the_voyage(pair):
 def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
     trochlea = {'stopped_s': 12.5, 'stopped_why': 'its swing had died away'}
     report = {'trochlea': trochlea, 'clock': {'rate_s_per_day': -5.0}}
-    stopped = Voyage(pair[0].scene, report, {})
-    monkeypatch.setattr('tauto_core.voyage.sail', lambda *_, **__: stopped)
-    row = sail_entry(pair[0])
+    monkeypatch.setattr('tauto_core.results.Summary.result', lambda _: report)
+    (row,) = sail_together([pair[0]])
     assert row.stopped.at_s == 12.5
     assert row.stopped.why == 'after 12.5 seconds: its swing had died away'
     assert row.rate_s_per_day == -5.0

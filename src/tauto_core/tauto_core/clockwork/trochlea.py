@@ -46,7 +46,7 @@ from tauto_core.wording import significant
 
 if TYPE_CHECKING:
     from tauto_core.motion.slack import Tautening
-    from tauto_core.ship.suspension import Suspension
+    from tauto_core.ship.suspension import CaseInCommon, Suspension
 
 WHEEL_NAMES = ('wheel',)
 BODY_NAMES = ('body',)
@@ -171,7 +171,7 @@ class TrochleaStage:
         max_gap_s = None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S)
         stride = samples_a_piece(scene, steps_in(self._propagator))
         smooth = anchor == 'scene' and scene.ship.is_computed
-        self._suspension: Suspension | None = None
+        self._suspension: Suspension | CaseInCommon | None = None
         if scene.suspension is not None and scene.suspension.mass is not None:
             from tauto_core.ship.suspension import BearingBuffer
 
@@ -191,16 +191,19 @@ class TrochleaStage:
                 'by_samples': self._propagator.name == 'forced_harmonic',
                 'unbalanced': getattr(self._machine, 'imbalance', None) is not None,
             }
-            if buffers is None or scene.suspension is not None:
+            if scene.suspension is not None:
+                from tauto_core.ship.suspension import CaseInCommon, Suspension
+            if buffers is None:
                 self._buffer = MotionBuffer(**settings)
+                if scene.suspension is not None:
+                    self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
             else:
                 waits = self._warmth is not None and self._warmth.varies
-                logged = scene.log_interval_ns, scene.duration_ns, anchor
-                self._buffer = buffers.buffer((waits, *logged), **settings)
-            if scene.suspension is not None:
-                from tauto_core.ship.suspension import Suspension
-
-                self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
+                parts: tuple[object, ...] = waits, scene.log_interval_ns, scene.duration_ns, anchor
+                if scene.suspension is not None:
+                    case = CaseInCommon(scene, buffers, parts, max_gap_s=MAX_GAP_S)
+                    self._suspension, parts = case, case.key
+                self._buffer = buffers.buffer(parts, **settings)
         self._noise = DialNoise(scene) if scene.clock.is_noisy else None
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None

@@ -1,6 +1,7 @@
 """The entries of a comparison, in one sea or with several rolls, and their voyages.
 
-Each run computes the motion of ship and case for itself, so processes need not exchange it.
+Clocks in one sea sail together, in as many processes as there are: each process samples the sea,
+and moves the case in which clocks hang, once.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -23,13 +24,24 @@ from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import write_figure
 from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
+from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.results import Summary
-from tauto_core.samples import READING, FloatArray, Samples, TimeSamples
+from tauto_core.samples import (
+    READING,
+    SHIP_IMU,
+    Batches,
+    FloatArray,
+    Samples,
+    TimeSamples,
+)
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship import ShipMotion
 from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.buffer import SharedBuffers
+from tauto_core.ship.imu import Sensed, kept
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import counted, figure, least, span
@@ -505,76 +517,138 @@ def compare(
     called with the fraction done, from 0 to 1.
     """
     began = time.perf_counter()
-    order, works_s = _dearest_first(entries), []
+    works_s = []
     for entry in entries:
         with naming(entry.origin, entry.scene.name):
             works_s.append(work_s(entry.scene))
     crew = Crew(jobs).for_work(works_s)
+    fleets = _in_one_sea(entries, crew.jobs)
+    together = [[entries[place] for place in places] for places in fleets]
     rows: dict[int, Row] = {}
-    with closing(run_each(sail_entry, [entries[k] for k in order], crew, progress)) as ended:
+    with closing(run_each(sail_together, together, crew, progress)) as ended:
         for each in ended:
-            entry = entries[order[each.place]]
+            places = fleets[each.place]
             if isinstance(each.error, WorkerError):
-                raise WorkerError(f'{entry.scene.name}: {each.error}') from None
+                names = ', '.join(entries[place].scene.name for place in places)
+                raise WorkerError(f'{names}: {each.error}') from None
             if each.error is not None:
                 raise each.error
             assert each.result is not None
-            rows[order[each.place]] = each.result
+            rows |= dict(zip(places, each.result, strict=True))
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
     in_order = [rows[k] for k in range(len(entries))]
     return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, in_order)
 
 
-def sail_entry(entry: Entry, progress: Progress | None = None) -> Row:
-    """Run one clock; an event that stops it is part of the result."""
-    scene, began = entry.scene, time.process_time()
-    trace, stopped = ErrorTrace(scene), None
-    report: Mapping[str, Any] = {}
-    try:
-        report = voyage.sail(
-            scene,
-            origin=entry.origin,
-            anyway=True,  # checked before its roll was scaled
-            keep=False,
-            progress=progress,
-            watch=trace.feed,
-        ).result
-    except PropagationError as error:
-        stopped = Stop(error.time_s, str(error))
-    clock, longitude = report.get('clock', {}), report.get('longitude', {})
-    trochlea = report.get('trochlea', {})
-    went_s = trochlea.get('stopped_s')
-    if went_s is not None:
-        stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
-    if scene.trochlea is not None:
-        release = scene.trochlea.release_angle
-    else:
-        assert scene.regulator is not None
-        release = scene.regulator.released_at
-    return Row(
-        clock=scene.name,
-        scene=entry.origin,
-        suspended=entry.hung,
-        roll_deg=entry.roll_deg,
-        release=release,
-        propagator=report.get('propagator') or Summary(scene).propagator,
-        rate_s_per_day=clock.get('rate_s_per_day'),
-        rate_spread_s_per_day=trace.rate_spread(),
-        error_s=clock.get('error_s'),
-        raw_error_nmi=longitude.get('raw_error_nmi'),
-        error_nmi=longitude.get('error_nmi'),
-        raw_prize_pounds=longitude.get('raw_prize_pounds'),
-        prize_pounds=longitude.get('prize_pounds'),
-        stopped=stopped,
-        time_s=trace.time_s.tolist(),
-        trace_s=trace.error_s.tolist(),
-        run_s=time.process_time() - began,
-    )
+class _Sailing:
+    """A clock of a comparison under way."""
+
+    def __init__(self, entry: Entry, motion: ShipMotion, buffers: SharedBuffers) -> None:
+        self.entry, self.trace, self.run_s = entry, ErrorTrace(entry.scene), 0.0
+        self.stopped: Stop | None = None
+        began = time.process_time()
+        with naming(entry.origin, entry.scene.name):
+            machine, _ = check_scene(entry.scene, motion)
+        self._stages = voyage.pipeline(entry.scene, machine, buffers)
+        self._summary = Summary(entry.scene, machine)
+        self.run_s += time.process_time() - began
+
+    def feed(self, ship: Batches | None) -> None:
+        """Take the next batches of the ship; None at the end. An event ends its motion."""
+        if self.stopped is not None:
+            return
+        began = time.process_time()
+        try:
+            batches = self._stages.finish() if ship is None else self._stages.feed(ship)
+            if words := voyage.refused_words(self._stages.health()):
+                raise PropagationError(words, 0.0)
+            self._summary.feed(batches)
+            self.trace.feed(batches)
+        except PropagationError as error:
+            self.stopped = Stop(error.time_s, str(error))
+        self.run_s += time.process_time() - began
+
+    def row(self, shared_s: float) -> Row:
+        """Return the figures; `shared_s` is its part of what all clocks have cost together."""
+        entry, scene, trace = self.entry, self.entry.scene, self.trace
+        report: Mapping[str, Any] = {} if self.stopped else self._summary.result()
+        clock, longitude = report.get('clock', {}), report.get('longitude', {})
+        trochlea, stopped = report.get('trochlea', {}), self.stopped
+        went_s = trochlea.get('stopped_s')
+        if went_s is not None:
+            stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
+        if scene.trochlea is not None:
+            release = scene.trochlea.release_angle
+        else:
+            assert scene.regulator is not None
+            release = scene.regulator.released_at
+        return Row(
+            clock=scene.name,
+            scene=entry.origin,
+            suspended=entry.hung,
+            roll_deg=entry.roll_deg,
+            release=release,
+            propagator=self._summary.propagator,
+            rate_s_per_day=clock.get('rate_s_per_day'),
+            rate_spread_s_per_day=trace.rate_spread(),
+            error_s=clock.get('error_s'),
+            raw_error_nmi=longitude.get('raw_error_nmi'),
+            error_nmi=longitude.get('error_nmi'),
+            raw_prize_pounds=longitude.get('raw_prize_pounds'),
+            prize_pounds=longitude.get('prize_pounds'),
+            stopped=stopped,
+            time_s=trace.time_s.tolist(),
+            trace_s=trace.error_s.tolist(),
+            run_s=self.run_s + shared_s,
+        )
+
+
+def sail_together(entries: Sequence[Entry], progress: Progress | None = None) -> list[Row]:
+    """Run clocks in one sea, which is sampled once; an event that stops one is a result of hers.
+
+    The others go on. `run_s` of a row is her own processor time, and an equal part of that of the
+    sea; what several clocks feel alike counts for the first of them.
+    """
+    began = time.process_time()
+    scenes = [entry.scene for entry in entries]
+    # a hung case needs samples farther beyond the end
+    widest = max(scenes, key=lambda scene: scene.samples_beyond_end)
+    motion, buffers = ShipMotion(widest), SharedBuffers()
+    shaken = any(name in SHAKEN_BY for each in scenes for name in each.drift.covariates or ())
+    source = voyage.ShipSource(widest, motion, says_scene=False, as_messages=shaken)
+    chunk = voyage.CHUNK if shaken else voyage.QUIET_CHUNK
+    if any(entry.hung for entry in entries):
+        chunk = voyage.HUNG_CHUNK
+    sailing = [_Sailing(entry, motion, buffers) for entry in entries]
+    while source.produced < source.total:
+        batches = source.produce(chunk)
+        batches[SHIP_IMU] = kept(cast(Sensed, batches[SHIP_IMU]))
+        for each in sailing:
+            each.feed(batches)
+        if progress is not None:
+            progress(source.produced / source.total)
+    for each in sailing:
+        each.feed(None)
+    shared_s = time.process_time() - began - sum(each.run_s for each in sailing)
+    return [each.row(shared_s / len(sailing)) for each in sailing]
+
+
+def _in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[int]]:
+    """Return the places of the entries that sail together, those that cost most first.
+
+    Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
+    """
+    seas: dict[str, list[int]] = {}
+    for place in _dearest_first(entries):
+        seas.setdefault(repr(_passage(entries[place].scene)), []).append(place)
+    parts = math.ceil(jobs / len(seas))
+    dealt = [places[k::parts] for places in seas.values() for k in range(parts)]
+    return [places for places in dealt if places]
 
 
 def _dearest_first(entries: Sequence[Entry]) -> list[int]:
-    """Return the indices by falling cost, so that no long run is left alone at the end.
+    """Return the indices by falling cost, so that they can be dealt out evenly.
 
     The swing of a suspended case costs more than any kind of thread.
     """

@@ -8,11 +8,12 @@ samples.
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
-from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import contiguous, read_force, read_roll
 from tauto_core.ship.sampling import (
@@ -252,6 +253,8 @@ roll and roll rate at two instants δ apart multiply their noise by (step/δ)³.
 """
 
 _LATEST_NS = 2**63 - 1
+
+T = TypeVar('T')
 
 
 PIECE_COST = 0.5
@@ -561,21 +564,52 @@ class MotionBuffer:
         self.bridged, self.crowded = state['bridged'], state['crowded']
 
 
+TURNS = 4
+"""Turns whose answers are kept: a clock may take several parts of its samples at once."""
+
+
+class InTurn(Generic[T]):
+    """What clocks that are fed in turn ask for alike: the first one computes it for all."""
+
+    def __init__(self) -> None:
+        self._turns = 0
+        self._said: deque[tuple[T | None, TautoError | None]] = deque(maxlen=TURNS)
+
+    def answer(self, turn: int, compute: Callable[[], T]) -> T:
+        """Return, or raise, what was computed in a turn; clocks count their turns from 1."""
+        if turn > self._turns:
+            self._turns = turn
+            try:
+                self._said.append((compute(), None))
+            except TautoError as error:
+                self._said.append((None, error))
+        if self._turns - turn >= len(self._said):
+            raise RuntimeError('a clock is fed behind the others in its sea')
+        found, failed = self._said[turn - self._turns - 1]
+        if failed is not None:
+            raise failed
+        return cast(T, found)
+
+
 class SharedBuffers:
     """Buffers of clocks in one sea, which are fed in turn; common parts are computed once.
 
     Clocks whose buffers have the same settings, and that take their samples in the same parts,
     get the same forcing.
+
+    Attributes:
+        cases: the suspended cases, by all on which their motion depends.
     """
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], _Shared] = {}
+        self.cases: dict[tuple[object, ...], Any] = {}
 
     def buffer(self, parts: object, **settings: Any) -> MotionBuffer:
         """Return the buffer of one more clock; `parts` says on what its parts depend."""
         key = parts, *sorted(settings.items())
         if key not in self._known:
-            self._known[key] = _Shared(MotionBuffer(**settings))
+            self._known[key] = _Shared(MotionBuffer(**settings), InTurn())
         return _InCommon(self._known[key], **settings)
 
 
@@ -584,9 +618,8 @@ class _Shared:
     """The buffer of all clocks with the same settings, and its last output."""
 
     buffer: MotionBuffer
+    forced: InTurn[Forcing | None]
     last_ns: int = -1
-    turns: int = 0
-    said: Forcing | None = None
 
 
 class _InCommon(MotionBuffer):
@@ -602,18 +635,16 @@ class _InCommon(MotionBuffer):
         if int(imu.stamp_ns[-1]) > shared.last_ns:
             shared.buffer.add(imu, origin_ns)
             shared.last_ns = int(imu.stamp_ns[-1])
-            self.bridged, self.crowded = shared.buffer.bridged, shared.buffer.crowded
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, as another clock has had it."""
         shared = self._shared
         self._turn += 1
-        if self._turn > shared.turns:
-            shared.said, shared.turns = None, self._turn
-            shared.said = shared.buffer.forcing(log_ns, end_ns, final=final)
-        if self._turn < shared.turns:
-            raise RuntimeError('a clock is fed behind the others in its sea')
-        return shared.said
+        found = shared.forced.answer(
+            self._turn, lambda: shared.buffer.forcing(log_ns, end_ns, final=final)
+        )
+        self.bridged, self.crowded = shared.buffer.bridged, shared.buffer.crowded
+        return found
 
     def state(self) -> State:
         """Refuse: shared parts are not saved with one of the clocks."""

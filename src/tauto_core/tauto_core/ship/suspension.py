@@ -12,6 +12,7 @@ the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,7 +34,13 @@ from tauto_core.samples import (
     State,
 )
 from tauto_core.scene import Scene
-from tauto_core.ship.buffer import MotionBuffer, SamplePieces, felt_step_ns
+from tauto_core.ship.buffer import (
+    InTurn,
+    MotionBuffer,
+    SamplePieces,
+    SharedBuffers,
+    felt_step_ns,
+)
 from tauto_core.ship.imu import contiguous, message
 from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.sections import SuspensionKind
@@ -475,3 +482,61 @@ class Suspension:
         self._last = np.array(state['last'])
         self._buffer.restore(state['buffer'])
         self._swing.restore(state['swing'])
+
+
+# -----------------------------------------------------------------------------
+# A case in which several clocks of one sea hang.
+
+
+@dataclass
+class _Case:
+    """A case, and what the clocks in it have felt last."""
+
+    motion: Suspension
+    felt: InTurn[HungImu | None]
+
+
+class CaseInCommon:
+    """The suspension of one of several clocks that are fed in turn in one sea.
+
+    Their cases move alike, and so the first of them computes the motion. Arguments are those of
+    `Suspension`, the buffers of these clocks, and on what their parts of the samples depend.
+    """
+
+    def __init__(
+        self, scene: Scene, buffers: SharedBuffers, parts: object, *, max_gap_s: float
+    ) -> None:
+        words = repr(scene.suspension), repr(scene.solver)
+        key = parts, scene.g, scene.step_ns, scene.accuracy, *words
+        if key not in buffers.cases:
+            buffers.cases[key] = _Case(Suspension(scene, max_gap_s=max_gap_s), InTurn())
+        self.key, self._turn = key, 0
+        self._case: _Case = buffers.cases[key]
+
+    @property
+    def bridged(self) -> int:
+        """Number of gaps in the ship's motion that were interpolated."""
+        return self._case.motion.bridged
+
+    @property
+    def crowded(self) -> int:
+        """Number of samples of the ship that were left out."""
+        return self._case.motion.crowded
+
+    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> HungImu | None:
+        """Take screened samples; return those of the case that are known by now, if any."""
+        self._turn += 1
+        return self._case.felt.answer(self._turn, lambda: self._case.motion.feed(imu, origin_ns))
+
+    def finish(self, origin_ns: int) -> HungImu | None:
+        """Return the remaining samples, interpolated with one-sided windows."""
+        self._turn += 1
+        return self._case.felt.answer(self._turn, lambda: self._case.motion.finish(origin_ns))
+
+    def state(self) -> State:
+        """Refuse: what clocks share is not saved with one of them."""
+        raise TypeError('the case of clocks in one sea is not saved')
+
+    def restore(self, _: State) -> None:
+        """Refuse as `state` does."""
+        raise TypeError('the case of clocks in one sea is not saved')
