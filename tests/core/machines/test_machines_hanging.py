@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from tauto_core.machines import HangingMachine
 from tauto_core.machines.axle_pendulum import modes
-from tauto_core.machines.threads.hanging import SwingError
+from tauto_core.machines.threads.hanging import SwingError, common_swing
 from tauto_core.scene.errors import CamRangeError
 
 MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)
@@ -143,17 +143,43 @@ def test_what_has_no_common_swing_is_refused():
         replace(MACHINE, length=0.45).period(3.0)
 
 
-def test_energy_is_kept_by_the_equations():
+@pytest.mark.parametrize('stiffness', [0.0, 40.0])
+def test_energy_is_kept_by_the_equations(stiffness):
     """dE/dt along the equations of motion, by central differences."""
-    rng = np.random.default_rng(1)
+    machine, rng = replace(MACHINE, stiffness=stiffness), np.random.default_rng(1)
     for state in rng.uniform(-1.0, 1.0, (20, 4)):
         psi, delta, psi_rate, delta_rate = state.tolist()
-        bends = MACHINE.accelerations(psi, delta, psi_rate, delta_rate)
+        bends = machine.accelerations(psi, delta, psi_rate, delta_rate)
         slope, step = np.array([psi_rate, delta_rate, *bends]), 1e-6
-        ends = [MACHINE.energy(*[*(state + n * step * slope), 9.81]) for n in (-1, 1)]
+        ends = [machine.energy(*[*(state + n * step * slope), 9.81]) for n in (-1, 1)]
         power = (ends[1] - ends[0]) / (2 * step)
         assert abs(power) < 1e-9 * 9.81
-    assert MACHINE.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0
+    assert machine.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0
+
+
+def test_a_spring_that_draws_the_weight_leaves_small_swings_and_quickens_wide_ones():
+    """Its pull is κH, and H of the second order. DOP853 has the same quarter, to 1e-11."""
+    machine = replace(MACHINE, stiffness=40.0)
+    assert machine.small_period == MACHINE.small_period
+    assert machine.period(1.2) < 0.95 * MACHINE.period(1.2)
+    share = machine.modes.B_prime if machine.wheel_is_fast else machine.modes.B
+    period, course = common_swing(
+        machine.accelerations, 1.2, machine.frequency, machine.base_radius / share
+    )
+    assert period == machine.period(1.2)
+
+    def slopes(_, y):
+        return [y[2], y[3], *machine.accelerations(*y)]
+
+    # from the first of the instants, back to rest and on to the middle
+    begin = [float(part[0]) for part in course]
+    back = 0.25 * period * 0.5 / len(course[0])
+    for length, at_rest in ((-back, True), (0.25 * period - back, False)):
+        end = solve_ivp(slopes, (0.0, length), begin, 'DOP853', rtol=1e-13, atol=1e-16).y[:, -1]
+        bends = machine.accelerations(*end)
+        # the instant at which it would be there, from how far it is off
+        late = end[2:] / bends if at_rest else end[:2] / end[2:]
+        assert np.max(np.abs(late)) < 1e-11 * period
 
 
 @pytest.mark.parametrize('amplitude', [1e-300, 1e-30, 1e-13, 1e-11])

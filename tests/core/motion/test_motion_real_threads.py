@@ -43,6 +43,8 @@ LONGER = {
 }
 DAMPED = {**HANGING, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
 LONGER_DAMPED = {**LONGER, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 1.5}}
+SPRUNG = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 40.0}
+STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
 RECOILING = {
     'drag': {'viscous': 2e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
@@ -59,6 +61,9 @@ CASES = {
     'long thread, damped, drag, escapement': (LONGER_DAMPED, HELD),
     'long thread, drag, escapement': (LONGER, HELD),
     'long thread, drag, recoil': (LONGER, RECOILING),
+    'short thread, spring': ({**HANGING, 'power': SPRUNG}, {}),
+    'short thread, spring, damped': ({**DAMPED, 'power': SPRUNG}, {}),
+    'long thread, spring, drag, escapement': ({**LONGER, 'power': STIFF}, HELD),
 }
 
 
@@ -160,7 +165,7 @@ def test_the_uneven_well_is_that_of_dop853(release):
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=5e-11)
 
 
-@pytest.mark.parametrize('trochlea', [HANGING, LONGER])
+@pytest.mark.parametrize('trochlea', [HANGING, LONGER, {**HANGING, 'power': SPRUNG}])
 def test_energy_is_kept_on_land(trochlea):
     """5000 swings and more: 60 000 steps at the default tolerance lose less than 1e-12 of it."""
     machine = compile_machine(scene_of(trochlea=trochlea))

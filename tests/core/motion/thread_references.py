@@ -254,6 +254,13 @@ class HangingReference:
         rest_along = r * u_rate * psi_rate + (r * psi_rate + free * delta_rate) * delta_rate
         # the apparent gravity pulls along (sin β, −cos β)
         down = math.sin(vertical) * gravity, -math.cos(vertical) * gravity
+        if machine.stiffness:
+            # a spring down along the case, by the height of the weight there above its rest
+            case = math.sin(vertical - outside(t)[1]), -math.cos(vertical - outside(t)[1])
+            x = r * u * math.cos(delta) + (r + free) * math.sin(delta)
+            z = r * u * math.sin(delta) - (r + free) * math.cos(delta)
+            drawn = machine.stiffness / m * (r + machine.length - x * case[0] - z * case[1])
+            down = down[0] + drawn * case[0], down[1] + drawn * case[1]
         pull_normal = down[0] * math.cos(delta) + down[1] * math.sin(delta)
         pull_along = -down[0] * math.sin(delta) + down[1] * math.cos(delta)
         mass = np.array(

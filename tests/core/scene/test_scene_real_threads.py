@@ -54,11 +54,6 @@ def test_they_survive_the_round_trip(kind: str) -> None:
     ('sections', 'key', 'said'),
     [
         (
-            {'trochlea': {'power': {'kind': 'spring', 'force': 1.0, 'stiffness': 2.0}}},
-            'power.kind',
-            'Use power kind',
-        ),
-        (
             {'trochlea': {'power': {'kind': 'weight', 'mass': 0.05, 'massless': True}}},
             'power.massless',
             'Leave it out',

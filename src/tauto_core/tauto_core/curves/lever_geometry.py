@@ -1,14 +1,16 @@
 """Sully's lever: the position of thread and lever for each angle of the wheel (Euler 1727, V).
 
 The thread leaves an involute of base radius r on the wheel's axle C, is inclined by δ and tied at
-B to a lever AD that turns about A. At rest the lever is level and B below C. With u = θ − δ,
-n = (cos δ, sin δ) and d = (sin δ, −cos δ)
+B to a lever AD that turns about A. At rest the lever is at β₀ above the level (0: level), and B
+below C. With u = θ − δ, n = (cos δ, sin δ) and d = (sin δ, −cos δ)
 
-    B = r u n + (r + l) d,    l = l₀ − r u²/2,    |B − A| = AB,    A = (−AB, −(r + l₀)).
+    B = r u n + (r + l) d,    l = l₀ − r u²/2,    B = A + AB (cos β, sin β),
+    A = (−AB cos β₀, −(r + l₀) − AB sin β₀).
 
 The distance of B from C is a function of u², and on the lever of its angle β. So everything
-follows without iteration from τ = ±√tan(β/2). τ has the sign of θ, and is smooth up to a dead
-point and through rest, where β is proportional to θ². The forms are free of cancellation.
+follows without iteration from τ = ±√tan((β − β₀)/2). τ has the sign of θ, and is smooth up to a
+dead point and through rest, where β − β₀ is proportional to θ². The forms are free of
+cancellation.
 
 So far as Euler reports it. As Sully built it, the thread lies on an arc of the lever about A and
 is tangent to it (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to port
@@ -52,6 +54,8 @@ class LeverSetting(NamedTuple):
         arm: AB, from the fulcrum to the thread [m].
         length: length of the free thread at rest [m].
         on_arc: whether AB is the radius of an arc to which the thread is tangent.
+        inclination: β₀ of the lever above the level at rest [rad].
+        varies: whether a force that depends on the draw pulls in place of the weight.
     """
 
     inertia: float
@@ -60,6 +64,8 @@ class LeverSetting(NamedTuple):
     arm: float
     length: float
     on_arc: bool = False
+    inclination: float = 0.0
+    varies: bool = False
 
 
 class Loads(NamedTuple):
@@ -101,12 +107,14 @@ class LeverLinkage(ABC):
         arm: AB, from the fulcrum to the thread [m].
         length: l₀ of the free thread at rest [m].
         side: 1 with the fulcrum to starboard of the thread, −1 to port.
+        inclination: β₀ of the lever above the level at rest [rad].
     """
 
     base_radius: float
     arm: float
     length: float
     side: float = 1.0
+    inclination: float = 0.0
 
     @abstractmethod
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
@@ -142,7 +150,7 @@ class LeverLinkage(ABC):
 
     @abstractmethod
     def _usable(self, tau: FloatArray) -> np.ndarray:
-        """Return where thread, lever and cam are compatible; not at τ = ±1, the lever upright."""
+        """Return where thread, lever and cam are compatible; not with the lever upright."""
 
     @property
     def depth(self) -> float:
@@ -152,8 +160,10 @@ class LeverLinkage(ABC):
     @cached_property
     def edges(self) -> tuple[float, float]:
         """Least and largest τ between which everything is usable, by bisection."""
+        # τ of the upright lever
+        upright = np.sqrt(np.cos(self.inclination) / (1.0 + np.sin(self.inclination)))
         ends = []
-        for side in (-1.0, 1.0):
+        for side in (-upright, upright):
             # from rest outwards, the first point that is not usable brackets the edge
             grid = side * np.arange(1, _SCAN + 1) / _SCAN
             bad = float(grid[np.argmin(self._usable(grid))])
@@ -196,23 +206,30 @@ class LeverGeometry(LeverLinkage):
         base_radius: r of the involute [m].
         arm: AB, from the fulcrum to the thread [m].
         length: l₀ of the free thread at rest [m].
+        inclination: β₀ of the lever above the level at rest [rad].
     """
 
     base_radius: float
     arm: float
     length: float
+    inclination: float = 0.0
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
-        """Return u/τ: l₀² − l² = 2 AB [(r + l₀) sin β − AB (1 − cos β)] = r u² (l₀ + l)/2."""
+        """Return u/τ, r u² (l₀ + l)/2 = l₀² − l².
+
+        That is 2 AB [(r + l₀)(sin β − sin β₀) − AB (1 − cos(β − β₀))].
+        """
         wound, free = self._wound(tau)
         return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
 
     def pose(self, tau: FloatArray) -> Pose:
         """Return the position of all parts; NaN where the thread is too short."""
         tau = np.asarray(tau, np.float64)
-        u, beta = tau * self.u_per_tau(tau), 2.0 * np.arctan(tau * tau)
-        free, half = self._wound(tau)[1], np.sin(0.5 * beta)
-        across, down = -2.0 * self.arm * half * half, self.depth - self.arm * np.sin(beta)
+        u, half = tau * self.u_per_tau(tau), np.arctan(tau * tau)
+        free, start = self._wound(tau)[1], self.inclination
+        beta = start + 2.0 * half
+        across = -2.0 * self.arm * np.sin(half) * np.sin(start + half)
+        down = self.depth - self.arm * (np.sin(beta) - np.sin(start))
         inner = np.arctan2(self.base_radius * u, self.base_radius + free)
         return Pose(u, beta, np.arctan2(across, down) - inner, free)
 
@@ -267,8 +284,10 @@ class LeverGeometry(LeverLinkage):
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (l₀² − l²)/τ² [m2] and l [m]."""
-        square = tau * tau
-        wound = 4.0 * self.arm * (self.depth - self.arm * square) / (1.0 + square * square)
+        square, start = tau * tau, self.inclination
+        less = self.arm + self.depth * np.sin(start)
+        wound = 4.0 * self.arm * (self.depth * np.cos(start) - less * square)
+        wound = wound / (1.0 + square * square)
         rest = self.length * self.length - square * wound
         # beyond the geometry the length does not exist
         free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
@@ -285,7 +304,8 @@ class ArcLeverGeometry(LeverGeometry):
     Its line is at the distance r u from C and ρ from A, and virtual work gives dβ/dθ:
 
         r u = ρ (1 − cos δ) − (r + l₀) sin δ,    dβ/dθ = r u/ρ,
-        l = (r + l₀) cos δ − ρ sin δ − r,    β = r u²/(2ρ) + δ − sin δ − (r + l₀)(1 − cos δ)/ρ.
+        l = (r + l₀) cos δ − ρ sin δ − r,
+        β − β₀ = r u²/(2ρ) + δ − sin δ − (r + l₀)(1 − cos δ)/ρ.
 
     l is the thread from the cam to the arc; the arc is taken to be long enough. There is no dead
     point. Source: Académie, Machines et inventions approuvées, IV, 1735, No. 244, p. 77.
@@ -306,7 +326,8 @@ class ArcLeverGeometry(LeverGeometry):
         tau = np.asarray(tau, np.float64)
         delta = tau * self._lean_per_tau(tau)
         u = -delta * self._pulled(delta) / self.base_radius
-        return Pose(u, 2.0 * np.arctan(tau * tau), delta, self._free(delta))
+        beta = self.inclination + 2.0 * np.arctan(tau * tau)
+        return Pose(u, beta, delta, self._free(delta))
 
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dβ/dθ = r u/ρ and d²β/dθ² = (r + l) r/(l ρ) [1/rad]."""
@@ -327,7 +348,7 @@ class ArcLeverGeometry(LeverGeometry):
     def _lean_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return δ/τ; NaN where the thread ends before the lever is as high.
 
-        β/τ², an increasing function of −δ/τ up to where l = 0, is 2 arctan(τ²)/τ².
+        (β − β₀)/τ², an increasing function of −δ/τ up to where l = 0, is 2 arctan(τ²)/τ².
         """
         square = tau * tau
         known = np.where(square > 0.0, square, 1.0)
@@ -382,6 +403,11 @@ class MirroredLever(LeverLinkage):
     def length(self) -> float:  # type: ignore[override]
         """l₀ [m]."""
         return self.linkage.length
+
+    @property
+    def inclination(self) -> float:  # type: ignore[override]
+        """β₀ [rad]."""
+        return self.linkage.inclination
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return t/(r τ), that of −τ in the linkage."""

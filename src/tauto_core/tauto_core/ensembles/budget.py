@@ -608,10 +608,16 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
         # β turns by so much more with the wheel; its size changes the pull by less
         # than a hundredth of that. J scales as the square, the moment of the weights linearly.
         spared = (part**2 - part) * (machine.turned_inertia - machine.lever_inertia)
+        if machine.force:
+            # a longer end of the lever has the larger moment and draw
+            return replace(
+                machine,
+                weight_arm=machine.weight_arm * part,
+                lever_inertia=machine.lever_inertia * part**2,
+            )
         return replace(
             machine,
             mass=machine.mass * part,
-            force=machine.force * part,
             lever_inertia=machine.lever_inertia * part**2 + spared,
             tail=(machine.tail[0] * part, machine.tail[1]),
         )

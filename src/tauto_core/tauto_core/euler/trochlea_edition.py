@@ -606,13 +606,14 @@ _PARAGRAPHS = (
         'them. When the wheel turns, the thread lies against one of them and the weight turns the '
         'wheel back.',
         (
-            'tauto cam cheek_before_euler --set trochlea.cam.root_depth=1e-4',
-            'tauto plot cheek_before_euler machine',
+            'tauto isochronism clock_cheek_weight --amplitudes 0.1,0.5,1 --set '
+            'trochlea.cam.root_depth=0',
+            'tauto plot cheek_before_euler machine --set trochlea.cam.root_depth=0',
         ),
         ('I',),
-        lacks='An arc of a circle begins at least a little below the axle, here a tenth of a '
-        'millimetre: rooted in the axle itself it pulls as the square of the angle, and small '
-        'swings have no period by which a dial could be set.',
+        found='An arc of a circle that is rooted in the axle pulls as the square of the angle. '
+        'The time of a swing then goes as the inverse root of its size, and the smallest swings '
+        'have none.',
     ),
     Paragraph(
         'III',
@@ -648,13 +649,16 @@ _PARAGRAPHS = (
             'tauto sail stretched_chord_at_sea',
             'tauto sail sully_lever_at_sea',
             "tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5 --set 'trochlea.power={"
-            "kind: force, force: 0.5}' --set trochlea.thread.inertia=1e-5",
+            "kind: spring, force: 0.5, stiffness: 5}' --set trochlea.thread.inertia=1e-5",
+            'tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5 --set '
+            'trochlea.thread.inclination=0.3',
+            "tauto isochronism hanging_thread_at_sea --amplitudes 0.5,1 --set 'trochlea.power={"
+            "kind: weight_and_spring, mass: 0.322, stiffness: 50}'",
         ),
         ('III',),
         lacks="Air and a stretched chord have no law in the text: Boyle's, and that of a chord "
-        'drawn aside, are ours. They pull a vertical thread or one through a hole; a lever takes '
-        'a weight or a constant force, and is level at rest. A thread without mass is straight, '
-        'so that a spring on one that swings is anchored in a hole.',
+        'drawn aside, are ours. A thread that swings needs a weight at its end, which a spring '
+        'may draw as well: without mass the thread is straight, and its anchor is a hole.',
     ),
     Paragraph(
         'VI',

@@ -237,7 +237,16 @@ class Trochlea(Section):
     def _power_problems(self) -> Iterator[Problem]:
         """Yield the problems of the power, or not compatible with a force given by points."""
         yield from self.power.problems()
-        if self.power.pull.law is None:
+        pull = self.power.pull
+        if self.slack == 'fall' and self.thread.moves_the_weight and (pull.law or pull.stiffness):
+            yield Problem(
+                'trochlea.slack',
+                'fall',
+                f'does not go with trochlea.power.kind {self.power.kind} on '
+                f'trochlea.thread.kind {self.thread.kind}, whose slack motion has no spring',
+                'Leave it out: the run ends where the thread goes slack.',
+            )
+        if pull.law is None and not (self.thread.grows_alike and pull.stiffness):
             return
         if self.cam.kind in ('circular_arc', 'synthesised'):
             yield Problem(
@@ -252,13 +261,15 @@ class Trochlea(Section):
                 'Use cam kind force_table_corrected, involute, hole, table or measured.',
             )
         if self._heat(None).cam:
-            own = self.cam.material
+            own = None if self.thread.grows_alike else self.cam.material
             yield Problem(
                 'trochlea.material' if own is None else 'trochlea.cam.material',
                 material(self.material if own is None else own).expansion,
                 f'1/K does not go with trochlea.power.kind {self.power.kind}, whose force is that '
                 'on a cam that does not grow',
-                'Give cam.material: {expansion: 0.0}.',
+                'Leave it out.'
+                if self.thread.grows_alike
+                else 'Give cam.material: {expansion: 0.0}.',
             )
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:

@@ -118,6 +118,11 @@ def _driven(
     machine: Machine | LeverMachine, drag: DragKind | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
     """Return the steady swing, in which drag takes as much energy as the escapement gives."""
+    if isinstance(machine, Machine) and not machine.has_small_swings:
+        raise QuadratureError(
+            'the cheeks are rooted in the axle: the wheel lingers in the middle, where the '
+            'quadrature of a steady swing does not settle'
+        )
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
     work, torques = escapement.work, _Torques(drag or Drag(), escapement.recoil)
     hindered, impulses = '', 2.0 * escapement.energy
@@ -204,7 +209,7 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
         lowest = min(float(side[-1]) for side in heights)
         there = np.searchsorted(heights[1], lowest, side='right') - 1
         return least, float(machine.rest_angle + ways[there])
-    geometry, (low, high) = machine.geometry, machine.geometry.edges
+    geometry, (low, high) = machine.geometry, machine.edges
     both = geometry.tau_of(np.array([abs(angle), -abs(angle)]))
     ends = np.array([np.max(np.abs(both)), min(-low, high) * (1.0 - _SHORT_OF_EDGE)])
     least, edge = geometry.theta(ends).tolist()

@@ -169,13 +169,21 @@ class Machine:
     def frequency(self) -> float:
         """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s].
 
-        With an imbalance it is √(V″/M) at `rest_angle`.
+        With an imbalance it is √(V″/M) at `rest_angle`. Without small swings it is that of the
+        swing from the release angle, or from 1 rad if that is 0.
         """
+        if not self.has_small_swings:
+            return math.tau / self.period(self.release_angle or 1.0)
         if self.imbalance is not None:
             rest, step = self.rest_angle, 1e-4
             below, above = self._slope(rest + np.array([-step, step])).tolist()
             return math.sqrt((above - below) / (2.0 * step * float(self.mass(rest))))
         return math.sqrt(self._rest_pull * float(self.cam.lever_rate(0.0)) / self.inertia)
+
+    @property
+    def has_small_swings(self) -> bool:
+        """Whether the period has a limit for small swings: not with cheeks rooted in the axle."""
+        return self.imbalance is not None or float(self.cam.lever_rate(0.0)) > 0.0
 
     @property
     def small_period(self) -> float:
@@ -302,7 +310,7 @@ class Machine:
         cam, amplitude = self.cam, abs(amplitude)
         top = float(self.potential(amplitude))
         if top == 0.0:
-            return self.small_period
+            return self.small_period if self.has_small_swings else math.inf
         joints = cam.joints[cam.joints < amplitude]
 
         def integrand(u: FloatArray) -> FloatArray:
@@ -320,6 +328,13 @@ class Machine:
                 )
             return np.sqrt(mass) * np.sin(u) / (pull * cam.lever_arm(angle))
 
+        if not self.has_small_swings:
+            # V goes as ϑ³ there, so that the integrand is smooth in the cube root of u
+            def smooth(root: FloatArray) -> FloatArray:
+                return integrand(root**3) * (3.0 * root * root)
+
+            end = np.array([(0.5 * math.pi) ** (1.0 / 3.0)])
+            return 4.0 * math.sqrt(2.0 * top) * float(integrate(smooth, np.zeros(1), end)[0])
         cuts = np.arcsin(np.sqrt(self.potential(joints) / top))
         edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
         parts = integrate(integrand, edges[:-1], edges[1:])
@@ -502,7 +517,8 @@ class ThreadKind(Kind):
         upright: whether a weight keeps it along the apparent vertical.
         grows_alike: whether the parts of the machine must be of one material.
         compensable: whether a compensation may act on its pull.
-        takes_a_force: whether a constant force may take the place of the weight that it moves.
+        takes_a_force: whether a force without mass may take the place of the weight that it moves.
+        takes_a_spring: whether a spring may draw at the weight that it moves.
     """
 
     moves_the_weight: ClassVar[bool] = False
@@ -510,6 +526,7 @@ class ThreadKind(Kind):
     grows_alike: ClassVar[bool] = False
     compensable: ClassVar[bool] = True
     takes_a_force: ClassVar[bool] = False
+    takes_a_spring: ClassVar[bool] = False
 
     kind: str
 
@@ -589,15 +606,14 @@ class ThreadKind(Kind):
         if not self.moves_the_weight:
             return
         if not power.pull.pulling_mass:
-            if power.acts_as != 'force' or not self.takes_a_force:
+            if not self.takes_a_force:
                 yield Problem(
                     'trochlea.power.kind',
                     power.kind,
-                    f'does not go with trochlea.thread.kind {self.kind}, which carries a weight'
-                    + (' or is pulled by a constant force' if self.takes_a_force else ''),
-                    f'Use power kind {"weight or force" if self.takes_a_force else "weight"}, or '
-                    'thread kind vertical or hole: a thread without mass is straight between cam '
-                    'and hole, where it may be anchored.',
+                    f'does not go with trochlea.thread.kind {self.kind}, which carries a weight',
+                    'Use power kind weight or weight_and_spring, or thread kind vertical or hole: '
+                    'a thread without mass is straight between cam and hole, where it may be '
+                    'anchored.',
                 )
         elif not power.pull.carried_mass:
             yield Problem(
@@ -607,13 +623,13 @@ class ThreadKind(Kind):
                 'thread',
                 'Leave it out, or use thread kind vertical.',
             )
-        elif power.pull.stiffness:
+        elif power.pull.stiffness and not self.takes_a_spring:
             yield Problem(
                 'trochlea.power.kind',
                 power.kind,
-                f'does not go with trochlea.thread.kind {self.kind}, whose equations have no '
-                'spring',
-                'Use power kind weight, or thread kind vertical.',
+                f'does not go with trochlea.thread.kind {self.kind}: weight and spring together '
+                'are not in its equations',
+                'Use power kind weight or spring, or thread kind vertical.',
             )
         frictions = {
             'drag.coulomb': 0.0 if drag is None else drag.coulomb,

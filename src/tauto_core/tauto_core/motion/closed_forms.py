@@ -339,18 +339,17 @@ class UnevenWell(ClosedForm):
         part = np.where(there, fraction, 1.0 - fraction)
         w = 0.5 * math.pi * (1.0 + inverse(self._time, part * self._time.top))
         tau, _ = machine.swing(self._amplitude, w)
-        _, beta, _, _ = machine.geometry.pose(tau)
         slope, bend = machine.geometry.slopes(tau)
-        turned, weight = machine.turned_inertia, machine.weight_torque
+        turned, against = machine.turned_inertia, machine.pushed(tau) * slope
         mass = machine.inertia + turned * slope * slope
-        top = weight * float(np.sin(machine.beta(self._amplitude)))
+        top = float(machine.potential(self._amplitude))
         away = -self._sign * np.where(there, 1.0, -1.0)
         rate = away * np.sqrt(2.0 * top / mass) * np.sin(w)
         ride = turned * slope * bend * rate * rate
-        acceleration = -(weight * np.cos(beta) * slope + ride) / mass
+        acceleration = -(against + ride) / mass
         angle = machine.geometry.theta(tau)
         x, speed = machine.arc(angle), np.sqrt(mass) * rate
-        pushed = -weight * np.cos(beta) * slope / np.sqrt(mass)
+        pushed = -against / np.sqrt(mass)
         side = self._sign * np.where(there, 1.0, -1.0)
         turned_by = np.arctan2(0.0 - side * speed / machine.frequency, side * x) / math.pi
         return Motion(

@@ -59,7 +59,7 @@ from tauto_core.scene.errors import PropagationError
 # and beyond it, where functions of θ are singular.
 
 ARC_FUNCTIONS = 0, 1, 2, 3, 4, 5
-"""Rows of the series: n, w, χ', cos β, sin β, θ."""
+"""Rows of the series: n, w, χ', cos β, sin β, θ; F(H)/F(0) cos β of a pull F without mass."""
 
 FEWEST_SHAPE_TERMS, MOST_SHAPE_TERMS = 16, 128
 """Numbers of terms tried for the functions of s."""
@@ -69,6 +69,9 @@ MOST_TERMS_OF_ARC = 1024
 
 SHAPE_TAIL = 2.0**-48
 """Largest of the last four coefficients, relative to the largest one, of a complete series."""
+
+TAIL_OF_LAW = 2.0**-40
+"""The same where a force through points pulls: its spline has joints at which rounding is far."""
 
 MOST_GROWN = 64.0
 """Largest sum of the coefficients of powers, relative to the largest one of the Chebyshev series:
@@ -119,7 +122,7 @@ def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
     An error `allowed` below rounding gives rounding. Raises a PropagationError where the inertia
     changes too abruptly for `MOST_SHAPE_TERMS`.
     """
-    low, high = machine.geometry.edges
+    low, high = machine.edges
     arc = _arc_of_tau(machine, low, high)
     reach = REACH_PER_RELEASE * abs(machine.release_angle) + 0.1
     near = np.clip(np.array([-reach, reach]), *machine.sides)
@@ -127,9 +130,9 @@ def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
     short = _series(machine, arc, float(inner[0]), float(inner[1]))
     if short is None:
         raise PropagationError(
-            'the inertia of weight and lever changes too abruptly for '
-            f'{MOST_SHAPE_TERMS} Chebyshev coefficients. Use a heavier wheel, a lighter weight or '
-            'a smaller release angle',
+            'the inertia of weight and lever, or the force that pulls it, changes too abruptly '
+            f'for {MOST_SHAPE_TERMS} Chebyshev coefficients. Use a heavier wheel, a lighter '
+            'weight, a smoother force or a smaller release angle',
             0.0,
         )
     whole = _series(machine, arc, low, high) or short
@@ -196,16 +199,23 @@ def _series(
         w, beta = root_j * ratio * n, shape.pose(tau).beta
         chi_slope = root_j * ratio_slope * n**3
         sine = shape.side * np.sin(beta)
-        return np.stack([n, w, chi_slope, np.cos(beta), sine, shape.theta(tau)])
+        # a pull that depends on the draw acts as a constant one on a longer or shorter lever
+        cosine = np.cos(beta) if machine.law is None else np.cos(beta) * machine.strength(tau)
+        return np.stack([n, w, chi_slope, cosine, sine, shape.theta(tau)])
 
-    terms = _complete(functions, begin, end, MOST_SHAPE_TERMS)
+    tail = SHAPE_TAIL if machine.law is None else TAIL_OF_LAW
+    terms = _complete(functions, begin, end, MOST_SHAPE_TERMS, tail)
     return None if terms is None else Series(0.5 * (begin + end), 0.5 * (end - begin), terms)
 
 
 def _complete(
-    functions: Callable[[FloatArray], FloatArray], low: float, high: float, most: int
+    functions: Callable[[FloatArray], FloatArray],
+    low: float,
+    high: float,
+    most: int,
+    tail: float = SHAPE_TAIL,
 ) -> FloatArray | None:
-    """Return Chebyshev coefficients on an interval to rounding, (m, n); None: too many."""
+    """Return Chebyshev coefficients on an interval to their tail, (m, n); None: too many."""
 
     def series(terms: int) -> FloatArray:
         places = 0.5 * (low + high) + 0.5 * (high - low) * chebyshev_nodes(terms)
@@ -215,7 +225,7 @@ def _complete(
     while terms <= most:
         counts.append(terms)
         terms += terms // 4
-    return complete_series(series, counts, SHAPE_TAIL)
+    return complete_series(series, counts, tail)
 
 
 # -----------------------------------------------------------------------------

@@ -117,6 +117,7 @@ def _hanging(machine: HangingMachine) -> Moved:
         _pair(back[1]),
         _on_wheel(machine, machine.frequency),
         machine.damping / machine.mass if machine.damping else None,
+        spring=machine.stiffness / machine.mass if machine.stiffness else None,
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
     return Moved(system, omega)
@@ -135,6 +136,7 @@ class RealThreads(SlackThread):
             self._model, nodes = _lever(machine, allowed.settled), lever.LEVER_NODES
         else:
             self._model = _hanging(machine)
+            nodes += threads.SPRING_NODES * bool(machine.stiffness)
         hot, planes = machine.heat.acts, len(self._model.omega)
         rows, columns = (HotNumbers._fields, 2 * SIZE) if hot else ((), SIZE)
         super().__init__(machine, planes, (*nodes, *rows), SIZE, allowed, columns)

@@ -24,6 +24,7 @@ from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE,
     DRIVE_RATE,
+    TILT,
     TILT_RATE,
     Beyond,
     ForcingPieces,
@@ -214,13 +215,17 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
 THREAD_NODES = 'vertical', 'gravity', 'alpha_rate'
 """Rows of β, g_eff and α̇ at the nodes."""
 
+SPRING_NODES = ('tilt',)
+"""Row of τ = β − α, where a spring of the case draws the weight."""
+
 
 class ThreadNodes(Protocol):
-    """The rows THREAD_NODES."""
+    """The rows THREAD_NODES, and SPRING_NODES where there is a spring."""
 
     vertical: FloatArray
     gravity: FloatArray
     alpha_rate: FloatArray
+    tilt: FloatArray
 
 
 class _ThreadNumbers(NamedTuple):
@@ -238,6 +243,7 @@ class _ThreadNumbers(NamedTuple):
         on_wheel: the terms on the wheel besides the thread.
         damping: c/m of the lean [m2/s], or None.
         widening: ṙ [m/s], where heat changes the numbers.
+        spring: κ/m of a spring that draws the weight [1/s2], or None.
     """
 
     radius: float
@@ -251,6 +257,7 @@ class _ThreadNumbers(NamedTuple):
     on_wheel: OnWheel
     damping: float | None = None
     widening: float | None = None
+    spring: float | None = None
 
 
 class Hanging(_ThreadNumbers, ThreadSystem):
@@ -262,6 +269,8 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         store(nodes.vertical, 0, column_at(DRIVE, place.terms, x, work))
         store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
+        if self.spring is not None:
+            store(nodes.tilt, 0, column_at(TILT, place.terms, x, work))
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
@@ -312,8 +321,16 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         rate = rates[0] - (line.rate - tilt.rate)
         drag = drag_on_wheel(hot.on_wheel, mode, rate)
         lean, turn = delta - line.value, line.rate - tilt.rate
+        cosine, sine = math.cos(lean), math.sin(lean)
+        down, across = at.gravity * cosine, at.gravity * sine
+        if hot.spring is not None:
+            in_case = lean + tilt.value
+            drawn = hot.spring * _risen(
+                hot, psi - delta, math.sin(in_case), 2.0 * math.sin(0.5 * in_case) ** 2
+            )
+            down, across = down + drawn * math.cos(in_case), across + drawn * math.sin(in_case)
         psi_bend, delta_bend, tension, free = _pushed(
-            hot, psi, delta, rates, math.cos(lean), math.sin(lean), at.gravity, drag, turn
+            hot, psi, delta, rates, down, across, drag, turn
         )
         torque = psi_bend + drag
         if hot.on_wheel.growth is not None and hot.on_wheel.share is not None:
@@ -385,6 +402,7 @@ def _with_numbers(cold: Hanging, hot: HotNumbers) -> Hanging:
         hot_on_wheel(cold.on_wheel, hot),
         cold.damping,
         hot.force,
+        cold.spring,
     )
 
 
@@ -408,21 +426,21 @@ def _pushed(
     psi: Numeric,
     delta: Numeric,
     rates: NumericPair,
-    cosine: Numeric,
-    sine: Numeric,
-    g: Numeric,
+    down: Numeric,
+    across: Numeric,
     drag: Numeric,
     alpha_rate: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
-    Cosine and sine are those of δ − β, `g` is g_eff, and `drag` the torques of drag and recoil,
+    `down` and `across` are what draws the weight along the thread and across it, g_eff cos(δ − β)
+    and g_eff sin(δ − β) with what a spring adds, and `drag` the torques of drag and recoil,
     reversed, over I. α̇ is the rate of the case, which the damping of the lean asks for.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
     free = system.length - (0.5 * radius) * (u * u)
-    pulled = g * cosine + free * (delta_rate * delta_rate) + radius * (psi_rate * psi_rate)
+    pulled = down + free * (delta_rate * delta_rate) + radius * (psi_rate * psi_rate)
     mass = 1.0 + (system.ratio * radius) * (u * u)
     turning = u * pulled
     wound = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
@@ -439,7 +457,7 @@ def _pushed(
     if system.on_wheel.growth is not None:
         against = against + system.on_wheel.growth * psi_rate
     psi_bend = -against / mass
-    delta_bend = (wound - g * sine - radius * psi_bend) / free
+    delta_bend = (wound - across - radius * psi_bend) / free
     return psi_bend, delta_bend, pulled + radius * (u * psi_bend), free
 
 
@@ -459,7 +477,21 @@ def _at_stages(
     if system.on_wheel.heat is not None:
         system = _with_numbers(system, hot_at_nodes(work))
     nodes: ThreadNodes = work.nodes
-    sine, versine = sine_versine(delta - load(nodes.vertical))
+    lean = delta - load(nodes.vertical)
+    sine, versine = sine_versine(lean)
     alpha_rate, gravity = load(nodes.alpha_rate), load(nodes.gravity)
+    down, across = gravity * (1.0 - versine), gravity * sine
+    if system.spring is not None:
+        sine, versine = sine_versine(lean + load(nodes.tilt))
+        drawn = system.spring * _risen(system, psi - delta, sine, versine)
+        down, across = down + drawn * (1.0 - versine), across + drawn * sine
     drag = drag_on_wheel(system.on_wheel, mode, rates[0] - alpha_rate)
-    return _pushed(system, psi, delta, rates, 1.0 - versine, sine, gravity, drag, alpha_rate)
+    return _pushed(system, psi, delta, rates, down, across, drag, alpha_rate)
+
+
+@inlined
+def _risen(system: Hanging, u: Numeric, sine: Numeric, versine: Numeric) -> Numeric:
+    """Return by how much the weight is higher than at rest, along the case [m], of u and ε."""
+    wound = (0.5 * system.radius) * (u * u)
+    risen = (system.radius * u) * sine + (system.radius + system.length) * versine
+    return risen + wound * (1.0 - versine)

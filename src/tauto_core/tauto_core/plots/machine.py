@@ -198,27 +198,25 @@ def draw_machine(scene: Scene) -> MachineDrawing:
         ]
     low, half = -depth, outer
     if isinstance(thread, LeverThread):
-        half = max(
-            outer, *_lever_ends(thread), MM * (thread.weight_arm - thread.pulled_at) + across
-        )
-        parts += _lever(thread, low, 0.04 * outer, _box(0.0, low, across, high))
-        assumed += ['length of the arc'] * (thread.arc is not None)
-        assumed.append('thickness of the lever')
-        low -= 0.5 * high
-        parts += [] if high else _power(pull, low, outer, _end_of_lever(thread))
+        lever = _lever(thread, low, 0.04 * outer, _box(0.0, 0.0, across, high))
+        half = max(outer, *(float(np.abs(part.x).max()) for part in lever)) + 0.5 * across
+        parts += lever
+        assumed += ['length of the arc'] * (thread.arc is not None) + ['thickness of the lever']
+        end = np.add(fulcrum_mm(thread), _along_lever(thread, thread.weight_arm))
+        parts += [] if high else _power(pull, low + end[1], outer, float(end[0]))
     else:
         if isinstance(thread, HoleThread):
-            width, end = 0.06 * outer, low - 0.4 * outer - 0.5 * high
+            width, anchor = 0.06 * outer, low - 0.4 * outer - 0.5 * high
             parts += [
                 _path('hole', [(-0.5 * outer, low), (-width, low)], 'green'),
                 _path('', [(width, low), (0.5 * outer, low)], 'green'),
-                _path('', [(0.0, low), (0.0, end)], 'orange', 'weight'),
+                _path('', [(0.0, low), (0.0, anchor)], 'orange', 'weight'),
             ]
-            low = end
+            low = anchor
             assumed.append('width of the hole')
         parts += _power(pull, low, outer)
-        assumed += ['spring'] * bool(pull.stiffness)
-        low = min(float(each.y.min()) for each in parts)
+    assumed += ['spring'] * bool(pull.stiffness)
+    low = min(float(each.y.min()) for each in parts)
     top, hung = 1.15 * outer, scene.suspension
     if hung is not None:
         axle = hung.axle_radius if isinstance(hung, AxleSuspension) else 0.0
@@ -231,37 +229,47 @@ def draw_machine(scene: Scene) -> MachineDrawing:
     return MachineDrawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
 
 
-def _lever_ends(thread: LeverThread) -> tuple[float, float]:
-    """Return how far fulcrum and tail are from the thread [mm]."""
-    tail = 0.0 if thread.tail is None else thread.tail.distance
-    return MM * thread.pulled_at, MM * (thread.pulled_at + tail)
-
-
-def _end_of_lever(thread: LeverThread) -> float:
-    """Return the place of the weight or the force on the lever [mm]."""
+def fulcrum_mm(thread: LeverThread) -> tuple[float, float]:
+    """Return the place of the fulcrum from that of the thread on the lever, at rest [mm]."""
     side = 1.0 if thread.fulcrum == 'starboard' else -1.0
-    return float(side * MM * (thread.weight_arm - thread.pulled_at))
+    if thread.arc is not None:
+        return -side * MM * thread.arc, 0.0
+    across, up = _along_lever(thread, thread.pulled_at)
+    return -across, -up
+
+
+def _along_lever(thread: LeverThread, distance: float) -> tuple[float, float]:
+    """Return how far along the lever at rest a distance [m] from the fulcrum is [mm]."""
+    side, start = 1.0 if thread.fulcrum == 'starboard' else -1.0, thread.inclination
+    return side * MM * distance * math.cos(start), MM * distance * math.sin(start)
 
 
 def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Outline]:
-    """Return the level lever from its tail to the end of its longer arm, with its weights.
+    """Return the lever at rest from its tail to the end of its longer arm, with its weights.
 
-    The weight is given as an outline below the axle.
+    The weight is given as an outline about its middle, and y is the height of the thread's end.
     """
     side = 1.0 if thread.fulcrum == 'starboard' else -1.0
-    (arm, tail), far = _lever_ends(thread), MM * thread.weight_arm
+    fulcrum = np.add((0.0, y), fulcrum_mm(thread))
+
+    def place(distance: float) -> FloatArray:
+        return fulcrum + _along_lever(thread, distance)
+
+    tail = 0.0 if thread.tail is None else -thread.tail.distance
+    ends = place(tail), place(max(thread.weight_arm, thread.pulled_at))
     parts = [
-        _path('lever', [(-side * tail, y), (side * max(far - arm, 0.0), y)], 'green', 'lever'),
-        _area('fulcrum', _circle(-side * arm, y, radius), 'green'),
+        _path('lever', ends, 'green', 'lever'),
+        _area('fulcrum', _circle(float(fulcrum[0]), float(fulcrum[1]), radius), 'green'),
     ]
     if np.ptp(weight[0]):
-        hung = weight + np.array([[_end_of_lever(thread)], [0.0]])
+        hung = weight + place(thread.weight_arm)[:, None]
         parts.append(_area('weight', hung, 'orange', 'lever'))
     if thread.tail is not None:
-        small = _box(-side * tail, y, *weight_mm(thread.tail.mass))
+        across, up = place(tail).tolist()
+        small = _box(across, up, *weight_mm(thread.tail.mass))
         parts.append(_area('tail weight', small, 'orange', 'lever'))
     if thread.arc is not None:
-        turned = np.linspace(-0.5, 0.1, 31)
+        turned, arm = np.linspace(-0.5, 0.1, 31), MM * thread.arc
         arc = side * arm * (np.cos(turned) - 1.0), y + arm * np.sin(turned)
         parts.append(_path('arc', np.column_stack(arc), 'green', 'lever'))
     return parts
@@ -285,7 +293,7 @@ def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Outlin
     if pull.stiffness:
         turns, half, height = 8, 0.12 * outer, 0.7 * outer
         coil = [(half if k % 2 else -half, end - height * (k + 0.5) / turns) for k in range(turns)]
-        coil = [(0.0, end), *coil, (0.0, end - height)]
+        coil = [(at + x, y) for x, y in [(0.0, end), *coil, (0.0, end - height)]]
         parts.append(_path('spring', coil, 'green', 'spring'))
     return parts
 

@@ -20,7 +20,7 @@ from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
-from tauto_core.plots.machine import MM, draw_machine
+from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.plots.scenery import INK, SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
 from tauto_core.results import SIGNS, groups, not_whole
 from tauto_core.samples import FloatArray
@@ -79,16 +79,18 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     fixed_end = isinstance(thread, HoleThread | LeverThread)
     lever: dict[str, Any] | None = None
     curve: dict[str, Any] | None = None
-    if isinstance(machine, LeverMachine):
+    if isinstance(machine, LeverMachine) and isinstance(thread, LeverThread):
         # the fulcrum is as low as the end of the thread is drawn
         (drawn_thread,) = (part for part in drawn.parts if part.name == 'thread')
+        shape, fulcrum = machine.geometry, fulcrum_mm(thread)
         low, high = (0.999 * side for side in machine.sides)
         angle = np.linspace(low, high, 201)
         lever = {
-            'x': -MM * machine.geometry.side * machine.geometry.arm,
-            'y': float(drawn_thread.y[-1]),
+            'x': fulcrum[0],
+            'y': float(drawn_thread.y[-1]) + fulcrum[1],
             'angle_rad': _rounded(angle, 4),
-            'beta_rad': _rounded(machine.geometry.side * machine.beta(angle), 5),
+            # from where the lever is drawn, at rest
+            'beta_rad': _rounded(shape.side * (machine.beta(angle) - shape.inclination), 5),
         }
     elif isinstance(machine, FluidPendulum):
         # as far as the release could be

@@ -33,6 +33,7 @@ from tauto_core.curves.cam import CamKind
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Pose, clear
 from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import Positive
 
 _COMPLEX_STEP = 1e-30
@@ -259,7 +260,30 @@ class LeverCorrectedCam(CamKind):
     period: Positive = Field(description='period of every swing on land [s]')
 
     def on_lever(self, lever: LeverSetting) -> CorrectedLeverGeometry:
-        """Return the cam for the wheel, and the lever with its weight."""
+        """Return the cam for the wheel, and the lever with its weight.
+
+        Raises:
+            SceneError: a lever that is not level at rest, or a pull that is not constant.
+        """
+        for wrong, key, given, made_for, remedy in (
+            (
+                lever.inclination != 0.0,
+                'trochlea.thread.inclination',
+                lever.inclination,
+                'a lever that is level at rest',
+                'Leave it out, or use cam kind involute.',
+            ),
+            (
+                lever.varies,
+                'trochlea.cam.kind',
+                self.kind,
+                'a weight or a constant force at the end of the lever',
+                'Use cam kind involute, or power kind weight or force.',
+            ),
+        ):
+            if wrong:
+                problem = f'does not go with cam kind {self.kind}, which is made for {made_for}'
+                raise SceneError('trochlea', key, given, problem, remedy)
         made = CorrectedArcLeverGeometry if lever.on_arc else CorrectedLeverGeometry
         return made(
             inertia=lever.inertia,

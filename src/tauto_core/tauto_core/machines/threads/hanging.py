@@ -9,12 +9,19 @@ angle by which the cam winds the thread, and l = l₀ − r u²/2, the free leng
 where Q = −c (δ̇ − α̇) damps the lean of the thread in the case, whose tilt is α, and adds −Q r/l to
 the torque on the wheel: the lean alone loses energy, c (δ̇ − α̇)² a second. β is the direction of
 the apparent vertical and g the apparent gravity. Small swings are the modes of paper C (`modes`).
+
+A spring of the stiffness κ may draw the weight down from far off in the case. It is slack at rest,
+and draws by κ H where the weight has risen by H along the case's vertical,
+
+    H = r u sin ε + (r + l₀)(1 − cos ε) + ½ r u² cos ε,    ε = δ − α,
+
+so that κ H/m cos ε stands beside g cos(δ − β), and κ H/m sin ε beside g sin(δ − β).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Literal
@@ -25,10 +32,10 @@ from pydantic import Field, Strict
 from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.machines.heat import NO_HEAT, Heat
-from tauto_core.machines.parts import DragKind, EscapementKind
+from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
 from tauto_core.machines.trochlea import Parts, SlackThreadError, ThreadKind
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import CamRangeError, TautoError
+from tauto_core.scene.errors import CamRangeError, Problem, TautoError
 from tauto_core.scene.sections import Positive
 
 # -----------------------------------------------------------------------------
@@ -168,6 +175,7 @@ class HangingMachine:
         damping: c, of the lean of the thread in the case [N m s].
         heat: how wheel, cam and oil change with temperature and age.
         stops_when_slack: whether the motion ends where the thread goes slack.
+        stiffness: κ of a spring that draws the weight down [N/m]; 0 without one.
     """
 
     inertia: float
@@ -181,6 +189,7 @@ class HangingMachine:
     damping: float = 0.0
     heat: Heat = NO_HEAT
     stops_when_slack: bool = False
+    stiffness: float = 0.0
 
     follows_apparent_vertical = True
     feels_gravity = True
@@ -268,11 +277,19 @@ class HangingMachine:
         radius, ratio = self.base_radius, self.mass * self.base_radius / self.inertia
         u = psi - delta
         free = self.length - 0.5 * radius * u * u
-        pulled = self.gravity * np.cos(delta) + free * delta_rate**2 + radius * psi_rate**2
+        drawn = self.stiffness / self.mass * self.risen(u, delta) if self.stiffness else 0.0
+        gravity = self.gravity + drawn
+        pulled = gravity * np.cos(delta) + free * delta_rate**2 + radius * psi_rate**2
         psi_bend = -ratio * u * pulled / (1.0 + ratio * radius * u * u)
         carried = radius * u * delta_rate * (2.0 * psi_rate - delta_rate)
-        delta_bend = (carried - self.gravity * np.sin(delta) - radius * psi_bend) / free
+        delta_bend = (carried - gravity * np.sin(delta) - radius * psi_bend) / free
         return psi_bend, delta_bend
+
+    def risen(self, u: np.ndarray, lean: np.ndarray) -> np.ndarray:
+        """Return H, by which the weight is above its place at rest [m], of u and ε."""
+        radius, versine = self.base_radius, 2.0 * np.sin(0.5 * lean) ** 2
+        risen = radius * u * np.sin(lean) + (radius + self.length) * versine
+        return np.asarray(risen + 0.5 * radius * u * u * np.cos(lean))
 
     def tension(
         self, psi: FloatArray, delta: FloatArray, psi_rate: FloatArray, delta_rate: FloatArray
@@ -295,7 +312,7 @@ class HangingMachine:
         lift = radius * u * math.sin(delta) + (radius + self.length) * versine
         lift += 0.5 * radius * u * u * math.cos(delta)
         kinetic = self.inertia * psi_rate**2 + self.mass * (along**2 + across**2)
-        return 0.5 * kinetic + self.mass * gravity * lift
+        return 0.5 * kinetic + (self.mass * gravity + 0.5 * self.stiffness * lift) * lift
 
     def period(self, amplitude: float) -> float:
         """Return the period of the periodic swing in the wheel's mode on land [s].
@@ -338,6 +355,7 @@ class HangingThread(ThreadKind):
 
     moves_the_weight = True
     compensable = False
+    takes_a_spring = True
     rank = 4
     starter = {'length': 1.0}
 
@@ -354,11 +372,26 @@ class HangingThread(ThreadKind):
         """Free length of the thread at rest [m]."""
         return self.length
 
+    def problems(
+        self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
+    ) -> Iterator[Problem]:
+        """Yield what is not compatible with a thread that swings."""
+        yield from super().problems(power, drag, escapement)
+        made_of = getattr(power, 'material', None)
+        if power.pull.stiffness and made_of is not None:
+            yield Problem(
+                'trochlea.power.material',
+                made_of if isinstance(made_of, str) else made_of.model_dump(exclude_none=True),
+                f'does not go with trochlea.thread.kind {self.kind}, whose spring does not change '
+                'with temperature',
+                'Leave it out.',
+            )
+
     def machine(self, parts: Parts) -> HangingMachine:
         """Return the machine with a thread that swings."""
         rate = self.cam(parts).linear_rate
         assert rate is not None  # linear in the cams that this thread takes
-        mass = parts.power.pull.carried_mass
+        mass, stiffness = parts.power.pull.carried_mass, parts.power.pull.stiffness
         critical = 2.0 * mass * self.length * math.sqrt(parts.gravity * self.length)
         return HangingMachine(
             inertia=parts.inertia,
@@ -371,6 +404,8 @@ class HangingThread(ThreadKind):
             release_angle=parts.release_angle,
             damping=self.damping_ratio * critical,
             heat=parts.heat,
+            stops_when_slack=stiffness > 0.0,
+            stiffness=stiffness,
         )
 
 

@@ -3,10 +3,13 @@
 The thread is tied to a point of the lever, as Euler reports it (1727, V), or lies on an arc of the
 lever, as Sully built it (Académie 1724).
 
-One degree of freedom. With the lever's angle β(θ) of `lever_geometry`, the weight m at the
-distance AD from the fulcrum, a tail weight m′ at AE beyond it and J = m AD² + m′AE² + J_lever,
+One degree of freedom. With the lever's angle β(θ) of `lever_geometry`, β₀ at rest, the weight m at
+the distance AD from the fulcrum, a tail weight m′ at AE beyond it and J = m AD² + m′AE² + J_lever,
 
-    M(θ) = I + J (dβ/dθ)²,    V(θ) = (m AD − m′AE) g sin β.
+    M(θ) = I + J (dβ/dθ)²,    V(θ) = (m AD − m′AE) g (sin β − sin β₀).
+
+A force F without mass may pull the end of the lever from far off. With the draw H = AD (sin β −
+sin β₀) then V = ∫ F dH, from 0 to H, and J = J_lever.
 
 It is not isochronous with the involute. The well is not even, so the two turning points differ.
 """
@@ -17,13 +20,14 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field
+from pydantic import Field, Strict
 
-from tauto_core.curves.cam import possible_lever
+from tauto_core.curves.cam import Pull, possible_lever
+from tauto_core.curves.force_law import LEAST_POINTS, ForceLaw, as_law
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, MirroredLever
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
@@ -53,8 +57,10 @@ class LeverMachine:
         heat: how the numbers change with temperature and age; wheel, cam, lever and thread grow
             alike.
         stops_when_slack: whether the motion ends where the thread goes slack.
-        force: P, a pull without mass from far off in the case, along its vertical [N]; 0 for a
-            weight.
+        force: P, a pull without mass from far off in the case, along its vertical, of the lever at
+            rest [N]; 0 for a weight.
+        law: how that pull depends on the draw; only the ratio of its forces counts, and P is that
+            at rest. None: it is constant.
     """
 
     inertia: float
@@ -70,6 +76,7 @@ class LeverMachine:
     heat: Heat = NO_HEAT
     stops_when_slack: bool = False
     force: float = 0.0
+    law: ForceLaw | None = None
 
     limited_by = 'what the thread allows,'
 
@@ -128,9 +135,15 @@ class LeverMachine:
 
     @property
     def frequency(self) -> float:
-        """Small-amplitude ω on land, √(m g (AD/AB) r (1 + r/l₀)/I) [rad/s]."""
+        """Small-amplitude ω on land, √(m g (AD/AB) r (1 + r/l₀)/I) [rad/s].
+
+        On an arc with the lever at β₀ cos β₀ stands beside AD.
+        """
         shape = self.geometry
         stiffness = shape.base_radius / shape.arm * (shape.depth / shape.length)
+        if shape.inclination:
+            start = np.array([shape.inclination])
+            stiffness *= float((np.cos(start) / shape.pull_cosine(start, np.zeros(1)))[0])
         return math.sqrt(self.weight_torque * stiffness / self.inertia)
 
     @property
@@ -139,14 +152,25 @@ class LeverMachine:
         return math.tau / self.frequency
 
     @cached_property
+    def edges(self) -> tuple[float, float]:
+        """Least and largest τ: those of the geometry, or where the points of the force end."""
+        low, high = self.geometry.edges
+        if self.law is not None:
+            longest = np.array(self.law.longest / self.weight_arm)
+            if longest < self._risen(np.array(max(-low, high))):
+                end = float(self._tau_of_risen(longest))
+                return max(low, -end), min(high, end)
+        return low, high
+
+    @cached_property
     def sides(self) -> tuple[float, float]:
-        """Least and largest θ that the geometry allows [rad]."""
-        low, high = self.geometry.theta(np.array(self.geometry.edges)).tolist()
+        """Least and largest θ that geometry and force allow [rad]."""
+        low, high = self.geometry.theta(np.array(self.edges)).tolist()
         return low, high
 
     @property
     def range_rad(self) -> float:
-        """Largest |θ| that the geometry allows on both sides [rad]."""
+        """Largest |θ| that geometry and force allow on both sides [rad]."""
         return min(-self.sides[0], self.sides[1])
 
     def felt_angle(self, angle: float, tilt: float) -> float:
@@ -156,6 +180,13 @@ class LeverMachine:
 
     def wider_range(self, amplitude: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
+        if self.law is not None and amplitude <= self.geometry.range_rad:
+            both = self.geometry.tau_of(np.array([-amplitude, amplitude]))
+            reached = self.weight_arm * float(np.max(self._risen(both)))
+            return (
+                f', or give trochlea.power.points up to a draw of {reached:.6g} m (they end at '
+                f'{self.law.longest!r} m)'
+            )
 
         def of_mass(mass: float) -> tuple[float, float]:
             heavier = replace(self, mass=mass)
@@ -186,8 +217,48 @@ class LeverMachine:
         return self.inertia + self.turned_inertia * ratio * ratio
 
     def potential(self, angle: ArrayLike) -> FloatArray:
-        """Return V(θ), on land [J]."""
-        return self.weight_torque * np.sin(self.beta(angle))
+        """Return V(θ), on land; V(0) = 0 [J]."""
+        return self.weight_torque * self._energy(self._risen(self._tau(angle)))
+
+    def pushed(self, tau: FloatArray) -> FloatArray:
+        """Return dV/dβ, the torque about the fulcrum on land [N m]."""
+        cosine = np.cos(self.geometry.pose(tau).beta)
+        return np.asarray(self.weight_torque * cosine * self.strength(tau))
+
+    def strength(self, tau: FloatArray) -> FloatArray:
+        """Return the pull over that at rest: 1, or F(H)/F(0)."""
+        if self.law is None:
+            return np.ones_like(tau)
+        drawn = self.weight_arm * self._risen(tau)
+        return self.law.force(np.minimum(drawn, self.law.longest)) / self.law.at_rest
+
+    def _risen(self, tau: FloatArray) -> FloatArray:
+        """Return H/AD = sin β − sin β₀."""
+        half, start = np.arctan(tau * tau), self.geometry.inclination
+        back = 2.0 * np.sin(half) ** 2
+        return np.asarray(math.cos(start) * np.sin(2.0 * half) - math.sin(start) * back)
+
+    def _tau_of_risen(self, risen: FloatArray) -> FloatArray:
+        """Return |τ| at which H/AD has a value, to rounding."""
+        start = self.geometry.inclination
+        cosine, sine = math.cos(start), math.sin(start)
+        # cos² β, as a product that keeps its digits near a dead point of a level lever
+        left = (cosine - risen) * (cosine + risen) - 2.0 * sine * risen
+        return np.asarray(np.sqrt(risen / (cosine + np.sqrt(np.maximum(left, 0.0)))))
+
+    def _energy(self, risen: FloatArray) -> FloatArray:
+        """Return V over the torque at rest with a level lever, at H/AD."""
+        if self.law is None:
+            return risen
+        drawn = np.minimum(self.weight_arm * risen, self.law.longest)
+        return np.asarray(self.law.energy(drawn) / (self.weight_arm * self.law.at_rest))
+
+    def _risen_of_energy(self, energy: FloatArray) -> FloatArray:
+        """Return H/AD at which `_energy` has a value."""
+        if self.law is None:
+            return energy
+        drawn = self.law.lift_of_energy(energy * (self.weight_arm * self.law.at_rest))
+        return np.asarray(drawn / self.weight_arm)
 
     def arc(self, angle: ArrayLike) -> FloatArray:
         """Return s(θ) = ∫√M dθ from 0 [√kg m], with the sign of θ.
@@ -209,24 +280,30 @@ class LeverMachine:
         of θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
         """
         shape, cosine = self.geometry, np.cos(w)
-        top = float(np.sin(self.beta(amplitude)))
-        sine = top * cosine * cosine
+        top = float(self._energy(self._risen(self._tau(amplitude))))
+        energy = top * cosine * cosine
+        risen = self._risen_of_energy(energy)
         side = math.copysign(1.0, amplitude) * np.where(cosine < 0.0, -1.0, 1.0)
-        tau = side * _tau_of_sine(sine)
+        tau = side * self._tau_of_risen(risen)
         _, beta, delta, _ = shape.pose(tau)
         slope, _ = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
-        pushed = self.weight_torque * np.cos(beta)
-        square = tau * tau
-        root = np.sqrt(2.0 * self.weight_torque / (1.0 + square * square))
+        pushed = self.pushed(tau)
+        # V/τ², the torque at rest times the mean pull over that at rest
+        square, start = tau * tau, shape.inclination
+        per_square = math.cos(start) - square * math.sin(start)
+        mean = np.divide(energy, risen, np.ones_like(risen), where=risen > 0.0)
+        root = np.sqrt(2.0 * self.weight_torque * per_square * mean / (1.0 + square * square))
         pulled = shape.arm * shape.pull_cosine(beta, delta)
         per_tau = shape.base_radius * shape.u_per_tau(tau) / pulled
         return tau, np.sqrt(2.0 * mass) * root / (pushed * per_tau)
 
     def angle_of_potential(self, potential: float) -> float:
         """Return θ ≥ 0 at which V is `potential` [J], at most the end of the geometry."""
-        sine = np.array(min(potential / self.weight_torque, 1.0))
-        tau = min(float(_tau_of_sine(sine)), self.geometry.edges[1])
+        edge = self.edges[1]
+        most = float(self._energy(self._risen(np.asarray(edge))))
+        energy = np.array([min(potential / self.weight_torque, most)])
+        tau = min(float(self._tau_of_risen(self._risen_of_energy(energy))[0]), edge)
         return float(self.geometry.theta(np.array([tau]))[0])
 
     def far_turning(self, amplitude: float) -> float:
@@ -245,7 +322,7 @@ class LeverMachine:
         self._within(np.asarray(amplitude))
         # V is even in τ, so that the swing turns at −τ on the other side
         far = -float(self.geometry.tau_of(np.asarray(amplitude)))
-        low, high = self.geometry.edges
+        low, high = self.edges
         if not low <= far <= high:
             raise CamRangeError(
                 f'a swing from {amplitude!r} rad goes beyond the lever geometry on the other '
@@ -271,10 +348,8 @@ class LeverMachine:
         return angle
 
 
-def _tau_of_sine(sine: FloatArray) -> FloatArray:
-    """Return |τ| = √tan(β/2) of sin β."""
-    # tan(β/2) = sin β/(1 + cos β); cos² β as a product keeps its digits near a dead point
-    return np.asarray(np.sqrt(sine / (1.0 + np.sqrt((1.0 - sine) * (1.0 + sine)))))
+STEEPEST = 1.2
+"""Largest inclination of a lever at rest, to either side [rad]: twenty degrees from upright."""
 
 
 class Tail(Section):
@@ -285,7 +360,7 @@ class Tail(Section):
 
 
 class LeverThread(ThreadKind):
-    """Thread that pulls a lever, level at rest, which carries the weight or is pulled by a force.
+    """Thread that pulls a lever, which carries the weight or is pulled by a force or a spring.
 
     With `arc` it lies on an arc of the lever, as Sully built it (1724); with `arm` it is tied to a
     point, as Euler reports it (1727, V).
@@ -310,6 +385,11 @@ class LeverThread(ThreadKind):
     )
     weight_arm: Positive = Field(description='distance from the fulcrum to the weight [m]')
     length: Positive = Field(description='free length of the thread at rest [m]')
+    inclination: Annotated[float, Strict(), Field(ge=-STEEPEST, le=STEEPEST)] = Field(
+        default=0.0,
+        description='angle of the lever above the level at rest [rad], '
+        f'-{STEEPEST:g} to {STEEPEST:g}; of an arc, that of the arm that carries the weight',
+    )
     inertia: NonNegative = Field(
         default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
     )
@@ -337,7 +417,7 @@ class LeverThread(ThreadKind):
                 'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
                 'lies on an arc about the fulcrum (Sully).',
             )
-        if power.acts_as == 'force' and not power.pull.pulling_mass:
+        if not power.pull.pulling_mass:
             if self.inertia == 0.0:
                 yield Problem(
                     'trochlea.thread.inertia',
@@ -367,7 +447,8 @@ class LeverThread(ThreadKind):
 
     def machine(self, parts: Parts) -> LeverMachine:
         """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
-        mass, force, tail = parts.power.pull.carried_mass, parts.power.pull.force, self.tail
+        pull, tail = parts.power.pull, self.tail
+        mass, force, law = pull.carried_mass, pull.force, self._law(pull)
         beyond = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
         balance = beyond[0] * parts.gravity * beyond[1]
         lever = LeverSetting(
@@ -377,6 +458,8 @@ class LeverThread(ThreadKind):
             arm=self.pulled_at,
             length=self.length,
             on_arc=self.arc is not None,
+            inclination=self.inclination,
+            varies=law is not None,
         )
         shape = possible_lever(parts.cam.on_lever(lever), parts.cam.kind)
         return LeverMachine(
@@ -391,8 +474,18 @@ class LeverThread(ThreadKind):
             release_angle=parts.release_angle,
             tail=beyond,
             heat=parts.heat,
+            stops_when_slack=law is not None,
             force=force,
+            law=law,
         )
+
+    def _law(self, pull: Pull) -> ForceLaw | None:
+        """Return how a pull depends on the draw of the lever's end; None: it is constant."""
+        if not pull.stiffness:
+            return pull.law
+        # as far as the end of any lever rises
+        draws = 2.0 * self.weight_arm * np.linspace(0.0, 1.0, LEAST_POINTS)
+        return as_law([(draw, pull.force + pull.stiffness * draw) for draw in draws.tolist()])
 
 
 KIND = LeverThread

@@ -1,0 +1,267 @@
+"""A spring or a table of forces on the lever, and levers that are not level at rest, by DOP853.
+
+L = ½I(θ̇ + α̇)² + ½J(β̇ + α̇)² − V in a case that turns by α. A pull F without mass from far off in
+the case has V = ∫ F dH, H = AD (sin β − sin β₀); a weight has V = m g AD sin(β + α). β(θ) is found
+by Newton's method from the lengths.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from scipy.integrate import solve_ivp
+from thread_references import SignedReference
+
+from tauto_core import sail
+from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.plots.machine import draw_machine
+from tauto_core.scene.errors import SceneError
+
+TURNED = 3e-4
+TIED = {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': TURNED}
+ARC = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': TURNED}
+PORT = {'fulcrum': 'port'}
+UP, DOWN = {'inclination': 0.4}, {'inclination': -0.5}
+CONSTANT = {'kind': 'force', 'force': 0.5}
+SPRING = {'kind': 'spring', 'force': 0.5, 'stiffness': 6.0}
+# F = 0.5 + 4H + 30H² + 200H³, which a quintic spline through its points has exactly
+CUBIC = {
+    'kind': 'force_table',
+    'points': [
+        [h, 0.5 + h * (4.0 + h * (30.0 + 200.0 * h))] for h in np.linspace(0.0, 0.12, 7).tolist()
+    ],
+}
+WEIGHT = {'kind': 'weight', 'mass': 0.05}
+ROLL, PERIOD, PHASE = 0.15, 8.2, 1.0
+SEA = {
+    'kind': 'components',
+    'components': [{'amplitude': ROLL, 'period': PERIOD, 'phase': PHASE}],
+    'height': 0.0,
+}
+EXACT = {'solver': {'tolerance': 1e-13}}
+GRAVITY = 9.80665
+
+Torque = Callable[[float, float, float], float]
+TORQUES: dict[str, Torque] = {
+    # of β, H and α; as dV/dβ over AD
+    'force': lambda beta, drawn, alpha: 0.5 * math.cos(beta),
+    'spring': lambda beta, drawn, alpha: (0.5 + 6.0 * drawn) * math.cos(beta),
+    'force_table': lambda beta, drawn, alpha: (
+        (0.5 + drawn * (4.0 + drawn * (30.0 + 200.0 * drawn))) * math.cos(beta)
+    ),
+    'weight': lambda beta, drawn, alpha: 0.05 * GRAVITY * math.cos(beta + alpha),
+}
+
+
+class Inclined(SignedReference):  # type: ignore[misc]
+    """The lever at β₀ at rest."""
+
+    def __init__(self, machine: LeverMachine, thread: dict[str, Any]) -> None:
+        side = -1.0 if 'fulcrum' in thread else 1.0
+        super().__init__(machine, side, arc='arc' in thread, moment=0.0, turned=TURNED)
+        self.start_at = thread.get('inclination', 0.0)
+
+    def geometry(self, theta: float) -> tuple[float, float, float]:
+        """β above the level in the sense of θ, β′ and β″."""
+        if self.arc:
+            rise, first, second = super().geometry(theta)
+            return rise + self.side * self.start_at, first, second
+        shape, start = self.machine.geometry, self.start_at
+        r, arm, length = shape.base_radius, shape.arm, shape.length
+        angle, delta = self.side * theta, 0.0
+        for _ in range(60):
+            u = angle - delta
+            free = length - 0.5 * r * u * u
+            x = arm * math.cos(start) + r * u * math.cos(delta) + (r + free) * math.sin(delta)
+            y = arm * math.sin(start) + r + length
+            y += r * u * math.sin(delta) - (r + free) * math.cos(delta)
+            beta = math.atan2(y, x)
+            off = (x * x + y * y - arm * arm) / (2.0 * arm * free * math.cos(beta - delta))
+            delta -= off
+            if abs(off) < 1e-17 + 1e-16 * abs(delta):
+                break
+        cosine, sine = arm * math.cos(beta - delta), arm * math.sin(beta - delta)
+        first = r * u / cosine
+        lean = -(r + first * sine) / free
+        second = (r * (1.0 - lean) + sine * first * (first - lean)) / cosine
+        return self.side * beta, first, self.side * second
+
+
+def scene(thread: dict[str, Any], power: dict[str, Any], **more: Any) -> Any:
+    trochlea = {
+        'cam': {'kind': 'involute', 'base_radius': 0.02},
+        'power': power,
+        'thread': thread,
+        'release_angle': 1.2,
+    }
+    return scene_of(trochlea=trochlea, **more)
+
+
+def reference(
+    machine: LeverMachine, thread: dict[str, Any], kind: str, *, rolls: bool, drag: float = 0.0
+) -> Callable[[float, np.ndarray], list[float]]:
+    geometry, omega = Inclined(machine, thread), math.tau / PERIOD
+    turned = TURNED + (0.05 * 0.15**2 if kind == 'weight' else 0.0)
+
+    def motion(time: float, y: np.ndarray) -> list[float]:
+        alpha = ROLL * math.cos(omega * time + PHASE) if rolls else 0.0
+        bend = -(omega**2) * alpha
+        beta, first, second = geometry.geometry(float(y[0]))
+        drawn = 0.15 * (math.sin(geometry.side * beta) - math.sin(geometry.start_at))
+        mass = machine.inertia + turned * first * first
+        pushed = (machine.inertia + turned * first) * bend + turned * first * second * y[1] ** 2
+        pushed += geometry.side * 0.15 * TORQUES[kind](beta, drawn, alpha) * first + drag * y[1]
+        return [y[1], -pushed / mass]
+
+    return motion
+
+
+CASES = [
+    pytest.param(TIED, SPRING, id='spring, tied'),
+    pytest.param(ARC | PORT, SPRING, id='spring, arc, to port'),
+    pytest.param(ARC, CUBIC, id='table, arc'),
+    pytest.param(TIED | UP, WEIGHT, id='weight, tied, inclined up'),
+    pytest.param(TIED | DOWN | PORT, WEIGHT, id='weight, tied, inclined down, to port'),
+    pytest.param(ARC | DOWN, WEIGHT, id='weight, arc, inclined down'),
+    pytest.param(TIED | UP, SPRING, id='spring, tied, inclined up'),
+]
+
+
+@pytest.mark.parametrize(('thread', 'power'), CASES)
+def test_its_period_is_that_of_dop853(thread: dict[str, Any], power: dict[str, Any]) -> None:
+    """After a period the wheel is at rest, to 1e-11 of the period; small swings are as ω says."""
+    machine = compile_machine(scene(thread, power))
+    assert isinstance(machine, LeverMachine)
+    motion = reference(machine, thread, power['kind'], rolls=False)
+    for amplitude in (1.2, -0.7):
+        period = machine.period(amplitude)
+        end = solve_ivp(
+            motion, (0.0, period), [amplitude, 0.0], 'DOP853', rtol=1e-13, atol=1e-15
+        ).y[:, -1]
+        late = float(end[1]) / motion(period, end)[1]
+        assert abs(late) < 1e-11 * period
+    assert machine.period(1e-4) == pytest.approx(machine.small_period, rel=1e-7)
+
+
+@pytest.mark.parametrize('ship', [None, SEA], ids=['land', 'sea'])
+@pytest.mark.parametrize(('thread', 'power'), CASES)
+def test_it_sails_as_dop853_does(
+    thread: dict[str, Any], power: dict[str, Any], ship: dict[str, Any] | None
+) -> None:
+    """Over four swings, on land with drag and in a case that rolls."""
+    more = {} if ship is None else {'ship': ship}
+    sailed = scene(
+        thread, power, duration=6.0, log={'interval': 0.3}, drag={'viscous': 1e-5}, **EXACT, **more
+    )
+    machine = compile_machine(sailed)
+    assert isinstance(machine, LeverMachine)
+    motion = reference(machine, thread, power['kind'], rolls=ship is not None, drag=1e-5)
+    found = sail(sailed).samples['trochlea/joint_states']
+    times = 0.3 * np.arange(1, 21)
+    wanted = solve_ivp(motion, (0.0, 6.0), [1.2, 0.0], 'DOP853', times, rtol=1e-13, atol=1e-14)
+    assert np.ptp(found.position[:, 0]) > 1.0
+    np.testing.assert_allclose(found.position[-20:, 0], wanted.y[0], rtol=0, atol=2e-11)
+    np.testing.assert_allclose(found.velocity[-20:, 0], wanted.y[1], rtol=0, atol=2e-10)
+
+
+def test_on_an_arc_the_small_period_goes_with_the_root_of_the_cosine() -> None:
+    """The thread's arm stays ρ, and that of the weight is AD cos β₀."""
+    level, up = (compile_machine(scene(ARC | {'inclination': at}, CONSTANT)) for at in (0.0, 0.4))
+    assert isinstance(level, LeverMachine)
+    assert isinstance(up, LeverMachine)
+    ratio = up.small_period / level.small_period
+    assert ratio == pytest.approx(1.0 / math.sqrt(math.cos(0.4)), rel=1e-14)
+
+
+def test_a_table_of_a_constant_force_is_that_force() -> None:
+    table = {'kind': 'force_table', 'points': [[0.03 * k, 0.5] for k in range(6)]}
+    pair = [compile_machine(scene(ARC, power)) for power in (CONSTANT, table)]
+    periods = [machine.period(1.2) for machine in pair if isinstance(machine, LeverMachine)]
+    assert periods[1] == pytest.approx(periods[0], rel=1e-14)
+
+
+def test_joints_of_a_measured_force_take_a_series() -> None:
+    """Boyle's air in a cylinder, through twelve points; its law as a closed form, by DOP853.
+
+    Between its points the spline differs from the law: a millionth of a radian is allowed.
+    """
+    points = [[h, 0.5 / (1.0 - h / 0.3)] for h in np.linspace(0.0, 0.15, 12).tolist()]
+    power = {'kind': 'force_table', 'points': points}
+    air = scene(ARC, power, duration=6.0, log={'interval': 6.0}, **EXACT)
+    machine = compile_machine(air)
+    assert isinstance(machine, LeverMachine)
+    geometry = Inclined(machine, ARC)
+
+    def motion(time: float, y: np.ndarray) -> list[float]:
+        beta, first, second = geometry.geometry(float(y[0]))
+        force = 0.5 / (1.0 - 0.15 * math.sin(beta) / 0.3)
+        pushed = TURNED * first * second * y[1] ** 2 + 0.15 * force * math.cos(beta) * first
+        return [y[1], -pushed / (machine.inertia + TURNED * first * first)]
+
+    wanted = solve_ivp(motion, (0.0, 6.0), [1.2, 0.0], 'DOP853', rtol=1e-13, atol=1e-14)
+    found = sail(air).samples['trochlea/joint_states']
+    assert found.position[-1, 0] == pytest.approx(wanted.y[0, -1], abs=1e-6)
+
+
+def test_the_range_ends_where_the_points_do() -> None:
+    short = {'kind': 'force_table', 'points': [[0.002 * k, 0.5 + k] for k in range(6)]}
+    words = r'give trochlea\.power\.points up to a draw of 0\.0\d+ m \(they end at 0\.01 m'
+    with pytest.raises(SceneError, match=words) as caught:
+        compile_machine(scene(ARC, short))
+    assert caught.value.key == 'trochlea.release_angle'
+
+
+def test_it_is_drawn_as_it_rests() -> None:
+    """The end of the lever is AD from the fulcrum, at the inclination; the spring is there."""
+    parts = {part.name: part for part in draw_machine(scene(TIED | UP, SPRING)).parts}
+    lever = parts['lever']
+    across, up = lever.x[-1] - lever.x[0], lever.y[-1] - lever.y[0]
+    assert math.atan2(up, across) == pytest.approx(0.4)
+    assert math.hypot(across, up) == pytest.approx(150.0)
+    assert float(np.median(parts['spring'].x)) == pytest.approx(lever.x[-1], abs=2.0)
+    thread = parts['thread']
+    # B, two thirds along it, is where the thread ends
+    assert thread.y[-1] == pytest.approx(lever.y[0] + 100.0 * math.sin(0.4))
+
+
+@pytest.mark.parametrize(
+    ('thread', 'power', 'more', 'key', 'words'),
+    [
+        (ARC, SPRING, {'slack': 'fall'}, 'trochlea.slack', 'slack motion has no spring'),
+        (ARC, SPRING, {'material': 'brass'}, 'trochlea.material', 'does not grow'),
+        (
+            ARC,
+            SPRING,
+            {'cam': {'kind': 'lever_corrected', 'period': 1.0}},
+            'trochlea.cam.kind',
+            'a weight or a constant force',
+        ),
+        (
+            ARC | UP,
+            WEIGHT,
+            {'cam': {'kind': 'lever_corrected', 'period': 1.0}},
+            'trochlea.thread.inclination',
+            'level at rest',
+        ),
+        (ARC | {'inclination': 1.3}, WEIGHT, {}, 'trochlea.thread.inclination', 'at most 1.2'),
+        (
+            ARC,
+            {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 3.0},
+            {},
+            'trochlea.power.kind',
+            'weight and spring together',
+        ),
+    ],
+)
+def test_what_does_not_go_with_it_is_refused(
+    thread: dict[str, Any], power: dict[str, Any], more: dict[str, Any], key: str, words: str
+) -> None:
+    cam = {'kind': 'involute', 'base_radius': 0.02}
+    with pytest.raises(SceneError, match=words) as caught:
+        compile_machine(scene_of(trochlea={'cam': cam, 'power': power, 'thread': thread, **more}))
+    assert caught.value.key == key
