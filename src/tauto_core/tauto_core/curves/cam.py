@@ -266,7 +266,9 @@ class Cam(ABC):
         """
         lift, _ = self._reached(lift)
         goal, edge = np.sqrt(lift), self.range_rad
-        start = np.minimum(np.sqrt(2.0 * lift / float(self.lever_rate(0.0))), 0.5 * edge)
+        rate, start = float(self.lever_rate(0.0)), np.full_like(lift, 0.5 * edge)
+        if rate:
+            start = np.minimum(np.sqrt(2.0 * lift / rate), start)
 
         def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
             root, arm = np.sqrt(self._lift(angle)), self._arm(angle)
@@ -412,8 +414,9 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
         raise _impossible(kind, f'has a range of {edge!r} rad', 'Give it a range above 0.')
     angles = _probes(edge, 0.0)
     arms = cam.lever_arm(angles)
-    at = _first(~(arms > 0.0))
-    if at is not None or not float(cam.lever_rate(0.0)) > 0.0:
+    at, rate = _first(~(arms > 0.0)), float(cam.lever_rate(0.0))
+    # cheeks rooted in the axle drive the wheel back as the square of the angle
+    if at is not None or not (rate > 0.0 or (rate == 0.0 and cam.kinked)):
         where = 'at rest' if at is None else f'at {angles[at]:.6g} rad'
         what = 'of 0 a radian' if at is None else f'of {arms[at]:.6g} m'
         problem = f'has a lever arm {what} {where}, which does not drive the wheel back'

@@ -75,7 +75,8 @@ def propagator_name(machine: AnyMachine | InPlaceOfWheel, *, still: bool) -> str
         return 'harmonic'
     if steady and _stays_linear(machine) and (still or not machine.pulling_mass):
         return 'forced_harmonic'
-    if not (steady and still and undriven) or machine.imbalance is not None:
+    even = machine.imbalance is None and machine.has_small_swings
+    if not (steady and still and undriven and even):
         return 'collocation'
     return 'action_angle' if _swings_freely(machine) else 'collocation'
 

@@ -12,7 +12,7 @@ from pydantic import Field
 from tauto_core.curves.cam import ArcLever, Cam, CamKind, Setting
 from tauto_core.curves.numerics import sine_defect
 from tauto_core.samples import FloatArray
-from tauto_core.scene.sections import Positive
+from tauto_core.scene.sections import NonNegative, Positive
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,8 @@ class CircularArc(Cam):
 
     Attributes:
         radius: R of the arc [m], > 0.
-        root_depth: d [m], > 0.
+        root_depth: d [m], ≥ 0; with 0, the cheeks rooted in the axle as Euler has them (E6, II),
+            t goes as ϑ², and small swings have no period.
     """
 
     radius: float
@@ -79,7 +80,10 @@ class CircularArcCam(CamKind):
 
     kind: Literal['circular_arc'] = 'circular_arc'
     radius: Positive = Field(description='radius of the arc [m]')
-    root_depth: Positive = Field(description='depth of its root below the axle [m]')
+    root_depth: NonNegative = Field(
+        description='depth of its root below the axle [m]; 0, in the axle itself: small swings '
+        'have no period then, and that of the swing as released stands for it'
+    )
 
     def made(self, setting: Setting) -> CircularArc:
         """Return the arc; it is the same for any wheel and power."""

@@ -1,0 +1,111 @@
+"""Cheeks rooted in the axle (Euler 1727, II): an arc of a circle whose root is in C itself.
+
+t = sgn ϑ R (1 − cos ϑ) goes as ϑ², so that small swings have no period: T goes as 1/√A.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from scipy.integrate import solve_ivp
+
+from tauto_core import sail
+from tauto_core.machines import Machine, compile_machine
+from tauto_core.machines.steady_swing import NoSteadySwing, steady_swing
+
+R, FORCE = 0.02, 1.0
+ROOTED = {
+    'cam': {'kind': 'circular_arc', 'radius': R, 'root_depth': 0.0},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'force', 'force': FORCE},
+    'release_angle': 1.0,
+}
+
+
+def machine_of(**more: Any) -> Machine:
+    machine = compile_machine(scene_of(trochlea={**ROOTED, **more}))
+    assert isinstance(machine, Machine)
+    return machine
+
+
+@pytest.mark.parametrize('amplitude', [2.5, 1.0, 0.1, 1e-3])
+def test_its_period_is_that_of_mpmath(amplitude: float) -> None:
+    """T = 4 ∫ dϑ/√(2 (V(A) − V)/I), V = P R (ϑ − sin ϑ), at thirty digits: to 1e-13."""
+    machine = machine_of()
+    with mpmath.workdps(30):
+
+        def height(angle: Any) -> Any:
+            return FORCE * R * (angle - mpmath.sin(angle))
+
+        def slowness(root: Any) -> Any:
+            # ϑ = A − root² takes the end's singularity away
+            left = height(mpmath.mpf(amplitude)) - height(amplitude - root * root)
+            return 2 * root / mpmath.sqrt(2 * left / machine.inertia)
+
+        end = mpmath.sqrt(amplitude)
+        exact = 4 * mpmath.quad(slowness, mpmath.linspace(0, end, 5), method='gauss-legendre')
+    assert machine.period(amplitude) == pytest.approx(float(exact), rel=1e-13)
+
+
+def test_of_small_swings_the_period_goes_as_the_inverse_root() -> None:
+    machine = machine_of()
+    assert machine.period(1e-4) / machine.period(4e-4) == pytest.approx(2.0, rel=1e-7)
+    assert machine.period(0.0) == math.inf
+    assert machine.small_period == machine.period(1.0)
+
+
+@pytest.mark.parametrize('release', [1.0, -0.1])
+def test_it_sails_as_dop853_does(release: float) -> None:
+    """With a weight and drag, half swing by half swing, for the arm has a kink in the middle."""
+    scene = scene_of(
+        trochlea={**ROOTED, 'power': {'kind': 'weight', 'mass': 0.1}, 'release_angle': release},
+        drag={'viscous': 1e-5},
+        duration=10.0,
+        log={'interval': 0.5},
+        solver={'tolerance': 1e-13},
+    )
+    inertia = machine_of().inertia
+
+    def slopes(_: float, y: np.ndarray, side: float) -> list[float]:
+        arm, rate = side * R * (1.0 - math.cos(y[0])), side * R * math.sin(y[0])
+        pull = 0.1 * 9.80665 * arm + 0.1 * arm * rate * y[1] ** 2 + 1e-5 * y[1]
+        return [y[1], -pull / (inertia + 0.1 * arm * arm)]
+
+    def middle(_: float, y: np.ndarray, side: float) -> float:
+        return float(y[0])
+
+    middle.terminal = True
+    times, rows = 0.5 * np.arange(1, 21), np.empty((0, 2))
+    t, y, side = 0.0, np.array([release, 0.0]), math.copysign(1.0, release)
+    while len(rows) < len(times):
+        found = solve_ivp(
+            slopes, (t, 10.0), y, 'DOP853', times[times > t], args=(side,), events=middle,
+            rtol=1e-13, atol=1e-16, max_step=0.02,
+        )  # fmt: skip
+        rows = np.concatenate([rows, np.reshape(found.y, (2, -1)).T])
+        if found.status == 1:
+            # a little beyond the middle, so that it is not found again
+            t, y, side = found.t_events[0][0], found.y_events[0][0], -side
+            y = y + 1e-9 * np.array(slopes(t, y, side))
+            t += 1e-9
+    found = sail(scene).samples['trochlea/joint_states']
+    assert np.ptp(found.position[:, 0]) > 0.15
+    np.testing.assert_allclose(found.position[-20:, 0], rows[:, 0], rtol=0, atol=1e-10)
+
+
+def test_a_steady_swing_is_not_computed() -> None:
+    scene = scene_of(
+        trochlea=ROOTED,
+        drag={'viscous': 1e-5},
+        escapement={'kind': 'impulse', 'energy': 1e-5},
+    )
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    found = steady_swing(machine)
+    assert isinstance(found, NoSteadySwing)
+    assert 'rooted in the axle' in found.why
