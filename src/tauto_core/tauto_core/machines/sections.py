@@ -522,7 +522,7 @@ class FluidTautochroneRegulator(Section):
             'trochlea': 'a scene has one regulator',
             'drag': 'the fluid is the drag',
             'escapement': 'nothing drives a body in a fluid',
-            'suspension': "in Euler's equations curve and fluid are at rest",
+            'suspension': 'a fluid does not turn with its vessel',
         }
         for key, section in others.items():
             if section is not None:
@@ -532,7 +532,8 @@ class FluidTautochroneRegulator(Section):
             yield Problem(
                 'ship.kind',
                 ship,
-                "does not go with regulator: in Euler's equations curve and fluid are at rest",
+                'does not go with regulator: a fluid does not turn with its vessel, so that its '
+                'resistance on a ship that rolls is not that of its speed on the curve',
                 'Use ship kind still.',
             )
         if (self.of is not None) != (self.curve == 'companion'):

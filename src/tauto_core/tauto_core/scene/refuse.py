@@ -278,6 +278,7 @@ _MAY_VANISH = frozenset(
     (
         'trochlea.release_angle',
         'trochlea.thread.inertia',
+        'trochlea.thread.inclination',
         'trochlea.power.stiffness',
         'regulator.release_arc',
         'regulator.fluid_density',
