@@ -98,9 +98,29 @@ def test_every_paragraph_is_in_a_row_that_names_what_runs_it() -> None:
     runs = claims_page([]).split('\n## What runs')[1]
     for edition, section in zip(EDITIONS, runs.split('\n### ')[1:], strict=True):
         numbers = [each.number for each in edition.paragraphs]
-        rows = re.findall(r'^\| (\w+)(?:–(\w+))? \| (.*) \| (.*) \|$', section, re.MULTILINE)
+        row = r'^\| (\w+)(?:–(\w+))? \| (.*) \| .* \| (.*) \|$'
+        rows = re.findall(row, section, re.MULTILINE)
         assert rows[0][0] == numbers[0]
         for (first, last, commands, lacks), following in pairwise([*rows, ('', '', '', '')]):
             place = numbers.index(last or first)
             assert numbers[place + 1 : place + 2] == ([following[0]] if following[0] else [])
             assert commands.startswith('`tauto ') or lacks
+
+
+def test_a_row_counts_the_claims_on_its_paragraphs() -> None:
+    """XXII to XXIX have two kinds of claim; those on several paragraphs count in each row."""
+    runs = claims_page(all_claims()).split('\n## What runs')[1]
+    counts = re.findall(r'^\| (\w+)(?:–\w+)? \| .* \| (.*) \| .* \|$', runs, re.MULTILINE)
+    found = dict(counts)
+    own = [claim for claim in all_claims() if claim.paper == 'A']
+    assert found['XX'] == _counted([claim for claim in own if claim.paragraph == 'XX'])
+    within = [claim for claim in own if re.match(r'XXII-', claim.paragraph)]
+    assert within
+    for number in ('XXII', 'XXV'):
+        assert found[number] != '–'
+
+
+def _counted(claims: list[Claim]) -> str:
+    words = {'holds': 'hold', 'corrected': 'corrected', 'fails': 'fail', 'added': 'added'}
+    each = [(word, sum(claim.verdict == name for claim in claims)) for name, word in words.items()]
+    return ', '.join(f'{count} {word}' for word, count in each if count)

@@ -691,6 +691,12 @@ EDITION = Edition(
             'The title calls this the first dissertation, without friction. The second is not in '
             'our text',
         ),
+        (
+            'Not verified',
+            "Eneström's number, the year in which the volume was printed, when the paper was "
+            'presented, the place in the Opera Omnia, and a translation: no source that we could '
+            'read names them',
+        ),
     ),
     FIGURES,
     _PARAGRAPHS,

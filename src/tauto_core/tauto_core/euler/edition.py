@@ -106,5 +106,14 @@ class Edition:
         beside: dict[str, list[Claim]] = {each.number: [] for each in self.paragraphs}
         for claim in claims:
             if claim.paper == self.paper:
-                beside[claim.paragraph.split(',')[0].split('-')[0]].append(claim)
+                beside[self.covered(claim)[0]].append(claim)
         return beside
+
+    def covered(self, claim: Claim) -> list[str]:
+        """Return the numbers of the paragraphs that a claim is on: '26-27, 29' has three."""
+        numbers = [each.number for each in self.paragraphs]
+        found: list[str] = []
+        for part in claim.paragraph.split(','):
+            ends = [numbers.index(each.strip()) for each in part.split('-')]
+            found += numbers[ends[0] : ends[-1] + 1]
+        return found

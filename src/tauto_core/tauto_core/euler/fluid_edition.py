@@ -519,8 +519,16 @@ EDITION = Edition(
         ),
         (
             'After it',
-            'Mechanica, volume II, propositions 88 and 89, return to the question of §7 '
+            'E21, Quomodo data quacunque curva inveniri oporteat aliam quae cum data quodammodo '
+            'iuncta ad tautochronismum producendum sit idonea, presented on 7 March 1732, has the '
+            'question of §7 for its title (Euler Archive, page E021; its text was not read); '
+            'Mechanica, volume II, propositions 88 and 89, return to it '
             "(Ian Bruce's translation, at superphysics.org)",
+        ),
+        (
+            'Not verified',
+            'The year in which the volume was printed, the last page, and the place in the Opera '
+            'Omnia: no source that we could read names them',
         ),
     ),
     FIGURES,

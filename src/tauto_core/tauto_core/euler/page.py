@@ -20,7 +20,7 @@ from tauto_core.euler import (
     trochlea_1727,
     trochlea_edition,
 )
-from tauto_core.euler.claim import Claim, Paper
+from tauto_core.euler.claim import Claim, Paper, Verdict
 from tauto_core.euler.edition import Edition
 from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.scene.errors import TautoError
@@ -88,8 +88,15 @@ _RUNS = """## What runs each paragraph
 
 `tauto euler --site DIR` writes each paper as a page to play with: each paragraph in two sentences,
 beside it these formulas, the figures constructed from the text, and the commands. Every claim
-above is computed by `tauto euler`. Beyond that:
+above is computed by `tauto euler`; the third column counts those on the paragraphs of a row. A
+dash stands where a paragraph tells history, defines, or derives what another states. Beyond that:
 """
+_COUNTED: tuple[tuple[Verdict, str], ...] = (
+    ('holds', 'hold'),
+    ('corrected', 'corrected'),
+    ('fails', 'fail'),
+    ('added', 'added'),
+)
 
 
 class PageError(TautoError):
@@ -126,16 +133,20 @@ def claims_page(claims: Sequence[Claim]) -> str:
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
     parts.append(_RUNS)
     for edition in EDITIONS:
-        head = ['| § | run it | what no command does, and why |', '|---|---|---|']
+        head = ['| § | run it | claims | what no command does, and why |', '|---|---|---|---|']
         parts.append(f'### {edition.paper}. {edition.short}\n')
-        rows = []
+        rows, own = [], [claim for claim in claims if claim.paper == edition.paper]
         # a row for each run of paragraphs with the same commands
         for (runs, lacks), alike in groupby(
             edition.paragraphs, lambda each: (each.runs, each.lacks)
         ):
             numbers = [each.number for each in alike]
             ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
-            rows.append(f'| {ends} | {"<br>".join(f"`{each}`" for each in runs)} | {lacks} |')
+            on = [claim for claim in own if set(edition.covered(claim)) & set(numbers)]
+            count = Counter(claim.verdict for claim in on)
+            said = ', '.join(f'{count[name]} {words}' for name, words in _COUNTED if count[name])
+            runs_here = '<br>'.join(f'`{each}`' for each in runs)
+            rows.append(f'| {ends} | {runs_here} | {said or "–"} | {lacks} |')
         parts.append('\n'.join([*head, *rows]) + '\n')
     return '\n'.join(parts)
 

@@ -863,6 +863,11 @@ EDITION = Edition(
             'Ian Bruce, with notes and the Latin (17centurymaths.com, "Euler: Some Papers", E006)',
         ),
         (
+            'Not verified',
+            'The year in which the volume was printed, the first and the last page, and the place '
+            'in the Opera Omnia: no source that we could read names them',
+        ),
+        (
             "Sully's print",
             "Description abrégée d'une Horloge d'une nouvelle invention, Pour la juste mesure du "
             'Temps sur Mer, Paris, Briasson, 1726, 48 pages; the Suite, Bordeaux, Paris and '
