@@ -43,7 +43,7 @@ LEVER: dict[str, Any] = {
 }
 TAILED = {
     **LEVER,
-    'thread': {**LEVER['thread'], 'tail': {'mass': 0.02, 'distance': 0.12}, 'lever_inertia': 3e-4},
+    'thread': {**LEVER['thread'], 'tail': {'mass': 0.02, 'distance': 0.12}, 'inertia': 3e-4},
 }
 HANGING = {**INVOLUTE, 'thread': {'kind': 'hanging', 'length': 0.3}}
 
