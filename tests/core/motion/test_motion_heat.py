@@ -167,7 +167,11 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
 
 @pytest.mark.parametrize(
     'cam',
-    [INVOLUTE['cam'], {'kind': 'weight_corrected', 'period': 1.0}],
+    [
+        INVOLUTE['cam'],
+        {'kind': 'weight_corrected', 'period': 1.0},
+        {'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005},
+    ],
     ids=lambda cam: cam['kind'],
 )
 def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(

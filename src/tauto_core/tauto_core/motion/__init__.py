@@ -193,10 +193,14 @@ single sweep is never chosen: in a winter's sea the swings of a weight go wrong 
 """
 
 
-def sweeps_for(tolerance: float | None) -> int:
+KINKED_SWEEPS = ((1e-7, 3),)
+"""The same on a kinked cam: sixteen stages are no better on a well so anharmonic."""
+
+
+def sweeps_for(tolerance: float | None, kinked: bool = False) -> int:
     """Return the sweeps of free-end steps that a tolerance asks for; 0: none keep it."""
-    asked = 0.0 if tolerance is None else tolerance
-    return next((sweeps for least, sweeps in FREE_END_SWEEPS if asked >= least), 0)
+    asked, known = tolerance or 0.0, KINKED_SWEEPS if kinked else FREE_END_SWEEPS
+    return next((sweeps for least, sweeps in known if asked >= least), 0)
 
 
 def make_collocation(
@@ -208,7 +212,7 @@ def make_collocation(
             from tauto_core.motion.hung_wheel import HungCollocation
 
             return HungCollocation(machine, machine.case, tolerance)
-        sweeps = sweeps_for(tolerance) if sweeps is None else sweeps
+        sweeps = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
         if sweeps and machine.escapement is not None:
             from tauto_core.motion.free_end import FreeEndCollocation, takes_free_ends
 

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.curves.cam import ArcLever
 from tauto_core.kernels import entry, inlined
 from tauto_core.machines import Machine
 from tauto_core.motion.forcing import Forcing, Motion, Temperatures
@@ -37,6 +38,7 @@ from tauto_core.motion.gauss_step import (
     finish,
     gauss_constants,
     make_work,
+    rotation,
     start_stages,
     sum_exactly,
     sweep,
@@ -116,6 +118,8 @@ class FreeEnd(NamedTuple):
         near: phase from the impulse within which a step is not repeated [rad].
         close: phase from the impulse within which the ship's motion is carried on to it [rad].
         usual_s: half a swing on land [s].
+        swing: its largest Y, in the middle [rad].
+        slower: relative change of the time of half a swing over that of Y.
     """
 
     sweeps: int
@@ -124,6 +128,8 @@ class FreeEnd(NamedTuple):
     near: float
     close: float
     usual_s: float
+    swing: float
+    slower: float
 
 
 LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
@@ -134,19 +140,39 @@ LEAST_BENT_ERROR, MOST_ON_LAND = 1e-11, 1e-12
 on land, so that the sea is left the rest.
 """
 
+LEAST_KINKED_ERROR, MOST_ON_LAND_KINKED = 1e-8, 1e-9
+"""The same of a swing on a kinked cam, whose well is strongly anharmonic: 3e-4 s/day."""
 
-def free_end_of(sweeps: int, usual_s: float, bent: bool) -> FreeEnd:
-    """Return the settings for a number of sweeps, ≥ 1, and whether the swing is a bent one.
 
-    A bent swing is one whose coordinate on land is not harmonic, nearly.
-    """
+def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
+    """Return the settings for a number of sweeps, ≥ 1."""
+    bent = lasting_shape(machine) is None and not machine.is_linear
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
     least = LEAST_BENT_ERROR if bent else LEAST_FREE_ERROR
+    if machine.cam.kinked:
+        least = LEAST_KINKED_ERROR
     error, close = max(least, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
     near = NEAR if sweeps <= MOST_IN_ONE else NEARER
     if bent:
-        near = NEAR_BENT if sweeps < MOST_IN_ONE else NEARER
-    return FreeEnd(sweeps, settled, error, near, close, usual_s)
+        most = MOST_IN_ONE if machine.cam.kinked else MOST_IN_ONE - 1
+        near = NEAR_BENT if sweeps <= most else NEARER
+    omega = reference_frequency(machine)
+    swing, slower = _greatest(machine, omega, 1.0), 0.0
+    if machine.cam.kinked:
+        periods = [machine.period(machine.release_angle * share) for share in NEIGHBOURS]
+        swings = [_greatest(machine, omega, share) for share in NEIGHBOURS]
+        slower = math.log(periods[1] / periods[0]) / math.log(swings[1] / swings[0])
+    return FreeEnd(sweeps, settled, error, near, close, math.pi / omega, swing, slower)
+
+
+NEIGHBOURS = 0.9, 1.0
+"""Swings, over the release, whose times are compared."""
+
+
+def _greatest(machine: Machine, omega: float, share: float) -> float:
+    """Return the largest |Y| of a swing on land, by its amplitude over the release."""
+    reached = min(abs(machine.release_angle), machine.cam.range_rad) * share
+    return math.sqrt(2.0 * float(machine.potential(reached)) / machine.inertia) / omega
 
 
 MOST_IN_ONE = 3
@@ -166,18 +192,21 @@ NEAR_BENT = 0.003
 def takes_free_ends(machine: Machine) -> bool:
     """Return whether a machine can step from impulse to impulse.
 
-    It needs an escapement and nothing that happens between two impulses: no kink of cam or drag,
-    no friction that holds, no joints; and a swing for half of which sixteen stages are enough.
-    Where the case swings with it, the driver takes the steps.
+    It needs an escapement and nothing but a cam's kink that happens between two impulses: no kink
+    of the drag, no friction that holds, no joints; and a swing for half of which sixteen stages
+    are enough. Where the case swings with it, the driver takes the steps.
     """
     drag, cam, shape = machine.drag, machine.cam, lasting_shape(machine)
     if machine.escapement is None or machine.case is not None:
         return False
-    if cam.kinked or cam.joints.size or not (drag is None or drag.is_linear):
+    if cam.joints.size or not (drag is None or drag.is_linear):
+        return False
+    if cam.kinked and not (isinstance(cam.lever, ArcLever) and machine.release_angle):
         return False
     if shape is not None or machine.is_linear:
         return stages_of(machine, shape) == WIDE_SIZE
-    return _on_land(machine, shape, reference_frequency(machine)).error <= MOST_ON_LAND
+    most = MOST_ON_LAND_KINKED if cam.kinked else MOST_ON_LAND
+    return _on_land(machine, shape, reference_frequency(machine)).error <= most
 
 
 class OnLand(NamedTuple):
@@ -197,6 +226,8 @@ def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
     """Return half a swing on land at the amplitude of the release."""
     constants = gauss_constants(WIDE_SIZE)
     amplitude = machine.release_angle if shape is None else arc_of(machine.release_angle, shape.k)
+    if machine.cam.kinked:
+        amplitude = _greatest(machine, omega, 1.0)
     drag = machine.drag.viscous / machine.inertia if machine.drag else 0.0
     cosine, sine = np.cos(math.pi * constants.nodes), np.sin(math.pi * constants.nodes)
     u, v = np.zeros(WIDE_SIZE), np.full(WIDE_SIZE, amplitude)
@@ -229,7 +260,8 @@ class FreeState(Protocol):
         shown: first of the spans kept whose row, if any, is not written yet.
         waits: half swings to come that the driver takes, after a step that did not hold.
         missed: steps that did not hold.
-        free: whether the state is that just after an impulse; otherwise at the end of a span.
+        free: whether the state is that just after an impulse or a kink; otherwise at the end of a
+            span.
     """
 
     x: float
@@ -309,7 +341,7 @@ def _fill_rates(
 
 
 class HalfSwing(NamedTuple):
-    """A half swing that begins at an impulse, and the spans that it may read.
+    """A half swing that begins at an impulse or a kink, and the spans that it may read.
 
     Attributes:
         wheel: the system that swings.
@@ -482,9 +514,18 @@ def _predicted(run: SteppedRun, half: HalfSwing, free: FreeState, usual_s: float
 
 @inlined
 def _late(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
-    """Return the time to the impulse [s], a short one, to the third order (`events.back_to`)."""
-    late = (wheel.impulse - way * now.angle) / (way * now.rate)
-    turned, phase = late * now.bend / now.rate, omega[0] * late
+    """Return the time to the impulse [s], a short one."""
+    return _until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
+
+
+@inlined
+def _until(left: float, way: float, rate: float, bend: float, omega: Omega) -> float:
+    """Return the time in which an angle moves `left` on its way, to the third order.
+
+    Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
+    """
+    late = left / (way * rate)
+    turned, phase = late * bend / rate, omega[0] * late
     return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase / 6.0)
 
 
@@ -529,6 +570,14 @@ def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
 
 
 @inlined
+def _turn(run: SteppedRun, time: float) -> tuple[float, float]:
+    """Return cos and sin of the rotation over a time, near half a turn without a kink."""
+    if run.system.kinked:
+        return rotation(run.omega[0] * time)
+    return _half_turn(run.omega[0] * time)
+
+
+@inlined
 def _half_turn(angle: float) -> tuple[float, float]:
     """Return cos and sin of an angle near π."""
     small = angle - math.pi
@@ -559,7 +608,7 @@ class End(NamedTuple):
 def _end(run: SteppedRun, h: float) -> End:
     """Return the end of the step last collocated."""
     work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
-    cosine, sine = _half_turn(run.omega[0] * h)
+    cosine, sine = _turn(run, h)
     u = start.x + h * total(weights * load(work.k1))
     v = start.y + h * total(weights * load(work.k2))
     return End(u, v, cosine, sine)
@@ -579,7 +628,7 @@ def _end_later(run: SteppedRun, h: float, late: float, end: End, drift: Plane) -
     weights = fma(weights, eta, load(nodes.first)) * (eta * eta * h)
     u = end.u + (late * k1 + total(weights * load(work.k1)))
     v = end.v + (late * k2 + total(weights * load(work.k2)))
-    cosine, sine = _half_turn(w * (h + late))
+    cosine, sine = _turn(run, h + late)
     return End(u, v, cosine, sine).plane
 
 
@@ -602,20 +651,20 @@ def _holds(run: SteppedRun, half: HalfSwing, mode: Mode, error: float, h: float)
 
 
 @inlined
-def _settle(step: Step, free_end: FreeEnd, size: float) -> bool:
-    """Sweep the stages as often as is asked and until they have settled; return whether so.
+def _settle(step: Step, least: int, floor: float) -> bool:
+    """Sweep the stages `least` times and until they have settled; return whether so.
 
     As `gauss_step.sweep`, which looks at the changes from the first sweep on.
     """
     work, start = step.work, step.planes[0]
-    before, change, floor = math.inf, math.inf, free_end.settled * size
-    for n in range(free_end.sweeps + MORE_SWEEPS):
+    before = change = math.inf
+    for n in range(least + MORE_SWEEPS):
         evaluate(step)
-        if n >= free_end.sweeps and change * change <= floor * (before - change):
+        if n >= least and change * change <= floor * (before - change):
             return True
         u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, load(work.k1), load(work.k2))
         u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
-        if n >= free_end.sweeps - 2:
+        if n >= least - 2:
             before = change
             change = largest(larger(u - load(work.u), v - load(work.v)))
         store(work.u, 0, u)
@@ -644,7 +693,7 @@ def _to_impulse(
             store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
             store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        if not _settle(step, free_end, abs(plane.y)):
+        if not _settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
             return MISSES, 0.0
         k, x = _place(half, h)
         at, end = _ship_at(half, k, x), _end(run, h)
@@ -680,11 +729,202 @@ def _to_impulse(
     return MISSES, 0.0
 
 
+AT_ONCE = 1e-9
+"""Phase from the kink to the impulse, or back, within which both happen at one place [rad]."""
+
+SHORT, MOST_LATE = 0.3, 0.05
+"""Longest step to an event that lies ahead, over half a swing on land; and the largest error of a
+predicted length, over the length, at which a step is not made anew.
+"""
+
+ONWARD_SWEEPS = 2
+"""Least sweeps of such a step: it is short."""
+
+
 @inlined
-def _to_row(run: SteppedRun, half: HalfSwing, free_end: FreeEnd, row: LoggedRow) -> int:
+def _goes_on(state: RunningState) -> bool:
+    """Return whether kink or impulse come before the turning point of θ."""
+    return state.armed or state.side * state.direction < 0
+
+
+@inlined
+def _expected(run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd) -> float:
+    """Return the time to the next kink or impulse, whichever comes first [s]."""
+    wheel, state, plane = half.wheel, run.state, run.state.planes[0]
+    d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
+    per_size = 1.0 / math.sqrt(q * q + y * y)
+    since = _arc_sine(d * q * per_size)
+    if _goes_on(state):
+        reach = 0.0
+        if state.armed:
+            k, x = _place(half, 0.0)
+            reach = wheel.impulse - d * _ship_at(half, k, x).tilt.value
+        return (_arc_sine(reach * per_size) - since) / run.omega[0]
+    # a larger swing from kink to kink takes another time
+    half_s = free_end.usual_s * (1.0 + free_end.slower * (1.0 / (per_size * free_end.swing) - 1.0))
+    k, x = _place(half, half_s)
+    then = _ship_at(half, k, x)
+    if wheel.felt.gravity is not None:
+        # (1 + more)^(−1/2)
+        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
+        half_s *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+    reach = min(0.0, wheel.impulse + d * then.tilt.value)
+    return half_s + (_arc_sine(reach * per_size) - since) / run.omega[0]
+
+
+@inlined
+def _late_for_kink(way: float, now: Instant, omega: Omega) -> float:
+    """Return the time to the kink [s], a short one."""
+    return _until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
+
+
+@inlined
+def _solve(
+    run: SteppedRun, half: HalfSwing, free_end: FreeEnd, mode: Mode, h: float
+) -> tuple[bool, bool, float, float]:
+    """Collocate the step to the next kink or impulse, which is expected after a time h [s].
+
+    Returns whether it holds, whether it ends with an impulse, its length, and how far beyond it
+    the event is [s].
+    """
+    wheel, omega, state, work, way = half.wheel, run.omega, run.state, run.work, mode.direction
+    plane, usual_s, turns = state.planes[0], free_end.usual_s, not _goes_on(state)
+    shortest, longest = (
+        (SHORTEST * usual_s, LONGEST * usual_s) if turns else (0.0, SHORT * usual_s)
+    )
+    least, settled = free_end.sweeps, free_end.settled
+    if not turns:
+        least, settled = ONWARD_SWEEPS, ROW_SETTLED * settled
+    struck, late = state.armed, 0.0
+    for n in range(MOST_LENGTHS):
+        if not shortest < h < longest:
+            break
+        _fill_nodes(half, h, work)
+        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
+        fill_rotations(step)
+        if n == 0:
+            start_stages(step)
+            if turns:
+                store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
+                store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
+        if not _settle(step, least, settled * abs(plane.y)):
+            break
+        k, x = _place(half, h)
+        now = wheel.instant(mode, omega, (_end(run, h).plane,), _ship_at(half, k, x))
+        if not (way * now.rate > 0.0 and way * now.speed > 0.0):
+            break
+        kink, impulse = _late_for_kink(way, now, omega), _late(wheel, way, now, omega)
+        if turns:
+            struck = impulse < kink
+        late = impulse if struck else kink
+        if omega[0] * abs(late) <= free_end.near and abs(late) <= MOST_LATE * h:
+            return _holds(run, half, mode, free_end.error, h), struck, h, late
+        h += late
+    return False, struck, h, late
+
+
+@inlined
+def _act(
+    run: SteppedRun,
+    half: HalfSwing,
+    free: FreeState,
+    mode: Mode,
+    struck: bool,
+    there: Plane,
+    at: Outside,
+    now: Instant,
+    since: float,
+) -> None:
+    """Let an impulse or the kink act on the state `there`, a short time after an instant."""
+    state, plane, turns = run.state, run.state.planes[0], not _goes_on(run.state)
+    added = 0.0
+    if struck:
+        w = run.omega[0] * there.y
+        added = _given(half.wheel, mode, w, now, at, since, state.given)
+    plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
+    plane.y = there.y + added / run.omega[0]
+    free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
+    if turns:
+        state.direction = -state.direction
+    if struck:
+        state.armed, state.pallet = False, state.direction
+        state.given += 1
+    else:
+        state.armed, state.side = turns, -state.side
+
+
+@inlined
+def _to_event(
+    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next kink or impulse and let it act, or leave all as it is.
+
+    Returns HOLDS or MISSES, and the length of the step [s].
+    """
+    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    plane, onward = state.planes[0], _goes_on(state)
+    way = float(state.direction) if onward else -float(state.direction)
+    mode = Mode(float(state.side), way, float(state.pallet))
+    h = _expected(run, half, free, free_end)
+    if onward and omega[0] * abs(h) < AT_ONCE:
+        k, x = _place(half, 0.0)
+        at = _ship_at(half, k, x)
+        now = wheel.instant(mode, omega, planes_of(omega, state.planes), at)
+        _act(run, half, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
+        return HOLDS, 0.0
+    held, struck, h, late = _solve(run, half, free_end, mode, h)
+    if not held:
+        return MISSES, 0.0
+    found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+    k, x = _place(half, h)
+    at, end = _ship_at(half, k, x), _end(run, h)
+    now = wheel.instant(mode, omega, (end.plane,), at)
+    drift, since = wheel.drift(mode, omega, at, now)[0], late
+    if omega[0] * abs(late) > free_end.close:
+        # look again from where the event was expected
+        there = _end_later(run, h, late, end, drift)
+        k, x = _place(half, h + late)
+        at = _ship_at(half, k, x)
+        now = wheel.instant(mode, omega, (there,), at)
+        since = _late(wheel, way, now, omega) if struck else _late_for_kink(way, now, omega)
+        late += since
+    _act(run, half, free, mode, struck, _end_later(run, h, late, end, drift), at, now, since)
+    count_step(True, found, run, 0, 0.0)
+    return HOLDS, h + late
+
+
+@inlined
+def _onward(
+    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next event, as `_to_impulse`."""
+    if half.wheel.kinked:
+        return _to_event(run, half, free, free_end)
+    return _to_impulse(run, half, free, free_end)
+
+
+@inlined
+def _is_past(wheel: Wheel, state: RunningState, now: Instant) -> bool:
+    """Return whether the next event of a state is past at an instant."""
+    d = float(state.direction)
+    if wheel.kinked:
+        onward = _goes_on(state)
+        way = d if onward else -d
+        struck = (state.armed or not onward) and not way * now.angle < wheel.impulse
+        crossed = not state.armed and not state.side * now.coordinate > 0.0
+        return (onward or way * now.rate > 0.0) and (struck or crossed)
+    return d * now.rate < 0.0 and not -d * now.angle < wheel.impulse
+
+
+@inlined
+def _to_row(
+    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
+) -> int:
     """Write the row at the end of the last span if it precedes the impulse; the state stays."""
     wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
-    d, plane, h, mode = float(state.direction), state.planes[0], half.known_s, mode_of(state)
+    plane, h, mode = state.planes[0], half.known_s, mode_of(state)
+    if wheel.kinked and h > LONGEST * _expected(run, half, free, free_end):
+        return PAST
     _fill_nodes(half, h, work)
     step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
     fill_rotations(step)
@@ -696,7 +936,7 @@ def _to_row(run: SteppedRun, half: HalfSwing, free_end: FreeEnd, row: LoggedRow)
     k, x = _place(half, h)
     at = _ship_at(half, k, x)
     now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
-    if d * now.rate < 0.0 and not -d * now.angle < wheel.impulse:
+    if _is_past(wheel, state, now):
         return PAST
     if not _holds(run, half, mode, free_end.error, h):
         return MISSES
@@ -791,13 +1031,13 @@ def advance_freely(
             if code == UNKNOWN:
                 break
             if code == DUE:
-                code = _to_row(run, half, free_end, rows[written])
+                code = _to_row(run, half, free, free_end, rows[written])
                 if code == HOLDS:
                     written += 1
                     shown = half.last + 1
                     continue
             if code != MISSES:
-                code, time = _to_impulse(run, half, free, free_end)
+                code, time = _onward(run, half, free, free_end)
             if code == HOLDS:
                 j, x = _place(half, time)
                 further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
@@ -903,8 +1143,7 @@ class FreeEndCollocation(Collocation):
 
     def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
         super().__init__(machine, tolerance, WIDE_SIZE)
-        bent = self._shape is None and not machine.is_linear
-        self._free_end = free_end_of(sweeps, math.pi / self._omega, bent)
+        self._free_end = free_end_of(machine, sweeps)
         self._free = np.zeros((), FREE)
         self._kept: Forcing | None = None
         rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
