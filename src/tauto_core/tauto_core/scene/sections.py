@@ -211,7 +211,7 @@ def walk_per_s(random_walk_fm: float) -> float:
 class Clock(Section):
     """The dial. Without a nominal period it is set for small swings of the regulator.
 
-    Noise that is left out or 0 is not simulated (theory E8).
+    Noise that is left out or 0 is not simulated (E8 in reading.md).
     """
 
     nominal_period: Positive | None = Field(
@@ -324,7 +324,7 @@ class DriftSettings(Section):
     prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
         default=1000.0,
         description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day]; the "
-        'default covers a dial regulated for small swings (theory E7)',
+        'default covers a dial regulated for small swings (E7 in navigator.md)',
     )
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
@@ -347,7 +347,7 @@ class DriftSettings(Section):
         default=None,
         description='list of heave, roll, gravity, temperature, temperature_squared: motions of '
         'the ship, gravity by her latitude, and the temperature of the clock, on which the rate '
-        'is taken to depend (theory E11)',
+        'is taken to depend (E11 in rate.md)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
