@@ -1,4 +1,4 @@
-"""The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (theory.md, E11).
+"""The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (E11 in rate.md).
 
 Motion comes from `ship/imu`, gravity from the places of `ship/fix`, the temperature
 from `ship/temperature`.
@@ -307,8 +307,8 @@ class Regressors:
     def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
         """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), the rate of a weight by shaking.
 
-        f_x counts for a thread that leans freely (theory G7). Of one whose plane is fixed to the
-        ship it counts less the force along her axle, which such a thread cannot follow. On a
+        f_x counts for a thread that leans freely (G7 in hull.md). Of one whose plane is fixed to
+        the ship it counts less the force along her axle, which such a thread cannot follow. On a
         thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
         """
         found, thread = np.empty(len(steps)), self._thread
