@@ -97,7 +97,7 @@ def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntAr
 
 
 def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
-    """Yield a problem where a temperature [°C] is none that air can have."""
+    """Yield a problem for a temperature [°C] that air cannot have."""
     if not COLDEST <= celsius <= WARMEST:
         said = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
         yield Problem(key, celsius, said, in_celsius(celsius))
@@ -118,7 +118,7 @@ class BoxTemperature:
     """Temperature in the box of the clock, at the logged instants of a scene with `air`.
 
     Between two knots the air is a + b s + D cos(φ + ω s), s after the first of them; then the box
-    has the temperature (theory air, eq. 3)
+    has the temperature (G2.3 in air.md)
 
         a + b (s − τ) + D (cos x + ω τ sin x)/(1 + ω² τ²) + c exp(−s/τ), x = φ + ω s.
 

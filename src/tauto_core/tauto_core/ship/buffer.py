@@ -84,7 +84,7 @@ rounding, which such windows magnify: at 2.5 Hz, in a sea with a peak at 9 s, bo
 
 @dataclass(frozen=True)
 class SamplePieces:
-    """SamplePieces of motion between samples of a buffer, arrays of shape (n,).
+    """Pieces of motion between samples of a buffer, arrays of shape (n,).
 
     Attributes:
         begin: sample at which each piece begins.

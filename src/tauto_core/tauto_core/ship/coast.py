@@ -212,7 +212,7 @@ def _sides() -> tuple[FloatArray, ...]:
 
 
 def inland_km(latitude: float, longitude: float) -> float:
-    """Return how far inland a place lies, as the bird flies to the nearest coast [km].
+    """Return how far inland a place lies, in a straight line to the nearest coast [km].
 
     It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
     to a few kilometres; islands that they lack are sea.

@@ -1,13 +1,13 @@
-"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (theory G7).
+"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (G7 in hull.md).
 
 `HullCoefficients` has the result of a panel method for a hull at rest: added mass, damping and the
 exciting forces of waves. `Hull` adds the weights that she carries and gives her six motions at
 any heading and speed. `rate_by_place` returns their effect on the rate of a weight-driven clock.
 
-Axes as everywhere (theory E): x forward, y to port, z up, here from amidships, the centreline and
-the waterline. The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow down)
-and yaw (bow to port) [rad]. Waves run in the direction beta from the bow to port: 0 following
-seas, pi/2 beam seas, pi head seas. Deep water.
+Axes as everywhere (E in ship.md): x forward, y to port, z up, here from amidships, the centreline
+and the waterline. The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow
+down) and yaw (bow to port) [rad]. Waves run in the direction beta from the bow to port: 0
+following seas, pi/2 beam seas, pi head seas. Deep water.
 """
 
 from __future__ import annotations
@@ -871,8 +871,8 @@ def rate_by_place(
 ) -> list[PlaceRate]:
     """Return the rate of a weight-driven clock in a sea, for each heading and place.
 
-    The static formula (theory E2), for waves slow beside the swing. Integrals over the waves' own
-    frequencies; accelerations with omega_e^2.
+    The static formula (G7.4 in hull.md), for waves slow beside the swing. Integrals over the
+    waves' own frequencies; accelerations with omega_e^2.
 
     Args:
         hull: the ship.

@@ -42,7 +42,7 @@ RAO_LENGTH_MEANS = (
 
 CUTOFF = 4.0
 """Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
-energy, but not of its accelerations, which have no limit without a hull (theory G7)."""
+energy, but not of its accelerations, which have no limit without a hull (G7 in hull.md)."""
 LEAST_CUTOFF = 1.5
 Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=LEAST_CUTOFF, le=32.0)]
 MOST_CUTOFF = 8.0
@@ -55,7 +55,8 @@ CUTOFF_MEANS = (
 def cutoff_for(length: float | None, peak_period: float) -> float:
     """Return the cutoff of a sea: for a hull that of waves of a tenth of her length [m].
 
-    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (theory G7).
+    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (G7 in
+    hull.md).
     """
     if length is None:
         return CUTOFF
@@ -127,7 +128,7 @@ class SpectrumTable(Section):
 
 
 class Roll(Section):
-    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (theory E5)."""
+    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (E5 in sea.md)."""
 
     natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
@@ -141,7 +142,7 @@ class Roll(Section):
 
 
 class HullWeights(Section):
-    """Length of a hull, and how the weights lie in her (theory G7)."""
+    """Length of a hull, and how the weights lie in her (G7 in hull.md)."""
 
     length: Positive | None = Field(
         default=None, description='length of the waterline, to which the shape is scaled [m]'

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 M = TypeVar('M', Harmonics, Fades)
 
 ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
-"""The plane in which the weight of a clock can follow the apparent vertical (theory G7).
+"""The plane in which the weight of a clock can follow the apparent vertical (G7 in hull.md).
 
 `free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
 `ship`: the plane athwart that is fixed to the ship and pitches with her.

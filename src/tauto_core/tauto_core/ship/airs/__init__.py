@@ -368,7 +368,7 @@ class RecordAir(AirKind):
 DEPARTS_S = 8.0 * DAY_S
 """Time in which a departure of the air from its mean falls to 1/e [s].
 
-Of the noons with a thermometer in 371 passages those withheld are foretold best so.
+Of the noons with a thermometer in 371 passages those withheld are predicted best so.
 """
 
 

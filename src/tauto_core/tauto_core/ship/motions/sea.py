@@ -338,7 +338,7 @@ class SeaShip(ShipKind):
         return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
-        """Yield the damping of the roll, and of a hull how her weights lie (theory G7)."""
+        """Yield the damping of the roll and, with a hull, how her weights lie (G7 in hull.md)."""
         if self.roll is not None:
             least, most = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
             yield RoughlyKnown(

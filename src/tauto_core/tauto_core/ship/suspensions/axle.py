@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class AxleSuspension(SuspensionKind):
-    """The clock's case hung on a cylindrical axle in a bearing of the ship (theory E3)."""
+    """The clock's case hung on a cylindrical axle in the ship's bearing (E3 in suspension.md)."""
 
     rank = 1
     starter: ClassVar[Mapping[str, float]] = {

@@ -23,7 +23,7 @@ LARGEST_FRICTION = 0.5
 
 
 class GimbalsSuspension(SuspensionKind):
-    """The clock's case in gimbals: a pendulum on pivots fixed in the ship (theory G5).
+    """The clock's case in gimbals: a pendulum on pivots fixed in the ship (G5 in suspension.md).
 
     The inner ring turns about the axis of the roll; the outer one keeps that axis level fore and
     aft, without friction.
