@@ -1,10 +1,10 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
-Its two normal modes (theory C; Euler 1780, 12–28, 42), then the motion at any angles.
+Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), then the motion at any angles.
 
-Euler 1780 (theory C). x points down, y sideways. θ is the tilt of the normal at the contact, from
-the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre of
-gravity. The axle's centre moves along an arc of radius e about O, s = eθ. Formulas use the
+Euler 1780 (C in axle.md). x points down, y sideways. θ is the tilt of the normal at the contact,
+from the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre
+of gravity. The axle's centre moves along an arc of radius e about O, s = eθ. Formulas use the
 curvature 1/e, so that a plane (0) and a convex support (negative) are no exceptions. A cradle is
 the same body; C is then the centre of curvature of its rockers (§48–53).
 """
@@ -25,7 +25,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
 # -----------------------------------------------------------------------------
-# The two normal modes of a link on which a heavy body swings (theory C; Euler 1780, 12–28, 42).
+# The two normal modes of a link with a heavy body (C in axle.md; Euler 1780, 12–28, 42).
 #
 # A massless link of length e carries at its end C a body whose centre of gravity is c below C,
 # with the radius of gyration k about it. To first order in the tilts θ of the link and φ of the
@@ -392,7 +392,7 @@ def forces(
     support: SupportMotion = STILL,
     touch: AxleContact = SMOOTH,
 ) -> AxleForces:
-    """Return contact force and accelerations at any angles (§8–10; theory C, moving support).
+    """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
 
     With δ = φ − θ, D = b₀ − c cos δ, and A, A⊥ the components along the normal and across it of
     the acceleration of that point of the support's frame where C is,
@@ -457,7 +457,7 @@ def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
 
 
 def plane_period(body: AxlePendulum, amplitude: float) -> float:
-    """Return the period of swings of any size on a plane, T = 4 ∫ dφ/φ̇ [s] (theory C).
+    """Return the period of swings of any size on a plane, T = 4 ∫ dφ/φ̇ [s] (C in axle.md).
 
     The centre of gravity moves on a vertical line: (k² + c² sin²φ) φ̇² = 2gc (cos φ − cos A), 0 <
     A < π. With sin(φ/2) = sin(A/2) sin u the integrand is smooth. UnsteadyAxleError: another

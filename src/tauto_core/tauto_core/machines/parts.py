@@ -157,7 +157,7 @@ ESCAPEMENTS = 'tauto_core.machines.escapements'
 
 
 class Rest(Section):
-    """Friction and recoil of the tooth that rests on a pallet between impulses (theory E2)."""
+    """Friction and recoil of the tooth on a pallet between impulses (E2 in escapement.md)."""
 
     friction: NonNegative = Field(
         default=0.0, description='friction torque against the motion [N m]'

@@ -469,7 +469,7 @@ class FluidTautochroneRegulator(Section):
 
     kind: Literal['fluid_tautochrone'] = Field(description='fluid_tautochrone')
     curve: Literal['euler', 'cycloid', 'symmetric', 'companion'] = Field(
-        default='euler', description='euler, cycloid, symmetric or companion (theory B)'
+        default='euler', description='euler, cycloid, symmetric or companion (B in fluid.md)'
     )
     of: Annotated[
         CycloidBranch | CircleBranch | PointsBranch | None, Field(discriminator='kind')

@@ -3,8 +3,8 @@
 Then the base of all kinds of thread: keys, the machine that they make, refusals.
 
 I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
-spring, m g_eff for a weight (theory E2; Euler 1727, XVI–XX). In a case at rest this is the motion
-in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
+spring, m g_eff for a weight (E2 in machine_at_sea.md; Euler 1727, XVI–XX). In a case at rest this
+is the motion in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class WheelMode(NamedTuple):
 
 
 class CaseOfMass(NamedTuple):
-    """A hung case so light that the wheel turns it (theory G5).
+    """A hung case so light that the wheel turns it (G5 in suspension.md).
 
     Attributes:
         mass: M of the case with all in it, the wheel as a mass at its axle [kg].
