@@ -72,7 +72,7 @@ class CircularArc(Cam):
 
 
 class CircularArcCam(CamKind):
-    """Cheek of a circular arc, assumed for the clocks before Euler (theory A)."""
+    """Cheek of a circular arc, assumed for the clocks before Euler (A in wheel.md)."""
 
     threads = ('vertical',)
     rank = 3

@@ -6,7 +6,7 @@ must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ²,
 equations are those of docs/theory/cams.md, section D.
 
 Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
-strictly along the thread; a vertical thread is the limit of a long one (theory A).
+strictly along the thread; a vertical thread is the limit of a long one (A in wheel.md).
 """
 
 from __future__ import annotations
@@ -312,7 +312,7 @@ class SpringCorrected(CorrectedCam):
 
 
 class WeightCorrectedCam(CamKind):
-    """The isochronous cam for a weight that has inertia, made for one period (theory D)."""
+    """The isochronous cam for a weight that has inertia, made for one period (D in cams.md)."""
 
     threads = ('vertical', 'hole')
     corrects = 'weight'
@@ -329,7 +329,7 @@ class WeightCorrectedCam(CamKind):
 
 
 class SpringCorrectedCam(CamKind):
-    """The isochronous cam for a spring with stiffness, made for one period (theory D)."""
+    """The isochronous cam for a spring with stiffness, made for one period (D in cams.md)."""
 
     threads = ('vertical', 'hole')
     corrects = 'spring'

@@ -1,4 +1,4 @@
-"""The isochronous cam for a force that depends on the lift as a table says (theory D)."""
+"""The isochronous cam for a force that depends on the lift as a table says (D in cams.md)."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class ForceTableCorrected(CorrectedCam):
 
 
 class ForceTableCorrectedCam(CamKind):
-    """The isochronous cam for a force given by a table, made for one period (theory D)."""
+    """The isochronous cam for a force given by a table, made for one period (D in cams.md)."""
 
     threads = ('vertical', 'hole')
     corrects = 'force_table'

@@ -1,4 +1,4 @@
-"""The cam that makes Sully's lever machine isochronous (machine: Euler 1727, V; cam: theory D).
+"""The cam that makes Sully's lever machine isochronous (machine: Euler 1727, V; D in cams.md).
 
 The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
 on the wheel's axle C. At rest the lever is level, and B is below C at the depth D. With
@@ -250,7 +250,7 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
 
 
 class LeverCorrectedCam(CamKind):
-    """The isochronous cam for Sully's lever machine, made for one period (theory D)."""
+    """The isochronous cam for Sully's lever machine, made for one period (D in cams.md)."""
 
     threads = ('lever',)
     rank = 7

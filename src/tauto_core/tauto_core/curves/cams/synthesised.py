@@ -206,7 +206,7 @@ def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
 
 
 class SynthesisedCam(CamKind):
-    """The isochronous cam for any power, made for one period and a range of angles (theory D).
+    """The isochronous cam for any power, made for one period and a range of angles (D in cams.md).
 
     For a weight alone it equals weight_corrected, for a spring alone spring_corrected, which have
     closed forms.
