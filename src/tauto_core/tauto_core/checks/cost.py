@@ -863,7 +863,7 @@ class Waves:
 
 
 def scene_waves(scene: Scene) -> Waves:
-    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (theory E1).
+    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (E1 in ship.md).
 
     None for a ship that lies still, or whose motion was measured; in weather those of the highest
     sea.

@@ -50,8 +50,8 @@ from tauto_core.ship.waves import Harmonics, together
 # -----------------------------------------------------------------------------
 # How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
 #
-# A thread that swings and a case on its axle are both a link with a body (theory C), and obey e
-# θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. For a
+# A thread that swings and a case on its axle are both a link with a body (C in axle.md), and obey
+# e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. For a
 # wave of frequency Ω
 #
 #     θ/τ = g (g c − k² Ω²)/D,    φ/τ = g² c/D,    D = e k² (Ω² − ω²)(Ω² − ω′²),
