@@ -24,6 +24,7 @@ WELCOME = {
     'h5py',
     'lz4',
     'matplotlib',
+    'PIL',
     'mcap',
     'numpy',
     'pandas',

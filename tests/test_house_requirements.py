@@ -23,6 +23,7 @@ ROSDEP_KEYS = {
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',
+    'pillow': 'python3-pil',
     'psutil': 'python3-psutil',
     'pydantic': 'python3-pydantic',
     'pytest': 'python3-pytest',

@@ -427,8 +427,9 @@ class Voyage:
 
     def report(self, file: str | Path) -> None:
         """Write the voyage as a page; see `tauto_core.report`."""
-        from tauto_core.plots.page import write_report
+        from tauto_core.plots.page import check_report, write_report
 
+        check_report(Path(file))
         write_report(self, Path(file), f'voyage.report({str(file)!r})')
 
     def to_xarray(self) -> Dataset:

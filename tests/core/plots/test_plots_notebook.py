@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import re
 from base64 import b64decode
+from html import unescape
+from io import BytesIO
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from PIL import Image
 
 import tauto_core as tauto
+from tauto_core.plots.chart import COLOURS, Chart, Line, draw
 from tauto_core.plots.notebook import LARGEST_SVG, picture_html
 
 MOST = 80_000
@@ -57,6 +64,35 @@ def test_a_large_picture_is_shown_in_dots() -> None:
     [(kind, content)] = pictures(picture_html(figure))
     assert kind == 'png'
     assert len(content) < LARGEST_SVG
+
+
+def test_a_map_with_long_coasts_is_small_and_keeps_its_colours() -> None:
+    """Across the Atlantic the coasts have 12,000 points, 400 kB of SVG."""
+    longitude, latitude = np.array([-1.0, -17.0, -61.0, -77.0]), np.array([51.0, 33.0, 17.0, 18.0])
+    lines = [
+        Line('the ship', longitude, latitude, 'green'),
+        Line('by the dial', longitude + 20.0, latitude, 'blue'),
+    ]
+    shown = picture_html(draw(Chart('Map', 'east', 'north', lines, is_map=True), 'x'))
+    assert len(shown) < 60_000
+    [(kind, content)] = pictures(shown)
+    assert kind == 'png'
+    seen = np.asarray(Image.open(BytesIO(content)).convert('RGB')).reshape(-1, 3).astype(int)
+    for name in ('green', 'blue'):
+        asked = np.array(to_rgb(COLOURS[name])) * 255.0
+        near = np.max(np.abs(seen - asked), axis=1) < 12.0
+        assert np.count_nonzero(near) > 300
+
+
+def test_a_voyage_writes_its_page(voyage: tauto.Voyage, tmp_path: Path) -> None:
+    page = tmp_path / 'page.html'
+    voyage.report(page)
+    written = unescape(page.read_text(encoding='utf-8'))
+    assert len(written) < 2.5e6
+    assert f"voyage.report('{page}')" in written
+    assert voyage.answer in written
+    with pytest.raises(tauto.TautoError, match=r'file=page\.txt: must end in \.html'):
+        voyage.report('page.txt')
 
 
 def test_a_comparison_is_a_sentence_and_a_row_for_each_case() -> None:

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from PIL import Image
 
-from tauto_core.files import DOTS_AN_INCH, LOOK
+from tauto_core.files import LOOK
 from tauto_core.plots.chart import Chart, Line, draw
 from tauto_core.plots.contents import chart, thinned
 from tauto_core.plots.machine import cam_lines
@@ -33,9 +34,12 @@ if TYPE_CHECKING:
 
 SMALL_POINTS = 300
 """Largest number of points of a line in the picture of a result."""
-LARGEST_SVG = 100_000
-"""Bytes from which a picture, such as a map with long coasts, is shown as PNG instead."""
+LARGEST_SVG = 45_000
+"""Bytes from which a picture, such as a map with long coasts, is shown as PNG instead: 60 kB in
+the notebook, where each three bytes are four letters."""
 CSS_PIXELS_AN_INCH = 96
+DOTS_AN_INCH, COLOURS = 144, 48
+"""Of these PNGs. A map has a dozen colours, and half-tones at their edges."""
 
 
 class Picture(Figure):
@@ -59,8 +63,11 @@ def picture_html(drawn: Figure, described: str = '') -> str:
     with mpl.rc_context(LOOK):
         drawn.savefig(written, format='svg', metadata={'Date': None})
         if written.tell() > LARGEST_SVG:
-            written, kind = BytesIO(), 'png'
-            drawn.savefig(written, format='png', dpi=DOTS_AN_INCH)
+            whole, written, kind = BytesIO(), BytesIO(), 'png'
+            drawn.savefig(whole, format='png', dpi=DOTS_AN_INCH)
+            # this method keeps colours that are rare, as those of lines are
+            few = Image.open(whole).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
+            few.save(written, 'png', optimize=True)
     source = b64encode(written.getvalue()).decode('ascii')
     width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
     return (
