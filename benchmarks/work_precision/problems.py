@@ -11,10 +11,10 @@ gamma is the apparent vertical beta (b, c, e), theta = psi - rho the wheel's ang
 released at rest there. rho is the exact sum of the sea's components, and beta and g_eff follow
 from it (docs/theory/ship.md E1), so that Tauto's error by sampling the ship counts.
 
-f is the pendulum on its axle at any angles, on land (theory C): a case in its bearing, released at
-rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular: the distance
-of two releases 1e-10 rad apart grows like the time (7e-8 rad after 1000 s, 7e-7 rad after
-10,000 s; from releases at 1 rad it grows faster).
+f is the pendulum on its axle at any angles, on land (C in axle.md): a case in its bearing,
+released at rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular:
+the distance of two releases 1e-10 rad apart grows like the time (7e-8 rad after 1000 s, 7e-7 rad
+after 10,000 s; from releases at 1 rad it grows faster).
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class HungCase:
-    """The numbers of the case on its axle (theory C).
+    """The numbers of the case on its axle (C in axle.md).
 
     Attributes:
         e: radius of the hollow less that of the axle [m].

@@ -1,4 +1,4 @@
-"""The peers against closed forms, and against SciPy on the equations of theory E1 and E2."""
+"""The peers against closed forms and SciPy (E1 in ship.md, E2 in machine_at_sea.md)."""
 
 from __future__ import annotations
 

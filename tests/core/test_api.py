@@ -238,7 +238,7 @@ def test_a_key_in_a_section_is_named_by_its_path() -> None:
 
 
 def test_the_cam_of_a_scene() -> None:
-    """Euler's involute: the lever arm is the base radius times the angle (theory A)."""
+    """Euler's involute: the lever arm is the base radius times the angle (A in wheel.md)."""
     found = tauto.cam('measured', points=50)
     np.testing.assert_allclose(found.lever_arm_m, 0.005 * found.angle_rad, rtol=1e-12)
     assert len(found.x_m) == len(found.y_m) == 50

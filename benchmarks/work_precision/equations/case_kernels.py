@@ -1,4 +1,4 @@
-"""The equations of the suspended case (theory C), once for all peers, and their numba versions.
+"""The equations of the suspended case (C in axle.md), once for all peers, and in numba.
 
 `bends` is arithmetic alone, so that it takes floats, heyoka's expressions and JAX's numbers alike.
 `numbers` is (e, c, k, g); the state is (theta, phi, theta', phi').

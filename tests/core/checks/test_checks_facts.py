@@ -121,7 +121,7 @@ def hanging(length, **changes):
 @pytest.mark.parametrize(
     ('length', 'resonates'),
     [
-        # theory A: the rows of the table of threads that gain and lose
+        # threads.md: the rows of the table of threads that gain and lose
         (0.2, ('wheel',)), (0.26, ('wheel',)), (0.5, ()), (1.0, ()), (4.0, ()),
         (16.0, ('waves',)), (20.0, ('waves',)), (32.0, ('waves',)),
     ],

@@ -1,4 +1,4 @@
-"""The cams corrected for a weight's inertia and a spring's stiffness (theory D)."""
+"""The cams corrected for a weight's inertia and a spring's stiffness (D in cams.md)."""
 
 import json
 import math

@@ -57,7 +57,7 @@ def test_every_formula_that_needs_a_correction_is_there():
 
 def test_figures_that_the_theory_tells():
     (weight,) = (claim for claim in CLAIMS if claim.expected == 'fails')
-    # theory A: Q = 100 P loses 428.26 s/day at 1 rad
+    # A in wheel.md: Q = 100 P loses 428.26 s/day at 1 rad
     assert 86400 * (1 - 1 / weight.computed) == pytest.approx(428.26, abs=0.02)
     radius = next(claim for claim in CLAIMS if claim.stands == 'BC = 63 scrup.')
     assert radius.computed == pytest.approx(63.32, rel=1e-9)

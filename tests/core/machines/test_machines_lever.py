@@ -63,7 +63,7 @@ def test_the_period_is_that_of_fifty_digits(name):
 
 
 def test_the_involute_does_not_make_it_isochronous():
-    """The reference is T/T₀ − 1 in theory A, §V, to the digits given there."""
+    """The reference is T/T₀ − 1 in threads.md (A §V), to the digits given there."""
     for amplitude, departure in ((0.5, 0.0075), (1.0, 0.0299), (1.5, 0.0679)):
         ratio = SULLY.period(amplitude) / SULLY.small_period
         assert round(ratio - 1.0, 4) == departure

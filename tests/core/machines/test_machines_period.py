@@ -77,7 +77,7 @@ def test_involute_beside_the_corrected_cam(entry):
 @pytest.mark.parametrize('amplitude', [1e-9, 1e-3, 1.0, 6.0, 300.0])
 @pytest.mark.parametrize('mass', [1e-6, 0.1, 50.0])
 def test_weight_against_the_elliptic_integral(mass, amplitude):
-    """T/T₀ = (2/π) E(−ε), for ε from 1e-25 to 1e6 (theory A)."""
+    """T/T₀ = (2/π) E(−ε), for ε from 1e-25 to 1e6 (A in wheel.md)."""
     regulator = machine(Hole(0.01, 3.1), mass=mass)
     eps = mass * (0.01 * amplitude) ** 2 / regulator.inertia
     ratio = regulator.period(amplitude) / regulator.small_period

@@ -233,7 +233,7 @@ def test_isochronism():
     assert table.nominal_period_s == regulator.small_period
     assert table.amplitude_rad.tolist() == [1.0, 0.1]
     assert table.period_s[1] == regulator.period(0.1)
-    # theory E2: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
+    # E2 in machine_at_sea.md: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
     assert table.rate_s_per_day[0] == pytest.approx(404.0, abs=0.5)
     slow = isochronism(regulator, [0.1], nominal_period_s=1.0)
     assert slow.nominal_period_s == 1.0

@@ -43,7 +43,7 @@ def test_its_synthesised_cam_keeps_one_period():
 
 
 def test_of_a_weight_alone_it_is_the_cycloids_cam():
-    """The closed form of theory D, by another way."""
+    """The closed form of D in cams.md, by another way."""
     found = compile_machine(scene(power='{kind: weight, mass: 0.05}')).cam
     exact = compile_machine(
         scene('{kind: weight_corrected, period: 1.5}', '{kind: weight, mass: 0.05}')

@@ -118,7 +118,7 @@ def test_regulators_beat_seconds() -> None:
 
 
 def test_weight_scenes_are_regulated_at_their_swing() -> None:
-    """T/T0 = 1 + ε/4 − 3ε²/64 + 5ε³/256 (theory A, weight's inertia); next term 2e-9."""
+    """T/T0 = 1 + ε/4 − 3ε²/64 + 5ε³/256 (A in wheel.md, weight's inertia); next term 2e-9."""
     for name in ('measured', 'involute_weight_at_sea'):
         scene = load_scene(name)
         cam, power = scene.trochlea.cam, scene.trochlea.power

@@ -1,4 +1,4 @@
-"""A hull in the sea of a scene: what the IMU reads, and what it does to a clock (theory G7)."""
+"""A hull in the sea of a scene: the IMU readings and the effect on a clock (G7 in hull.md)."""
 
 from __future__ import annotations
 
