@@ -1,6 +1,7 @@
 """Clocks run side by side: each as if alone, and an event in one does not affect others."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,9 +78,12 @@ def test_an_event_stops_its_own_clock_alone(pair):
 
 
 def test_clocks_in_one_sea_have_the_figures_of_those_alone():
-    """The sea is sampled once, and the case moves once, in which two of the clocks hang."""
+    """The sea is sampled once, and a case moves once, in which three of the clocks hang."""
     clocks = 'clock_involute_weight', 'clock_own_cam_weight', 'clock_second_cam_force'
     entries = make_entries(clocks, duration=7200.0)
+    deep = entries[1].scene
+    case = deep.suspension.model_copy(update={'depth': 0.4})
+    entries[1] = replace(entries[1], scene=deep.model_copy(update={'suspension': case}))
     together = [figures(row) for row in sail_together(entries)]
     assert together == [figures(sail_together([each])[0]) for each in entries]
     assert together[1]['error_s'] == sail(entries[1].scene).result['clock']['error_s']
