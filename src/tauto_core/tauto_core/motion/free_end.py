@@ -760,14 +760,15 @@ def _expected(run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeE
             k, x = _place(half, 0.0)
             reach = wheel.impulse - d * _ship_at(half, k, x).tilt.value
         return (_arc_sine(reach * per_size) - since) / run.omega[0]
-    # a larger swing from kink to kink takes another time
-    half_s = free_end.usual_s * (1.0 + free_end.slower * (1.0 / (per_size * free_end.swing) - 1.0))
-    k, x = _place(half, half_s)
-    then = _ship_at(half, k, x)
+    k, x = _place(half, free_end.usual_s)
+    then, quicker = _ship_at(half, k, x), 1.0
     if wheel.felt.gravity is not None:
         # (1 + more)^(−1/2)
         more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
-        half_s *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+        quicker -= more * (0.5 - more * (0.375 - more * 0.3125))
+    # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
+    larger_by = quicker / (per_size * free_end.swing) - 1.0
+    half_s = free_end.usual_s * quicker * (1.0 + free_end.slower * larger_by)
     reach = min(0.0, wheel.impulse + d * then.tilt.value)
     return half_s + (_arc_sine(reach * per_size) - since) / run.omega[0]
 
