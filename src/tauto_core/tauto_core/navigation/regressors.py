@@ -374,7 +374,7 @@ class Regressors:
 
 
 class SlowRegressor:
-    """Integrates regressors that go linearly, or as the square of that, between samples.
+    """Integrates regressors that are linear or quadratic in time between samples.
 
     The result does not depend on batches. After the last sample the quantity is taken to stay as
     it was, before the first as at the start.
