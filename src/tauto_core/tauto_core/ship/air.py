@@ -30,7 +30,7 @@ KELVIN_FROM = 200.0
 
 AIR_KNOT_S = 600
 """Time between the knots under way where longitude or latitude matter [s]; between them the mean
-and the local time go linearly.
+and the local time are linear.
 """
 
 _Hour = Annotated[float, Strict(), Field(ge=0.0, le=24.0)]

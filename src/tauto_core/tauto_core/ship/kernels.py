@@ -516,7 +516,7 @@ def _store_upwards(
         if size is not None:
             size[i] = math.sqrt(y * y + z * z)
         return
-    # z and its slope go on steadily, to no less than half of the least
+    # z and its slope are continuous, and z is no less than half of the least
     upward = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (z / LEAST_UPWARD - 1.0)))
     if tilt is not None:
         tilt[i] = _direction(-y, upward)

@@ -70,8 +70,8 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
 
     With m_i the slopes of the chords, the slope at a point between the chords m₂ and m₃ is
     (w₂ m₂ + w₃ m₃)/(w₂ + w₃), w₂ = |m₄ − m₃| and w₃ = |m₂ − m₁|, or their mean where both are
-    zero. Beyond the ends the slopes go on linearly; two points are joined by a straight line. x is
-    strictly increasing, and `at` lies between the first and the last.
+    zero. Beyond the ends the slopes m are extended linearly; two points are joined by a straight
+    line. x is strictly increasing, and `at` lies between the first and the last.
     """
     m = np.pad(np.diff(y) / np.diff(x), 2, mode='edge')
     for i, one, two in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
