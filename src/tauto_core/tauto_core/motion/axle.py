@@ -400,9 +400,9 @@ def _small_tilt(clock: AxleClock, time: FloatArray) -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# The propagator, on land and at sea. The support goes with the ship, and the clock's place is that
-# of the axle's centre at rest. β and g_eff of the forcing are the apparent gravity there, and its
-# tilt τ gives the roll, ρ = β − τ.
+# The propagator, on land and at sea. The support moves with the ship, and the clock's place is
+# that of the axle's centre at rest. β and g_eff of the forcing are the apparent gravity there, and
+# its tilt τ gives the roll, ρ = β − τ.
 
 
 class AxleSwings:

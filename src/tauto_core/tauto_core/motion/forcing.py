@@ -150,7 +150,7 @@ class Forcing:
         neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m); None where
             the platform lies still, or a window takes its place.
         tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
-            it is zero, because the line goes with the case or the platform lies still.
+            it is zero, because the line moves with the case or the platform lies still.
         gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
             depend on it.
         window: the neutral line by its samples; None where coefficients are wanted.

@@ -7,7 +7,7 @@ construction, and needs no search, no short step back and no layout of a stretch
 
 Such a step begins at an impulse and reads as many spans of forcing as it covers. A row that is
 logged on its way is the end of a step of given length from the same impulse. What a step assumes
-is checked at its nodes; where that fails, the driver of `stepping` goes on to the next impulse.
+is checked at its nodes; where that fails, the driver of `stepping` continues to the next impulse.
 """
 
 from __future__ import annotations
@@ -420,7 +420,7 @@ def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
 
 @inlined
 def _place(half: HalfSwing, time: float) -> tuple[int, float]:
-    """Return span and x of its piece a time [s] after the beginning; the last span goes on."""
+    """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
     k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
     left = time
     while k < half.last:
@@ -472,7 +472,7 @@ def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
         if felt.lean is not None:
             _keep(nodes.lean, later, first, lean)
         if pieces.hot is not None and pieces.hot.interval[k] != interval:
-            # one cubic goes on over all pieces of a log interval
+            # one cubic holds over all pieces of a log interval
             hot, interval = pieces.hot, pieces.hot.interval[k]
             _keep(nodes.carried, later, first, _number(hot, k, 0, at))
             _keep(nodes.force, later, first, _number(hot, k, 1, at))
@@ -941,7 +941,7 @@ def _to_row(
         return PAST
     if not _holds(run, half, mode, free_end.error, h):
         return MISSES
-    # the state goes there for the row, and back again
+    # the state is advanced for the row, and then restored
     turns, beats = state.turns, state.beats
     x, x_rest, y, y_rest = plane.x, plane.x_rest, plane.y, plane.y_rest
     found = signs_at_nodes(wheel.coordinates(work), x < 0.0, NOWHERE, work)
@@ -1047,7 +1047,7 @@ def advance_freely(
                 k = j
                 continue
             free.waits, free.missed = WAITS + 1, free.missed + 1
-        # the driver goes on to the next impulse, or to the end of the span
+        # the driver continues to the next impulse, or to the end of the span
         code, x, _ = span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
             at = _ship_at(start, k, x)
@@ -1223,7 +1223,7 @@ class FreeEndCollocation(Collocation):
         return {**super().state(), 'free': state_of(self._free), 'spans': spans}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         super().restore(state)
         restore_record(self._free, state['free'])
         spans, self._kept = state['spans'], None

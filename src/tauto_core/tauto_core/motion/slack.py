@@ -354,7 +354,7 @@ class SlackThread(Stepped):
         return {**super().state(), 'slack': slack}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         super().restore(state)
         slack = state['slack']
         self._is_slack, self._slack_since_s = slack['is_slack'], slack['since_s']

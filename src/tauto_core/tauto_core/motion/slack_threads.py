@@ -235,7 +235,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
     def tauten(
         self, taut: Hanging, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
     ) -> Tautened:
-        """Share the momentum along the thread; across it the weight goes on."""
+        """Share the momentum along the thread; across it the weight keeps its velocity."""
         thread, planes = thread_now(taut, at), planes_of(omega, free.planes)
         psi, psi_rate = planes[0].x, omega[0] * planes[0].y
         hangs = _hangs_at(thread, thread.radius, psi, planes[1].x, planes[2].x)

@@ -554,6 +554,6 @@ class Stepped(ABC):
         return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
-        """Go on from a state."""
+        """Continue from a saved state."""
         restore_record(self._state, state)
         self._start_angle = float(state['start_angle'])

@@ -121,7 +121,7 @@ class ThreadSystem(WithThread, System):
     """
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
-        """Decide at θ = angle, θ̇ = 0 which way the wheel goes."""
+        """Set at θ = angle, θ̇ = 0 the direction in which the wheel starts."""
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         state.direction = -1 if now.bend < 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)

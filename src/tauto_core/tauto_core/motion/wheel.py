@@ -816,7 +816,7 @@ def longest_step(
             last = angle / omega * float(max(tails)) / abs(amplitude)
         return step_error(factor, last, False) <= TOLERANCE_SHARE * tolerance
 
-    # the coefficient falls with the length of the step; the shortest is taken whatever its error
+    # the coefficient falls with the length of the step; the shortest step is always taken
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
 
 
