@@ -17,7 +17,7 @@ from launch_ros.substitutions import FindPackageShare
 
 PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'foreign_imu.yaml'])
 ARGUMENTS = {
-    'scene': ('measured', 'scene file (absolute path) or name of a shipped scene'),
+    'scene': ('measured', 'scene file (absolute path) or name of a built-in scene'),
     'imu': ('ship/imu', 'topic of the sensor, sensor_msgs/Imu'),
     'imu_reliability': ('best_effort', 'what the sensor offers: best_effort or reliable'),
     'imu_rotation': (
@@ -38,7 +38,7 @@ ARGUMENTS = {
     'use_sim_time': ('false', 'take the time from /clock, as from a simulator'),
     'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),
     'namespace': ('', 'namespace of the nodes'),
-    'executor': ('events', 'what spins the nodes: events or single'),
+    'executor': ('events', 'executor of the nodes: events or single'),
     'params_file': (PARAMETERS, 'parameters of all nodes'),
 }
 

@@ -16,7 +16,7 @@ from launch_ros.substitutions import FindPackageShare
 
 PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'voyage.yaml'])
 ARGUMENTS = {
-    'scene': ('measured', 'scene file (absolute path) or name of a shipped scene'),
+    'scene': ('measured', 'scene file (absolute path) or name of a built-in scene'),
     'speed': ('60.0', 'sea seconds in a second; 0.0: as fast as the graph can'),
     'duration': ('0.0', "replaces the duration of the scene [s]; 0.0: the scene's own"),
     'out': ('voyage', 'folder of the bag'),
@@ -25,7 +25,7 @@ ARGUMENTS = {
     'publish_clock': ('false', 'publish the time at sea on /clock'),
     'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),
     'namespace': ('', 'namespace of the nodes'),
-    'executor': ('events', 'what spins the nodes: events or single'),
+    'executor': ('events', 'executor of the nodes: events or single'),
     'params_file': (PARAMETERS, 'parameters of all nodes'),
 }
 

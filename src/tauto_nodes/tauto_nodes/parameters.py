@@ -246,7 +246,7 @@ def _of(kind: type[T], value: object) -> T:
 _EXECUTOR = Parameter(
     'executor',
     'events',
-    "what spins the node: `events` is several times faster, `single` is rclpy's standard one",
+    "executor of the node: `events` is several times faster, `single` is rclpy's standard one",
     choices=('events', 'single'),
 )
 _STALE = Parameter(
@@ -262,7 +262,7 @@ _FLOW = (
         'flow_control',
         'none',
         '`credits`: senders wait for receivers and nothing is lost (all nodes of the graph must '
-        'have it); `none`: the graph is driven by somebody else',
+        'have it); `none`: another program drives the graph',
         choices=('none', 'credits'),
     ),
     Parameter(
@@ -279,7 +279,7 @@ _FLOW = (
     ),
 )
 _SCENE = Parameter(
-    'scene', 'measured', 'scene file or name of a shipped scene', required=True, is_path=True
+    'scene', 'measured', 'scene file or name of a built-in scene', required=True, is_path=True
 )
 _DURATION = Parameter(
     'duration',
@@ -299,7 +299,8 @@ _SOURCE = Parameter(
 _IMU = Parameter(
     'imu_reliability',
     'reliable',
-    'what the subscription to ship/imu asks for; most sensors only offer `best_effort`',
+    'reliability that the subscription to ship/imu requests; most sensors only offer '
+    '`best_effort`',
     choices=('reliable', 'best_effort'),
 )
 _MOUNT = Parameter(
@@ -312,13 +313,13 @@ _MOUNT = Parameter(
 _RESET = Parameter(
     'reset_on_time_jump',
     False,
-    'with a foreign source: set the dial anew where the stamps of ship/imu go back for good; '
+    'with a foreign source: set the dial again where the stamps of ship/imu go back for good; '
     'otherwise it does so only where /clock goes back, under `use_sim_time`',
 )
 _CLOCK = Parameter(
     'publish_clock',
     False,
-    'publish /clock, at most 100 times a second; refused where somebody else publishes it',
+    'publish /clock, at most 100 times a second; refused if another node publishes it',
 )
 _WAIT = Parameter(
     'wait',
