@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 
 ROOT = Path(__file__).parents[1]
 DOCKERFILE = (ROOT / 'Dockerfile').read_text(encoding='utf-8')
@@ -50,6 +51,25 @@ def test_it_is_built_by_the_steps_of_the_workflow_for_jazzy() -> None:
     ):
         assert step in DOCKERFILE
         assert step.replace('--no-cache-dir ', '') in WORKFLOW
+
+
+def test_the_workflow_for_jazzy_tries_the_page_s_commands_to_the_letter() -> None:
+    """In their order, but for the sensor: what is said to work is what is tried."""
+    page = (ROOT / 'docs' / 'howto' / 'jazzy.md').read_text(encoding='utf-8')
+    said = [
+        command
+        for line in re.findall(r'^ {8}(.+)$', page, re.MULTILINE)
+        for command in line.split(' && ')
+        if 'imu:=/xsens/imu' not in command
+    ]
+    assert len(said) == 11
+    tried: list[str] = []
+    for step in yaml.safe_load(WORKFLOW)['jobs']['jazzy']['steps']:
+        tried.append(f'cd {step.get("working-directory", ".")}')
+        tried += step.get('run', '').replace('\\\n', ' ').splitlines()
+    lines = iter(' '.join(line.split()) for line in tried)
+    missing = [command for command in said if not any(line.endswith(command) for line in lines)]
+    assert not missing
 
 
 def test_the_entry_sets_up_ros_and_becomes_tauto(tmp_path: Path) -> None:
