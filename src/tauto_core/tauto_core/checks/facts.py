@@ -326,8 +326,8 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
     The ship's vertical acceleration z̈ at the clock is nearly Gaussian, so that g + z̈ falls below
     zero ν₀ exp(−g²/2σ²) times a second, ν₀ = σ′/2πσ, with the standard deviations σ of z̈ and σ′
     of its derivative (Rice, Mathematical Analysis of Random Noise, 1945, section 3.3). Roll and
-    swing count for nothing here. Where it falls free every 25 s, up to half as many slacks again
-    were counted (threads.md).
+    swing count for nothing here: the estimate is of a clock that goes. A wheel without drag, which
+    such a sea winds up, tautens and lets go again within one fall (threads.md).
 
     Returns:
         `acceleration_m_s2`, σ, and `times_a_day`; None where no weight alone hangs on a thread,
