@@ -176,7 +176,7 @@ def test_clocks_sail_a_passage_of_a_log_book(tmp_path: Path) -> None:
         (['--harbour-days', '3'], '--harbour-days 3.0: goes with --logs'),
         (['--logs', 'absent.csv'], '--logs absent.csv: '),
         (['--logs', 'LOG'], 'has 3 passages'),
-        (['--logs', 'LOG', '--passage', 'x'], 'is none of the 3 passages'),
+        (['--logs', 'LOG', '--passage', 'x'], 'is not one of the 3 passages'),
         (['--logs', 'LOG', '--passage', '17700101-2'], 'row 2 (line 6), latitude'),
         (['--logs', 'LOG', '--passage', P, '--harbour-days', '-1'], 'harbour_days'),
     ],
