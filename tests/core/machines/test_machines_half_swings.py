@@ -16,8 +16,10 @@ from tauto_core.curves.branches import (
     joined_companion,
 )
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone
+from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.machines.fluid_pendulum import composed_length, descent_time, duration_excess
 from tauto_core.machines.half_swings import BothWays
+from tauto_core.scene import load_scene
 from tauto_core.scene.errors import DescentError
 
 G = 9.80665
@@ -123,6 +125,20 @@ def test_constant_friction_is_that_of_the_integrated_motion(curve: Any, start: f
     assert course.end == pytest.approx(end, rel=1e-11)
     if isinstance(curve, FluidTautochrone) and start > 0.0:
         assert course.duration == pytest.approx(math.pi * math.sqrt(1.0 / G), rel=3e-15)
+
+
+@pytest.mark.parametrize('friction', [0.005, 0.01, 0.02, 0.03, 0.05])
+def test_whatever_the_friction_its_zero_is_rounded_to_a_half_swing_is_found(
+    friction: float,
+) -> None:
+    """A force of one rounding at the zero would have a root in r, of which no series converges."""
+    machine = compile_machine(load_scene('globe_in_oil'))
+    assert isinstance(machine, FluidPendulum)
+    for start in (0.1, 0.3, 0.4):
+        course = BothWays(machine.curve, G, friction, start).course(start)
+        duration, end = integrated(machine.curve, start, friction)
+        assert course.duration == pytest.approx(duration, rel=1e-11)
+        assert course.end == pytest.approx(end, rel=1e-11)
 
 
 def test_a_start_that_would_leave_the_other_branch_is_refused() -> None:

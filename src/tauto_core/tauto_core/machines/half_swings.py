@@ -48,12 +48,15 @@ class OneWay:
     def __init__(self, curve: DescentCurve, friction: float, falls_to: int, start: float) -> None:
         self._way, self.zero = falls_to, zero_of_force(curve, -falls_to * friction)
         zero, kappa, gamma = self.zero, curve.kappa, curve.gamma
+        # friction as the slope at the rounded zero has it, so that the force there is 0 exactly;
+        # a rest of one rounding has a root for r, of which no series converges
+        held = -falls_to * float(curve.slope(zero))
 
         def fall(arc: FloatArray) -> FloatArray:
-            return -falls_to * curve.slope(zero - falls_to * arc) - friction
+            return -falls_to * curve.slope(zero - falls_to * arc) - held
 
         def rise(arc: FloatArray) -> FloatArray:
-            return falls_to * curve.slope(zero + falls_to * arc) + friction
+            return falls_to * curve.slope(zero + falls_to * arc) + held
 
         joints = curve.joints - zero
         self._fall = Quarter(
