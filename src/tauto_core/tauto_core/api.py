@@ -793,12 +793,10 @@ def trial(
     from tauto_core.ensembles.trial_answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
     from tauto_core.files import check_plot
-    from tauto_core.ship.logbook import read_passages
 
     logbook, plotted = str(path('logs', logs)), None if file is None else path('file', file)
     if plotted is not None:
         check_plot(plotted, 'file')
-    trials.check_logs(logbook)
     local_time_s = number('local_time_s', local_time_s, 's')
     check_local_time(local_time_s)
     if isinstance(compare, str):
@@ -809,7 +807,6 @@ def trial(
     loaded, origin = load(scene, **overrides), origin_of(scene)
     trial = trials.make_trial(
         logbook,
-        read_passages(logbook),
         [(origin, loaded), *trials.clocks_beside(loaded, origin, compare)],
         choice,
         harbour_days=number('harbour_days', harbour_days, 'd'),

@@ -40,7 +40,7 @@ def made(folder, names=(CLOCK,), choice=ALL, text=LOG, **more):
     first = clock(names[0])
     others = [(name, on_passage_of(name, clock(name), first, names[0])) for name in names[1:]]
     scenes = [(names[0], first), *others]
-    return make_trial(path, read_passages(path), scenes, choice, harbour_days=0.5, **more)
+    return make_trial(path, scenes, choice, harbour_days=0.5, **more)
 
 
 def lasting(rows):
@@ -268,7 +268,7 @@ def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path
     own = load_scene(
         'esperance_to_the_cape', **{'ship.weather.background_swell': swell, 'air': ABSENT}
     )
-    found = make_trial(path, read_passages(path), [('own', own)], ALL)
+    found = make_trial(path, [('own', own)], ALL)
     scene, _ = found.rules.scene(found.rules.clocks[0], Sailing(2, found.passages[2]))
     assert scene.ship.weather.background_swell.model_dump() == swell
 

@@ -91,15 +91,12 @@ def sail_logs(
     from tauto_core.ensembles.trial_answers import answers_of, check_local_time
     from tauto_core.ensembles.trials import (
         Choice,
-        check_logs,
         clocks_beside,
         make_trial,
         sail_trial,
     )
     from tauto_core.ship.coast import LANDFALL_KM
-    from tauto_core.ship.logbook import read_passages
 
-    check_logs(asked.logs)
     check_local_time(asked.local_time_s)
     low, high = (-math.inf, math.inf)
     if asked.years is not None:
@@ -116,18 +113,17 @@ def sail_logs(
         names = [each.strip() for each in asked.compare.split(',')]
         scenes += clocks_beside(scene, origin, names)
     with progress_bar(asked.logs) as progress:
-        passages = list(read_passages(asked.logs, progress=progress))
-    trial = make_trial(
-        asked.logs,
-        passages,
-        scenes,
-        choice,
-        harbour_days=asked.harbour_days,
-        longest_s=shortened_s,
-        wind_draws=asked.wind_draws,
-        hull_draws=asked.hull_draws,
-        anyway=anyway,
-    )
+        trial = make_trial(
+            asked.logs,
+            scenes,
+            choice,
+            progress=progress,
+            harbour_days=asked.harbour_days,
+            longest_s=shortened_s,
+            wind_draws=asked.wind_draws,
+            hull_draws=asked.hull_draws,
+            anyway=anyway,
+        )
     for clock in trial.rules.clocks:
         if clock.why_unsensed:
             say(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')

@@ -60,10 +60,10 @@ from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import SharedBuffers
+from tauto_core.ship.coast import OCEANS, ocean_of
 from tauto_core.ship.hull import SHAPES
 from tauto_core.ship.imu import Sensed, kept, message
-from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
-from tauto_core.ship.oceans import OCEANS, ocean_of
+from tauto_core.ship.logbook import LoggedPassage, read_passages, scene_of_passage
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sampling import rate_under_way
 
@@ -442,23 +442,23 @@ MOST_DRAWS = 1000
 
 def make_trial(
     logs: str,
-    passages: Iterable[LoggedPassage],
     scenes: Sequence[tuple[str, Scene]],
     choice: Choice = Choice(),
     *,
+    progress: Callable[[float], None] | None = None,
     harbour_days: float = 14.0,
     longest_s: float | None = None,
     wind_draws: int = 0,
     hull_draws: int = 0,
     anyway: bool = False,
 ) -> Trial:
-    """Return the trial of clocks that share ship and passage.
+    """Return the trial of clocks that share ship and passage, after reading the log-book.
 
     Args:
-        logs: file or name of the log-book, for errors.
-        passages: its passages.
+        logs: file or folder of the log-book.
         scenes: the clocks, with their names as the user gave them.
         choice: which passages.
+        progress: called with the share of the log-book that has been read.
         harbour_days: days of rating before the first entry [days].
         longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
         wind_draws: number of repetitions of each passage with another random wind.
@@ -466,14 +466,15 @@ def make_trial(
         anyway: sail even machines and ships larger than any known.
 
     Raises:
-        UsageError: no such passages, numbers out of range, or a clock that comes twice.
+        UsageError: no such file or passages, numbers out of range, or a clock that comes twice.
         SceneError: a clock that cannot be rated as its scene says.
     """
-    chosen = choice.of(passages, logs)
+    check_logs(logs)
     names = [scene.name for _, scene in scenes]
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f'{name}: two clocks are called so. Give one another `name`')
+    chosen = choice.of(read_passages(logs, progress=progress), logs)
     rules = Rules(
         tuple(TriedClock(origin, scene.name, _content(scene, origin)) for origin, scene in scenes),
         scenes[0][1].seed,
