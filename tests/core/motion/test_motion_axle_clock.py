@@ -24,7 +24,7 @@ from tauto_core.machines.axle_pendulum import (
 )
 from tauto_core.motion import Forcing
 from tauto_core.motion.axle import AxleSwings, axle_table
-from tauto_core.motion.axle_steps import AxleLaw, Place, pushed
+from tauto_core.motion.axle_steps import AxleInstant, AxleLaw, pushed
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
@@ -376,7 +376,7 @@ def test_the_law_of_the_steps_is_that_of_the_forces(curvature: float, touch: Axl
     law = AxleLaw(curvature, 0.3, 0.15, G, touch.radius, touch.friction, touch.rolls)
     for _ in range(40):
         state, support = random.uniform(-0.5, 0.5, 4), random.uniform(-1.0, 1.0, 5)
-        found = pushed(law, Place(*state, *support))
+        found = pushed(law, AxleInstant(*state, *support))
         wanted = forces(body, AxleState(*state), SupportMotion(*support), touch)
         names = 'arc_acceleration', 'tilt_acceleration', 'contact', 'along'
         exact = [float(getattr(wanted, name)) for name in names]

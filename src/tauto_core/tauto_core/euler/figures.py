@@ -474,7 +474,7 @@ def other_supports() -> Figure:
 
 
 @dataclass(frozen=True)
-class Plate:
+class EngravedPlate:
     """A figure of the page: its file's name, paper, caption (paragraph and content), drawing."""
 
     name: str
@@ -484,28 +484,28 @@ class Plate:
 
 
 PLATES = (
-    Plate(
+    EngravedPlate(
         'a_involute',
         'A',
         'XIV: the wheel and its cheeks, the involutes BE and BF of the circle CB. The thread '
         'is tangent at M; TM = rθ is its lever arm, CT = CB.',
         involute_cheeks,
     ),
-    Plate(
+    EngravedPlate(
         'a_hole',
         'A',
         'XXIX: the cam for a thread through a fixed hole O, here CO = 2b. CN = MP is the '
         'lever arm t = bφ, CP = b√(a² − t²)/(b + √(a² − t²)).',
         hole_cheeks,
     ),
-    Plate(
+    EngravedPlate(
         'a_period',
         'A',
         'XX–XXI: what a clock loses on the involute by the inertia of the weight, and the '
         'cam made for that weight, which Euler did not draw.',
         weight_period,
     ),
-    Plate(
+    EngravedPlate(
         'a_lever',
         'A',
         "V: Sully's machine. The thread pulls at B on a lever that turns about A and carries "
@@ -513,7 +513,7 @@ PLATES = (
         'rest, with B under C, is an assumption: the text does not say.',
         lever_machine,
     ),
-    Plate(
+    EngravedPlate(
         'b_curve',
         'B',
         '22, 26–30: descent MA and ascent AN in a fluid of a tenth of the density of the '
@@ -521,21 +521,21 @@ PLATES = (
         'the cycloid of the same pendulum.',
         curve_in_fluid,
     ),
-    Plate(
+    EngravedPlate(
         'b_speed',
         'B',
         '31–34: the height of fall v of the speed. It is greatest at an arc before A which '
         'is exactly the difference between the arcs of descent and ascent.',
         speed_along_arc,
     ),
-    Plate(
+    EngravedPlate(
         'b_backward',
         'B',
         '22, the open remark: a swing in the other direction, down NA and up AM, is not '
         'isochronous; q = 1 − exp(−κs), s its first arc.',
         backward_swing,
     ),
-    Plate(
+    EngravedPlate(
         'c_modes',
         'C',
         '33–36: the two normal modes, each at both ends of its swing. O: centre of the '
@@ -543,14 +543,14 @@ PLATES = (
         'gyration.',
         both_modes,
     ),
-    Plate(
+    EngravedPlate(
         'c_lengths',
         'C',
         '37–42: the pendulum lengths b and b′ of both modes against e, and their limits; c = '
         '300 mm, k = 150 mm.',
         mode_lengths,
     ),
-    Plate(
+    EngravedPlate(
         'c_supports',
         'C',
         '37–40, 45–47: the body on a plane and on a convex support, and the squared '

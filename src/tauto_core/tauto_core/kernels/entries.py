@@ -110,12 +110,12 @@ def plain_arguments(x: Any) -> Any:
     return np.asarray(x).view(_dtype(x)) if isinstance(x, np.ndarray) else x
 
 
-def in_words(structure: Any) -> str:
+def spelled_out(structure: Any) -> str:
     """Return a structure as text that is the same in every run."""
     if isinstance(structure, Tuple):
         named = structure.named
         name = f'{named.__module__}.{named.__qualname__}{named._fields}' if named else ''
-        return f'{name}({", ".join(in_words(item) for item in structure.items)})'
+        return f'{name}({", ".join(spelled_out(item) for item in structure.items)})'
     if isinstance(structure, Rows):
         return f'{structure.dtype.descr}[{structure.ndim}]'
     return str(structure)
@@ -448,7 +448,7 @@ class CompiledFunction:
                 [
                     self.python.__code__.co_filename,
                     f'{self.python.__module__}.{self.python.__qualname__}',
-                    *(in_words(structure) for structure in structures),
+                    *(spelled_out(structure) for structure in structures),
                     effort.name,
                     *compiler_versions(),
                 ]

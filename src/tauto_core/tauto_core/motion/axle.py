@@ -36,7 +36,7 @@ from tauto_core.motion.axle_steps import (
     TILT_RATE,
     TURN,
     AxleLaw,
-    collocate,
+    collocate_axle,
 )
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.gauss_step import gauss_constants
@@ -84,7 +84,7 @@ class _Now:
         return np.array([self.arc, self.tilt, self.arc_rate, self.tilt_rate])
 
 
-class Step(NamedTuple):
+class AxleStep(NamedTuple):
     """A step as computed.
 
     Attributes:
@@ -199,7 +199,7 @@ class AxleMotion:
 
     def _collocate(
         self, at: float, size: float, support: Callable[[FloatArray], SupportMotion]
-    ) -> Step | None:
+    ) -> AxleStep | None:
         """Return the step; None where its iteration does not settle."""
         body, touch = self.clock.body, self.touch()
         law = AxleLaw(
@@ -221,16 +221,16 @@ class AxleMotion:
         ):
             row[:] = values
         begin = self.now.numbers
-        if not collocate(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
+        if not collocate_axle(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
             return None
         # the last Legendre coefficients must be rounding
         terms = np.abs(rows[:2] @ _GAUSS.projection.T)
         scale = np.maximum(np.max(terms, axis=1), 1e-300)
         if not np.all(terms[:, -2:] <= 1e-10 * scale[:, None]):
             return None
-        return Step(rows, times, there, motion[TURN])
+        return AxleStep(rows, times, there, motion[TURN])
 
-    def _check(self, step: Step) -> None:
+    def _check(self, step: AxleStep) -> None:
         """Raise a PropagationError where the axle lifts off, or the body turns over."""
         lifts = np.flatnonzero(~(step.rows[PRESSED] > 0.0))
         if len(lifts):
@@ -255,7 +255,11 @@ class AxleMotion:
         return np.asarray(state[2] + self.clock.radius * (state[3] - turning))
 
     def _event(
-        self, at: float, size: float, step: Step, support: Callable[[FloatArray], SupportMotion]
+        self,
+        at: float,
+        size: float,
+        step: AxleStep,
+        support: Callable[[FloatArray], SupportMotion],
     ) -> float | None:
         """Return the length after which the axle begins or ceases to slip; None: not in it."""
         if self.clock.contact != 'coulomb':

@@ -40,7 +40,7 @@ class AxleLaw(NamedTuple):
     rolls: bool
 
 
-class Place(NamedTuple):
+class AxleInstant(NamedTuple):
     """State of the body and motion of its support at an instant; its axis is at s = 0, ρ = 0."""
 
     arc: float
@@ -64,7 +64,7 @@ class Pushed(NamedTuple):
 
 
 @compiled
-def pushed(law: AxleLaw, at: Place) -> Pushed:
+def pushed(law: AxleLaw, at: AxleInstant) -> Pushed:
     """Return accelerations and forces at an instant (equations: `axle_pendulum.forces`)."""
     sigma = law.curvature * at.arc
     theta, half = at.turn + sigma, 0.5 * sigma
@@ -104,7 +104,7 @@ def pushed(law: AxleLaw, at: Place) -> Pushed:
 
 
 @entry
-def collocate(
+def collocate_axle(
     law: AxleLaw,
     begin: FloatArray,
     size: float,
@@ -153,7 +153,7 @@ def collocate(
         for i in range(n):
             found = pushed(
                 law,
-                Place(
+                AxleInstant(
                     rows[ARC, i],
                     rows[TILT, i],
                     rows[ARC_RATE, i],

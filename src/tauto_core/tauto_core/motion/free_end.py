@@ -66,7 +66,7 @@ from tauto_core.motion.stepping import (
     LoggedRow,
     Moved,
     Spans,
-    span,
+    over_span,
     step_error,
     write_row,
 )
@@ -340,7 +340,7 @@ def _fill_rates(
         rates[i, powers - 1] = 0.0
 
 
-class HalfSwing(NamedTuple):
+class FreeHalfSwing(NamedTuple):
     """A half swing that begins at an impulse or a kink, and the spans that it may read.
 
     Attributes:
@@ -377,7 +377,7 @@ def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 
 @inlined
-def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
+def _ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
     """Return the forcing at x of piece k, without γ, and the machine's numbers there."""
     pieces, rates = half.pieces, half.rates
     per_s = 1.0 / pieces.length_s[k]
@@ -419,7 +419,7 @@ def _ship_at(half: HalfSwing, k: int, x: float) -> Outside:
 
 
 @inlined
-def _place(half: HalfSwing, time: float) -> tuple[int, float]:
+def _place(half: FreeHalfSwing, time: float) -> tuple[int, float]:
     """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
     k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
     left = time
@@ -442,7 +442,7 @@ def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
 
 
 @inlined
-def _fill_nodes(half: HalfSwing, h: float, work: Work) -> None:
+def _fill_nodes(half: FreeHalfSwing, h: float, work: Work) -> None:
     """Fill the forcing at the nodes of a step of length h, each from its span."""
     spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
     seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
@@ -496,7 +496,7 @@ def _arc_sine(x: float) -> float:
 
 
 @inlined
-def _predicted(run: SteppedRun, half: HalfSwing, free: FreeState, usual_s: float) -> float:
+def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
     """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
     wheel, plane, way = half.wheel, run.state.planes[0], -float(run.state.direction)
     k, x = _place(half, usual_s)
@@ -588,7 +588,7 @@ def _half_turn(angle: float) -> tuple[float, float]:
     return versine * square - 1.0, -(sine * small)
 
 
-class End(NamedTuple):
+class StepEnd(NamedTuple):
     """The end of a step: U and V, and the rotation to X and Y."""
 
     u: float
@@ -605,17 +605,17 @@ class End(NamedTuple):
 
 
 @inlined
-def _end(run: SteppedRun, h: float) -> End:
+def _end(run: SteppedRun, h: float) -> StepEnd:
     """Return the end of the step last collocated."""
     work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
     cosine, sine = _turn(run, h)
     u = start.x + h * total(weights * load(work.k1))
     v = start.y + h * total(weights * load(work.k2))
-    return End(u, v, cosine, sine)
+    return StepEnd(u, v, cosine, sine)
 
 
 @inlined
-def _end_later(run: SteppedRun, h: float, late: float, end: End, drift: Plane) -> Plane:
+def _end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
     """Return the state a short time after the end of a step.
 
     The slopes there are those of the state, and change as the polynomial of the step does.
@@ -629,11 +629,11 @@ def _end_later(run: SteppedRun, h: float, late: float, end: End, drift: Plane) -
     u = end.u + (late * k1 + total(weights * load(work.k1)))
     v = end.v + (late * k2 + total(weights * load(work.k2)))
     cosine, sine = _turn(run, h + late)
-    return End(u, v, cosine, sine).plane
+    return StepEnd(u, v, cosine, sine).plane
 
 
 @inlined
-def _holds(run: SteppedRun, half: HalfSwing, mode: Mode, error: float, h: float) -> bool:
+def _holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
     wheel, omega, work = half.wheel, run.omega, run.work
     tail, start = load(work.tail), run.state.planes[0]
@@ -674,7 +674,7 @@ def _settle(step: Step, least: int, floor: float) -> bool:
 
 @inlined
 def _to_impulse(
-    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next impulse and let it act, or leave all as it is.
 
@@ -748,7 +748,7 @@ def _goes_on(state: RunningState) -> bool:
 
 
 @inlined
-def _expected(run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd) -> float:
+def _expected(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
     """Return the time to the next kink or impulse, whichever comes first [s]."""
     wheel, state, plane = half.wheel, run.state, run.state.planes[0]
     d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
@@ -781,7 +781,7 @@ def _late_for_kink(way: float, now: Instant, omega: Omega) -> float:
 
 @inlined
 def _solve(
-    run: SteppedRun, half: HalfSwing, free_end: FreeEnd, mode: Mode, h: float
+    run: SteppedRun, half: FreeHalfSwing, free_end: FreeEnd, mode: Mode, h: float
 ) -> tuple[bool, bool, float, float]:
     """Collocate the step to the next kink or impulse, which is expected after a time h [s].
 
@@ -827,7 +827,7 @@ def _solve(
 @inlined
 def _act(
     run: SteppedRun,
-    half: HalfSwing,
+    half: FreeHalfSwing,
     free: FreeState,
     mode: Mode,
     struck: bool,
@@ -856,7 +856,7 @@ def _act(
 
 @inlined
 def _to_event(
-    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next kink or impulse and let it act, or leave all as it is.
 
@@ -896,7 +896,7 @@ def _to_event(
 
 @inlined
 def _onward(
-    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next event, as `_to_impulse`."""
     if half.wheel.kinked:
@@ -919,7 +919,7 @@ def _is_past(wheel: Wheel, state: RunningState, now: Instant) -> bool:
 
 @inlined
 def _to_row(
-    run: SteppedRun, half: HalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
 ) -> int:
     """Write the row at the end of the last span if it precedes the impulse; the state stays."""
     wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
@@ -955,8 +955,8 @@ def _to_row(
 
 @inlined
 def _ahead(
-    start: HalfSwing, shown: int, reach_s: float, squares: FloatArray, bends: FloatArray
-) -> tuple[int, HalfSwing]:
+    start: FreeHalfSwing, shown: int, reach_s: float, squares: FloatArray, bends: FloatArray
+) -> tuple[int, FreeHalfSwing]:
     """Return the spans to read: up to a row that is due, or as far as a half swing may last.
 
     What is read so does not depend on how many spans are known. The code is DUE, HOLDS, UNKNOWN,
@@ -977,7 +977,7 @@ def _ahead(
             break
         last += 1
         x = spans.begin[last]
-    known = HalfSwing(
+    known = FreeHalfSwing(
         start.wheel,
         k,
         start.x,
@@ -1025,7 +1025,7 @@ def advance_freely(
     k, shown = 0, free.shown
     while k < count:
         x = free.x if free.free else spans.begin[k]
-        start = HalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates)
+        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates)
         if free.free and free.waits == 0:
             time = 0.0
             code, half = _ahead(start, shown, reach_s, squares, bends)
@@ -1048,7 +1048,7 @@ def advance_freely(
                 continue
             free.waits, free.missed = WAITS + 1, free.missed + 1
         # the driver continues to the next impulse, or to the end of the span
-        code, x, _ = span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
+        code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
             at = _ship_at(start, k, x)
             free.x, free.x_rest, free.free = x, 0.0, True

@@ -277,7 +277,7 @@ def release(
 
 
 @compiled
-def span(
+def over_span(
     k: int,
     run: SteppedRun,
     longest_s: float,
@@ -377,7 +377,7 @@ def advance(
     written = 0
     for k in range(len(spans.begin)):
         logged = spans.logged[k]
-        code, x, terms = span(k, run, longest_s, pieces, spans, logged, spans.begin[k], False)
+        code, x, terms = over_span(k, run, longest_s, pieces, spans, logged, spans.begin[k], False)
         if code != OK:
             return code, k, x
         if logged:

@@ -58,7 +58,7 @@ class Difference(NamedTuple):
     modified: bool
 
     @property
-    def span(self) -> int:
+    def extent(self) -> int:
         """Number of samples over which one difference extends, less one."""
         return self.order * self.factor + (self.factor - 1 if self.modified else 0)
 
@@ -101,7 +101,7 @@ def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
 
 @lru_cache(maxsize=4096)
 def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
-    span = max(first.span, second.span)
+    span = max(first.extent, second.extent)
     length = 2 ** math.ceil(math.log2(min(_PERIODS * (span + 1), 2 * count)))
     sine = np.asarray(2.0 * np.sin(np.pi / length * np.arange(length // 2 + 1)))
     spectrum = sine ** (alpha - 2 + 2 * first.order)
@@ -114,7 +114,7 @@ def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair
         float(np.sum(power[:-1]) + np.sum(power[1:])) / (2.0 * (len(power) - 1))
         for power in powers
     ]
-    counts = count - first.span, count - second.span
+    counts = count - first.extent, count - second.extent
     # differences are paired by the distance of their middles
     apart = np.arange(min(max(counts), length // 2))
     pairs = np.clip(0.5 * sum(counts) - apart, 0.0, min(counts))
