@@ -21,7 +21,7 @@ from typer.core import TyperGroup
 from typer.main import get_command_name, get_group
 from typer.models import CommandInfo, TyperInfo
 
-from tauto_core.cli import axle, curves, hull, logbook, plate, scene, voyages
+from tauto_core.cli import axle, curves, hull, logbook, scene, voyages
 from tauto_core.cli.terminal import (
     Terminated,
     be_quiet,
@@ -241,7 +241,7 @@ commands.command()(voyages.sail)
 commands.command()(voyages.replay)
 commands.command()(scene.scenes)
 commands.command()(curves.cam)
-commands.command()(plate.plate)
+commands.command()(curves.plate)
 commands.command()(curves.isochronism)
 commands.command()(axle.axle)
 commands.command()(curves.design)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, measured, say
+from tauto_core.cli.terminal import AsJson, say, takes
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.wording import printed
@@ -23,85 +23,50 @@ MOST_ROWS = 10_000
 def axle(
     depth: Annotated[
         float,
-        typer.Option(
-            metavar='M',
-            parser=measured('m'),
-            help="c: depth of the centre of gravity below the axle's centre, or that of the "
+        takes(
+            'M',
+            "c: depth of the centre of gravity below the axle's centre, or that of the "
             'rockers [m].',
+            'm',
         ),
     ],
     gyration_radius: Annotated[
-        float,
-        typer.Option(
-            metavar='M',
-            parser=measured('m'),
-            help='k: radius of gyration about the centre of gravity [m].',
-        ),
+        float, takes('M', 'k: radius of gyration about the centre of gravity [m].', 'm')
     ],
-    support: Annotated[
-        str, typer.Option(metavar='KIND', help='concave, plane, convex or cradle.')
-    ] = 'plane',
+    support: Annotated[str, takes('KIND', 'concave, plane, convex or cradle.')] = 'plane',
     support_radius: Annotated[
-        float | None,
-        typer.Option(
-            metavar='M', parser=measured('m'), help='Radius of the support [m]; left out: plane.'
-        ),
+        float | None, takes('M', 'Radius of the support [m]; left out: plane.', 'm')
     ] = None,
     axle_radius: Annotated[
-        float,
-        typer.Option(
-            metavar='M', parser=measured('m'), help='Radius of the axle, or of the rockers [m].'
-        ),
+        float, takes('M', 'Radius of the axle, or of the rockers [m].', 'm')
     ] = 0.0,
-    contact: Annotated[
-        str, typer.Option(metavar='KIND', help='smooth, rolling or coulomb.')
-    ] = 'smooth',
+    contact: Annotated[str, takes('KIND', 'smooth, rolling or coulomb.')] = 'smooth',
     friction: Annotated[
-        float | None, typer.Option(metavar='MU', help='Coefficient of friction; with coulomb.')
+        float | None, takes('MU', 'Coefficient of friction; with coulomb.')
     ] = None,
     release_tilt: Annotated[
-        float,
-        typer.Option(
-            metavar='RAD', parser=measured('rad'), help='Tilt of the body at the start [rad].'
-        ),
+        float, takes('RAD', 'Tilt of the body at the start [rad].', 'rad')
     ] = 0.0,
     release_arc: Annotated[
         float | None,
-        typer.Option(
-            metavar='M',
-            parser=measured('m'),
-            help="Arc of a smooth axle's centre at the start [m]; left out: that of the regular "
+        takes(
+            'M',
+            "Arc of a smooth axle's centre at the start [m]; left out: that of the regular "
             'motion.',
+            'm',
         ),
     ] = None,
     push_speed: Annotated[
         float | None,
-        typer.Option(
-            metavar='M/S',
-            parser=measured('m/s'),
-            help='n: speed of the centre of gravity at the start [m/s] (§4).',
-        ),
+        takes('M/S', 'n: speed of the centre of gravity at the start [m/s] (§4).', 'm/s'),
     ] = None,
     push_spin: Annotated[
-        float,
-        typer.Option(
-            metavar='RAD/S',
-            parser=measured('rad/s'),
-            help='ν: angular velocity at the start [rad/s] (§4).',
-        ),
+        float, takes('RAD/S', 'ν: angular velocity at the start [rad/s] (§4).', 'rad/s')
     ] = 0.0,
-    duration: Annotated[
-        float, typer.Option(metavar='S', parser=measured('s'), help='Length of the motion [s].')
-    ] = 2.0,
-    every: Annotated[
-        float,
-        typer.Option(
-            metavar='S', parser=measured('s'), help='A row for each of these intervals [s].'
-        ),
-    ] = 0.1,
+    duration: Annotated[float, takes('S', 'Length of the motion [s].', 's')] = 2.0,
+    every: Annotated[float, takes('S', 'A row for each of these intervals [s].', 's')] = 0.1,
     gravity: Annotated[
-        float,
-        typer.Option(metavar='G', parser=measured('m/s2'), help='Acceleration of gravity [m/s2].'),
+        float, takes('G', 'Acceleration of gravity [m/s2].', 'm/s2')
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""`tauto cam`, `design`, `isochronism`, `euler`: the curve, its design, and Euler's claims."""
+"""`tauto cam`, `plate`, `design`, `isochronism`, `euler`: a curve, its plate, Euler's claims."""
 
 from __future__ import annotations
 
@@ -8,22 +8,24 @@ from dataclasses import asdict
 from pathlib import Path
 from shutil import get_terminal_size
 from textwrap import wrap
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
 from tauto_core.cli.terminal import (
     AsJson,
+    Quantity,
     SceneName,
     Settings,
     given_values,
     listed,
-    measured,
     progress_bar,
     say,
+    takes,
 )
 from tauto_core.scene.errors import UsageError, naming
 from tauto_core.scene.times import STANDARD_GRAVITY
+from tauto_core.wording import significant
 
 if TYPE_CHECKING:
     from tauto_core.euler import Claim
@@ -36,35 +38,24 @@ if TYPE_CHECKING:
 def cam(
     scene: SceneName,
     csv: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Write the points of the outline; replaces the file.'),
+        Path | None, takes('FILE', 'Write the points of the outline; replaces the file.')
     ] = None,
-    svg: Annotated[
-        Path | None, typer.Option(metavar='FILE', help='Draw it to scale; replaces the file.')
-    ] = None,
+    svg: Annotated[Path | None, takes('FILE', 'Draw it to scale; replaces the file.')] = None,
     dxf: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Draw it for the workshop; replaces the file.'),
+        Path | None, takes('FILE', 'Draw it for the workshop; replaces the file.')
     ] = None,
     reach: Annotated[
         float | None,
-        typer.Option(
-            metavar='RAD',
-            parser=measured('rad'),
-            help='Largest angle drawn; default: half as far again as the wheel swings, within '
+        takes(
+            'RAD',
+            'Largest angle drawn; default: half as far again as the wheel swings, within '
             'the cam and before the cheeks meet.',
+            'rad',
         ),
     ] = None,
-    points: Annotated[
-        int, typer.Option(metavar='N', help='Points on each cheek or branch.')
-    ] = 200,
+    points: Annotated[int, takes('N', 'Points on each cheek or branch.')] = 200,
     thread: Annotated[
-        float,
-        typer.Option(
-            metavar='MM',
-            parser=measured('mm'),
-            help='Thickness of the thread; cheeks are cut back by half.',
-        ),
+        float, takes('MM', 'Thickness of the thread; cheeks are cut back by half.', 'mm')
     ] = 0.0,
     settings: Settings = None,
 ) -> None:
@@ -125,54 +116,131 @@ def cam(
 
 
 # -----------------------------------------------------------------------------
+# `tauto plate`: the cam as a plate to cut, to print, and to build a wheel with.
+
+File: TypeAlias = Path | None
+
+
+def plate(
+    scene: SceneName,
+    dxf: Annotated[File, takes('FILE', 'Draw it for the machine; replaces the file.')] = None,
+    template: Annotated[
+        File,
+        takes(
+            'FILE',
+            'Draw it to scale on A4 (.svg), large ones on several sheets; replaces the file.',
+        ),
+    ] = None,
+    step: Annotated[
+        File, takes('FILE', 'Write wheel, cheeks and axle as solids; replaces the file.')
+    ] = None,
+    stl: Annotated[
+        File, takes('DIR', 'Write DIR/wheel.stl, cheeks.stl and axle.stl; replaces them.')
+    ] = None,
+    thread: Annotated[
+        float, takes('MM', 'Thickness of the thread, and width of its slot.', 'mm')
+    ] = 0.5,
+    cutter: Annotated[
+        float,
+        takes('MM', 'Diameter of the cutter, or kerf; 0: without the path of its centre.', 'mm'),
+    ] = 0.25,
+    tolerance: Annotated[
+        float, takes('MM', 'Greatest distance between arcs and cheeks.', 'mm')
+    ] = 1e-5,
+    reach: Annotated[
+        Quantity, takes('RAD', 'Largest angle of the cheeks; default: as `cam`.', 'rad')
+    ] = None,
+    bore: Annotated[
+        Quantity, takes('MM', 'Diameter of the bore; default: half the cusp.', 'mm')
+    ] = None,
+    pins: Annotated[
+        Quantity, takes('MM', 'Diameter of the pin holes; default: 0.3 cusps.', 'mm')
+    ] = None,
+    pin_circle: Annotated[
+        Quantity, takes('MM', 'Distance of pins from the axle; default: 0.65 cusps.', 'mm')
+    ] = None,
+    slot: Annotated[Quantity, takes('MM', 'Depth of the slot; default: 0.3 cusps.', 'mm')] = None,
+    thickness: Annotated[
+        float, takes('MM', 'Thickness of the plate, for --step and --stl.', 'mm')
+    ] = 2.0,
+    settings: Settings = None,
+    as_json: AsJson = False,
+) -> None:
+    """Turn the cam into a plate to cut or to print.
+
+    Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
+    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
+    the cusp to the axle. The command prints the sizes of the plate and its cost in s/day at
+    several amplitudes, on land.
+
+    --step and --stl need the extra `cad`. The rim of the wheel is chosen so that all three solids
+    together, in brass, have the moment of inertia of the scene.
+    """
+    from tauto_core.api import plate as make_plate
+
+    with progress_bar('plate'):
+        made = make_plate(
+            scene,
+            dxf=dxf,
+            template=template,
+            step=step,
+            stl=stl,
+            thread_mm=thread,
+            cutter_mm=cutter,
+            tolerance_mm=tolerance,
+            reach_rad=reach,
+            bore_mm=bore,
+            pins_mm=pins,
+            pin_circle_mm=pin_circle,
+            slot_mm=slot,
+            thickness_mm=thickness,
+            **given_values(settings),
+        )
+    for file in made.files:
+        say(f'wrote {file}')
+    if as_json:
+        typer.echo(json.dumps(made.facts(), allow_nan=False))
+        return
+    typer.echo('\n'.join(made.words()))
+    rates = made.rates
+    typer.echo('amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]')
+    for amplitude, *cost in zip(
+        rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
+    ):
+        cells = [significant(each, 2, signed=True) for each in cost]
+        typer.echo('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
+
+
+# -----------------------------------------------------------------------------
 # `tauto design`: from a wanted period to cam, pull or wheel, and back.
 
-Quantity = float | None
-Size = str | None
+Size: TypeAlias = str | None
 """A number in the unit that another option names, or one with a unit."""
 
 
 def design(
-    period: Annotated[
-        Quantity,
-        typer.Option(metavar='S', parser=measured('s'), help='Period of a full swing [s].'),
-    ] = None,
-    pendulum: Annotated[
-        Size,
-        typer.Option(metavar='LENGTH', help='Or of a simple pendulum of this length.'),
-    ] = None,
+    period: Annotated[Quantity, takes('S', 'Period of a full swing [s].', 's')] = None,
+    pendulum: Annotated[Size, takes('LENGTH', 'Or of a simple pendulum of this length.')] = None,
     inertia: Annotated[
-        Quantity,
-        typer.Option(
-            metavar='KGM2', parser=measured('kg m2'), help="The wheel's moment of inertia [kg m2]."
-        ),
+        Quantity, takes('KGM2', "The wheel's moment of inertia [kg m2].", 'kg m2')
     ] = None,
     disc_weight: Annotated[
-        Size,
-        typer.Option(metavar='WEIGHT', help='Or its weight, if it is a uniform disc,'),
+        Size, takes('WEIGHT', 'Or its weight, if it is a uniform disc,')
     ] = None,
-    disc_radius: Annotated[Size, typer.Option(metavar='LENGTH', help='and its radius.')] = None,
+    disc_radius: Annotated[Size, takes('LENGTH', 'and its radius.')] = None,
     disc_is_base: Annotated[
         bool, typer.Option('--disc-is-base', help="The disc's radius is the base radius (XX).")
     ] = False,
-    pull: Annotated[
-        Size,
-        typer.Option(metavar='WEIGHT', help='Pull in the thread, without inertia.'),
-    ] = None,
+    pull: Annotated[Size, takes('WEIGHT', 'Pull in the thread, without inertia.')] = None,
     base_radius: Annotated[
-        Size,
-        typer.Option(metavar='LENGTH', help="Base radius of the involute; a hole's rate."),
+        Size, takes('LENGTH', "Base radius of the involute; a hole's rate.")
     ] = None,
     length_unit: Annotated[
-        str,
-        typer.Option(metavar='UNIT', help='m, mm, scruple, rhenish_foot, line or paris_foot.'),
+        str, takes('UNIT', 'm, mm, scruple, rhenish_foot, line or paris_foot.')
     ] = 'm',
-    weight_unit: Annotated[
-        str, typer.Option(metavar='UNIT', help='N, kg or pound (of Paris).')
-    ] = 'N',
+    weight_unit: Annotated[str, takes('UNIT', 'N, kg or pound (of Paris).')] = 'N',
     gravity: Annotated[
-        float,
-        typer.Option(metavar='G', parser=measured('m/s2'), help='Acceleration of gravity [m/s2].'),
+        float, takes('G', 'Acceleration of gravity [m/s2].', 'm/s2')
     ] = STANDARD_GRAVITY,
     as_json: AsJson = False,
 ) -> None:
@@ -225,10 +293,9 @@ def isochronism(
     scene: SceneName,
     amplitudes: Annotated[
         str,
-        typer.Option(
-            metavar='A,B,…',
-            help='Amplitudes of the free swings [rad], such as 0.2,0.6,1; of a body in a fluid '
-            '[m].',
+        takes(
+            'A,B,…',
+            'Amplitudes of the free swings [rad], such as 0.2,0.6,1; of a body in a fluid [m].',
         ),
     ],
     settings: Settings = None,
@@ -271,16 +338,10 @@ _INDENT = ' ' * 23
 
 def euler(
     page: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='DIR', help='Write DIR/euler.md and DIR/figures/*.svg instead of the list.'
-        ),
+        Path | None, takes('DIR', 'Write DIR/euler.md and DIR/figures/*.svg instead of the list.')
     ] = None,
     site: Annotated[
-        Path | None,
-        typer.Option(
-            metavar='DIR', help='Write an interactive page for each paper, DIR/*.html, instead.'
-        ),
+        Path | None, takes('DIR', 'Write an interactive page for each paper, DIR/*.html, instead.')
     ] = None,
     as_json: AsJson = False,
 ) -> None:

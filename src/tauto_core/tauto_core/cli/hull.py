@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, Plots, measured, print_rich, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, Quantity, print_rich, progress_bar, say, takes
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,52 +24,29 @@ HEADINGS_DEG = (180, 135, 90, 45, 0)
 _PLACES = ((0.0, 0.0), (5.0 / 44.0, 1.0 / 44.0), (12.0 / 44.0, 3.0 / 44.0))
 """Places of the clock, forward of amidships and over the waterline, as parts of the length."""
 
-Size: TypeAlias = float | None
-
 
 def hull(
     shape: Annotated[
-        str | None,
-        typer.Option(
-            metavar='NAME', help='A shape that comes with Tauto: sloop, deptford, ketch, yacht.'
-        ),
+        str | None, takes('NAME', 'A shape that comes with Tauto: sloop, deptford, ketch, yacht.')
     ] = None,
     mesh: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Or a mesh: x forward, z up from the waterline [m].'),
+        Path | None, takes('FILE', 'Or a mesh: x forward, z up from the waterline [m].')
     ] = None,
     length: Annotated[
-        Size,
-        typer.Option(
-            metavar='M',
-            parser=measured('m'),
-            help='Or a parametric form: length of the waterline [m],',
-        ),
+        Quantity, takes('M', 'Or a parametric form: length of the waterline [m],', 'm')
     ] = None,
-    beam: Annotated[
-        Size, typer.Option(metavar='M', parser=measured('m'), help='its beam [m],')
-    ] = None,
-    draught: Annotated[
-        Size, typer.Option(metavar='M', parser=measured('m'), help='draught without keel [m]')
-    ] = None,
-    block: Annotated[Size, typer.Option(metavar='C', help='and block coefficient.')] = None,
+    beam: Annotated[Quantity, takes('M', 'its beam [m],', 'm')] = None,
+    draught: Annotated[Quantity, takes('M', 'draught without keel [m]', 'm')] = None,
+    block: Annotated[Quantity, takes('C', 'and block coefficient.')] = None,
     roll_period: Annotated[
-        Size,
-        typer.Option(
-            metavar='S',
-            parser=measured('s'),
-            help='Natural period of her roll; 3.1 √beam if left out.',
-        ),
+        Quantity, takes('S', 'Natural period of her roll; 3.1 √beam if left out.', 's')
     ] = None,
     roll_damping: Annotated[
-        float, typer.Option(metavar='Z', help='Damping ratio of her roll besides the waves.')
+        float, takes('Z', 'Damping ratio of her roll besides the waves.')
     ] = 0.08,
-    speed: Annotated[
-        float, typer.Option(metavar='M/S', parser=measured('m/s'), help='Her speed.')
-    ] = 0.0,
+    speed: Annotated[float, takes('M/S', 'Her speed.', 'm/s')] = 0.0,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Write the coefficients (.npz); replaces the file.'),
+        Path | None, takes('FILE', 'Write the coefficients (.npz); replaces the file.')
     ] = None,
     plot: Plots = None,
     as_json: AsJson = False,
@@ -119,7 +96,7 @@ def hull(
 
 
 def _coefficients(
-    shape: str | None, mesh: Path | None, sizes: dict[str, Size], speed: float, roll: Size
+    shape: str | None, mesh: Path | None, sizes: dict[str, Quantity], speed: float, roll: Quantity
 ) -> HullCoefficients:
     """Return the coefficients of a hull given by shape, by mesh, or by its dimensions."""
     import numpy as np

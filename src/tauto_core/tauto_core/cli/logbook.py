@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, Plots, measured, progress_bar, say
+from tauto_core.cli.terminal import AsJson, Plots, progress_bar, say, takes
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -28,25 +28,15 @@ def logbook(
         str,
         typer.Argument(metavar='FILE', help='Log-book: our columns, CLIWOC, or a track in GPX.'),
     ],
-    passage: Annotated[
-        str | None,
-        typer.Option(metavar='ID', help='Write a scene that sails this passage.'),
-    ] = None,
+    passage: Annotated[str | None, takes('ID', 'Write a scene that sails this passage.')] = None,
     scene: Annotated[
-        str,
-        typer.Option(metavar='SCENE', help='Scene whose machine, ship and navigator sail it.'),
+        str, takes('SCENE', 'Scene whose machine, ship and navigator sail it.')
     ] = 'portsmouth_jamaica',
     harbour_days: Annotated[
-        float,
-        typer.Option(
-            metavar='DAYS',
-            parser=measured('d'),
-            help='Days in harbour before the first entry: invented.',
-        ),
+        float, takes('DAYS', 'Days in harbour before the first entry: invented.', 'd')
     ] = HARBOUR_DAYS,
     winds: Annotated[
-        str | None,
-        typer.Option(metavar='FILE', help='For a track: CSV of utc, wind_from_deg, wind_mps.'),
+        str | None, takes('FILE', 'For a track: CSV of utc, wind_from_deg, wind_mps.')
     ] = None,
     out: Annotated[
         str | None,

@@ -46,6 +46,13 @@ def measured(unit: str) -> Callable[[str | float], float]:
     return number
 
 
+def takes(metavar: str, help_text: str, unit: str = '') -> Any:
+    """Return a declaration of typer; with a unit the option takes `5 mm` as well as a number."""
+    return typer.Option(metavar=metavar, help=help_text, parser=measured(unit) if unit else None)
+
+
+Quantity: TypeAlias = float | None
+
 SceneName: TypeAlias = Annotated[
     str,
     typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
@@ -63,17 +70,14 @@ Anyway: TypeAlias = Annotated[
     bool,
     typer.Option('--anyway', help='Sail even machines and ships larger than any known.'),
 ]
-Duration: TypeAlias = Annotated[
-    float | None,
-    typer.Option(metavar='S', parser=measured('s'), help='Sail this long instead [s].'),
-]
+Duration: TypeAlias = Annotated[float | None, takes('S', 'Sail this long instead [s].', 's')]
 Accuracy: TypeAlias = Annotated[
     float | None,
-    typer.Option(
-        metavar='S',
-        parser=measured('s'),
-        help="Largest error of the reading for a day of the run [s]; replaces the scene's "
+    takes(
+        'S',
+        "Largest error of the reading for a day of the run [s]; replaces the scene's "
         'solver.accuracy, solver.tolerance and ship.rate.',
+        's',
     ),
 ]
 Settings: TypeAlias = Annotated[

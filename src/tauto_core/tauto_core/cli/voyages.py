@@ -29,7 +29,6 @@ from tauto_core.cli.terminal import (
     ended_by_sigterm,
     given_values,
     listed,
-    measured,
     option,
     print_rich,
     progress_bar,
@@ -37,6 +36,7 @@ from tauto_core.cli.terminal import (
     say_oddities,
     say_once,
     show_result,
+    takes,
 )
 from tauto_core.scene.errors import UsageError, naming, spelled
 from tauto_core.wording import counted
@@ -51,8 +51,7 @@ if TYPE_CHECKING:
 def sail(
     scene: SceneName,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar='DIR', help='Folder of the bag; without it no bag is written.'),
+        Path | None, takes('DIR', 'Folder of the bag; without it no bag is written.')
     ] = None,
     duration: Duration = None,
     accuracy: Accuracy = None,
@@ -103,8 +102,7 @@ def sail(
 def replay(
     bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
     scene: Annotated[
-        str | None,
-        typer.Option(metavar='SCENE', help='The scene, where the bag does not hold its own.'),
+        str | None, takes('SCENE', 'The scene, where the bag does not hold its own.')
     ] = None,
     smooth: Annotated[
         bool,
@@ -124,8 +122,7 @@ def replay(
         ),
     ] = False,
     plot: Annotated[
-        Path | None,
-        typer.Option(metavar='FILE', help='Draw the stability (.svg, .png); replaces the file.'),
+        Path | None, takes('FILE', 'Draw the stability (.svg, .png); replaces the file.')
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -316,18 +313,15 @@ def compare(
         ),
     ] = None,
     ship_of: Annotated[
-        str | None,
-        typer.Option(
-            metavar='SCENE', help='Send all clocks on the passage of this scene: ship, voyage, …'
-        ),
+        str | None, takes('SCENE', 'Send all clocks on the passage of this scene: ship, voyage, …')
     ] = None,
     duration: Duration = None,
     accuracy: Accuracy = None,
     roll: Annotated[
         str | None,
-        typer.Option(
-            metavar='A,B,…',
-            help='Significant amplitudes of the roll [deg], twice its root mean square; heave '
+        takes(
+            'A,B,…',
+            'Significant amplitudes of the roll [deg], twice its root mean square; heave '
             'and waves stay.',
         ),
     ] = None,
@@ -335,23 +329,13 @@ def compare(
         _Cases, typer.Option(help='Cases hung as in the scenes, or fixed to the ship.')
     ] = _Cases.BOTH,
     logs: Annotated[
-        str | None,
-        typer.Option(
-            metavar='FILE', help='Sail a passage of this log-book, in the sea of its wind.'
-        ),
+        str | None, takes('FILE', 'Sail a passage of this log-book, in the sea of its wind.')
     ] = None,
-    passage: Annotated[
-        str | None, typer.Option(metavar='ID', help='With --logs: which; see `tauto logbook`.')
-    ] = None,
+    passage: Annotated[str | None, takes('ID', 'With --logs: which; see `tauto logbook`.')] = None,
     harbour_days: Annotated[
-        float | None,
-        typer.Option(
-            metavar='DAYS',
-            parser=measured('d'),
-            help='With --logs: days of rating before it; else 14.',
-        ),
+        float | None, takes('DAYS', 'With --logs: days of rating before it; else 14.', 'd')
     ] = None,
-    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
+    jobs: Annotated[int, takes('N', 'Processes at once.')] = 2,
     plot: Plots = None,
     anyway: Anyway = False,
     as_json: AsJson = False,
@@ -414,16 +398,16 @@ def budget(
     scene: SceneName,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar='FILE|BAG',
-            help='Keep it in a file (.json), or in the folder of the voyage, whose report then '
+        takes(
+            'FILE|BAG',
+            'Keep it in a file (.json), or in the folder of the voyage, whose report then '
             'shows it.',
         ),
     ] = None,
     duration: Duration = None,
     accuracy: Accuracy = None,
     settings: Settings = None,
-    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once.')] = 2,
+    jobs: Annotated[int, takes('N', 'Processes at once.')] = 2,
     anyway: Anyway = False,
     as_json: AsJson = False,
 ) -> None:
@@ -461,87 +445,56 @@ def budget(
 
 def fleet(
     scene: SceneName,
-    ships: Annotated[
-        int | None, typer.Option(metavar='N', help='How many ships; else 100.')
-    ] = None,
+    ships: Annotated[int | None, takes('N', 'How many ships; else 100.')] = None,
     vary: Annotated[
         Path | None,
-        typer.Option(
-            metavar='FILE', help='YAML: keys of the scene, and how each is drawn for every ship.'
-        ),
+        takes('FILE', 'YAML: keys of the scene, and how each is drawn for every ship.'),
     ] = None,
     duration: Duration = None,
     accuracy: Accuracy = None,
     settings: Settings = None,
-    jobs: Annotated[int, typer.Option(metavar='N', help='Processes at once on this machine.')] = 2,
+    jobs: Annotated[int, takes('N', 'Processes at once on this machine.')] = 2,
     scheduler: Annotated[
-        str | None,
-        typer.Option(metavar='ADDRESS', help='Sail on the workers of this dask scheduler.'),
+        str | None, takes('ADDRESS', 'Sail on the workers of this dask scheduler.')
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar='DIR',
-            help='Write a row a ship to ships.parquet there; go on with what it has.',
-        ),
+        takes('DIR', 'Write a row a ship to ships.parquet there; go on with what it has.'),
     ] = None,
     logs: Annotated[
-        str | None,
-        typer.Option(
-            metavar='FILE', help='Sail the passages of this log-book, each in its own wind.'
-        ),
+        str | None, takes('FILE', 'Sail the passages of this log-book, each in its own wind.')
     ] = None,
     compare: Annotated[
         str | None,
-        typer.Option(
-            metavar='A,B,…',
-            help='With --logs: further clocks in the same sea, fixed to the ship; `clocks`: the '
+        takes(
+            'A,B,…',
+            'With --logs: further clocks in the same sea, fixed to the ship; `clocks`: the '
             'built-in ones.',
         ),
     ] = None,
     days: Annotated[
-        str | None,
-        typer.Option(metavar='A..B', help='With --logs: length of the passages; else 42.. days.'),
+        str | None, takes('A..B', 'With --logs: length of the passages; else 42.. days.')
     ] = None,
-    years: Annotated[
-        str | None, typer.Option(metavar='A..B', help='With --logs: years of the first entry.')
-    ] = None,
-    port: Annotated[
-        str | None, typer.Option(metavar='NAME', help='With --logs: from or to this port.')
-    ] = None,
+    years: Annotated[str | None, takes('A..B', 'With --logs: years of the first entry.')] = None,
+    port: Annotated[str | None, takes('NAME', 'With --logs: from or to this port.')] = None,
     ocean: Annotated[
-        str | None,
-        typer.Option(metavar='NAME', help='With --logs: most entries in this ocean, as pacific.'),
+        str | None, takes('NAME', 'With --logs: most entries in this ocean, as pacific.')
     ] = None,
     sample: Annotated[
-        int | None,
-        typer.Option(metavar='N', help='With --logs: this many of them, evenly over the list.'),
+        int | None, takes('N', 'With --logs: this many of them, evenly over the list.')
     ] = None,
     harbour_days: Annotated[
-        float | None,
-        typer.Option(
-            metavar='DAYS',
-            parser=measured('d'),
-            help='With --logs: days of rating before each; else 14.',
-        ),
+        float | None, takes('DAYS', 'With --logs: days of rating before each; else 14.', 'd')
     ] = None,
     wind_draws: Annotated[
-        int | None,
-        typer.Option(
-            metavar='N', help='With --logs: sail each N times more, with its wind drawn anew.'
-        ),
+        int | None, takes('N', 'With --logs: sail each N times more, with its wind drawn anew.')
     ] = None,
     hull_draws: Annotated[
-        int | None,
-        typer.Option(metavar='N', help='With --logs: sail each N times more, with another hull.'),
+        int | None, takes('N', 'With --logs: sail each N times more, with another hull.')
     ] = None,
     local_time: Annotated[
         float | None,
-        typer.Option(
-            metavar='S',
-            parser=measured('s'),
-            help="With --logs: error of the navigator's local time; else 4 s.",
-        ),
+        takes('S', "With --logs: error of the navigator's local time; else 4 s.", 's'),
     ] = None,
     plot: Plots = None,
     anyway: Anyway = False,
@@ -688,10 +641,7 @@ def recover_bag(
     bag: BagPath,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar='DIR',
-            help='Folder of the new bag; otherwise BAG_recovered beside the old one.',
-        ),
+        takes('DIR', 'Folder of the new bag; otherwise BAG_recovered beside the old one.'),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
