@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.clockwork.dial import NOISE_BLOCK, DialNoise
+from tauto_core.clockwork.trochlea import NOISE_BLOCK, DialNoise
 from tauto_core.samples import READING, join, take
 from tauto_core.scene import load_scene
 from tauto_core.ship import ShipMotion

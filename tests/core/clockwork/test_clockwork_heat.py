@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from tauto_core.clockwork import LiveTrochlea, TrochleaStage
-from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.machines import compile_machine
 from tauto_core.samples import (
     JOINT_STATES,

@@ -12,7 +12,7 @@ import pytest
 
 import tauto_core as tauto
 from tauto_core.cli.tables import budget_tables
-from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.ensembles import budget
 from tauto_core.ensembles.budget import Budget, account, budget_file, kept_budget
 from tauto_core.ensembles.workers import Crew

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import Akima1DInterpolator, CubicSpline
 
-from tauto_core.ship.sea import akima, spline
+from tauto_core.curves.numerics import akima, spline
 
 RANDOM = np.random.default_rng(1727)
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
     AxleClock,

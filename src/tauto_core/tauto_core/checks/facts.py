@@ -20,7 +20,7 @@ from tauto_core.checks.cost import (
 )
 from tauto_core.checks.left_out import left_out
 from tauto_core.checks.readiness import check_scene, oddities
-from tauto_core.clockwork.dial import at_departure, nominal_period_s
+from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
     AxleClock,

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tauto_core.clockwork.dial import DialSetting, dial_ns
-from tauto_core.clockwork.trochlea import SwingTally, TrochleaStage
+from tauto_core.clockwork.trochlea import DialSetting, SwingTally, TrochleaStage, dial_ns
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:

@@ -17,11 +17,11 @@ from typing import ClassVar, cast
 
 import numpy as np
 
-from tauto_core.clockwork.dial import DialSetting
 from tauto_core.clockwork.trochlea import (
     MOST_CELSIUS,
     NOTHING_YET,
     WHEEL_FRAME,
+    DialSetting,
     TrochleaStage,
 )
 from tauto_core.machines import InPlaceOfWheel, compile_machine

@@ -172,17 +172,6 @@ class Forcing:
     temperatures: Temperatures | None = None
 
 
-def check_powers(forcing: Forcing, most: int) -> None:
-    """Raise a ValueError for channels with more powers of x than a propagator takes."""
-    for name in ('neutral', 'tilt', 'gravity', 'lean'):
-        channel = getattr(forcing, name)
-        if channel is not None and channel.shape[1] > most:
-            raise ValueError(
-                f'Forcing.{name} has {channel.shape[1]} powers of x, at most {most} are taken. '
-                'Divide its pieces'
-            )
-
-
 @dataclass(frozen=True)
 class Motion:
     """The regulator's motion at n logged instants, all (n,).

@@ -29,7 +29,7 @@ from tauto_core.motion.events import (
     lay_out,
     step_to_event,
 )
-from tauto_core.motion.forcing import Forcing, Motion, check_powers
+from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MOST_POWERS,
@@ -488,7 +488,13 @@ class Stepped(ABC):
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, of which none may have too many powers."""
-        check_powers(forcing, MOST_POWERS)
+        for name in ('neutral', 'tilt', 'gravity', 'lean'):
+            channel = getattr(forcing, name)
+            if channel is not None and channel.shape[1] > MOST_POWERS:
+                raise ValueError(
+                    f'Forcing.{name} has {channel.shape[1]} powers of x, at most {MOST_POWERS} '
+                    'are taken. Divide its pieces'
+                )
         return ForcingPieces(
             forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
         )

@@ -14,7 +14,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.clockwork.dial import nominal_period_s
+from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines import (
     AnyMachine,

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from tauto_core.clockwork.dial import DialSetting, nominal_period_s
+from tauto_core.clockwork.trochlea import DialSetting, nominal_period_s
 from tauto_core.machines import compile_machine
 from tauto_core.navigation.covariates import clock_model
 from tauto_core.navigation.kalman import (

@@ -10,7 +10,7 @@ from typing import ClassVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.clockwork.dial import DialSetting
+from tauto_core.clockwork.trochlea import DialSetting
 from tauto_core.kernels import entry
 from tauto_core.samples import (
     CORRECTED,

@@ -26,13 +26,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.curves.numerics import trapezoid
+from tauto_core.curves.numerics import hermite, spline, spline_slopes, trapezoid
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError
 from tauto_core.scene.tables import read_data
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
-from tauto_core.ship.sea import hermite, spline, spline_slopes
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
 

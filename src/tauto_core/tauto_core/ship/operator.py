@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from tauto_core.curves.numerics import akima
 from tauto_core.samples import FloatArray
 from tauto_core.ship.hull import LEAST_ENCOUNTER, HullError, check_froude
-from tauto_core.ship.sea import akima
 from tauto_core.ship.sections import ANGLES, ATHWART, Rao
 from tauto_core.ship.waves import Encounter, Harmonics
 

@@ -19,6 +19,7 @@ from typing import Any, BinaryIO, Literal
 import numpy as np
 from pydantic import Field
 
+from tauto_core.curves.numerics import spline
 from tauto_core.files import decompressed
 from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
@@ -36,7 +37,6 @@ from tauto_core.scene.tables import (
 from tauto_core.scene.times import NS_PER_S, whole_intervals
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
-from tauto_core.ship.sea import spline
 from tauto_core.ship.waves import Harmonics
 
 # -----------------------------------------------------------------------------
