@@ -19,7 +19,7 @@ from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.gravity import normal_gravity
+from tauto_core.ship.passage import normal_gravity
 from tauto_core.voyage import sail
 from tauto_core.wording import figure
 

@@ -27,7 +27,7 @@ from tauto_core.machines import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.gravity import normal_gravity
+from tauto_core.ship.passage import normal_gravity
 
 HEAVE_M, PERIOD_S = 0.5, 10.0
 

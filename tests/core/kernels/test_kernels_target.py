@@ -12,7 +12,7 @@ import pytest
 
 from tauto_core.kernels import entry, machine_code
 from tauto_core.kernels.entries import structure_of, unpacker
-from tauto_core.kernels.program import Program
+from tauto_core.kernels.translation import Program
 from tauto_core.motion.lanes import combined, fma, largest, load, square_root, store, total
 
 numba = pytest.importorskip('numba')

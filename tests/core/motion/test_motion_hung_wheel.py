@@ -22,7 +22,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import SceneError, load_scene
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.gravity import normal_gravity
+from tauto_core.ship.passage import normal_gravity
 from tauto_core.voyage import sail
 
 G, INERTIA, OMEGA, MASS, L, K = 9.81, 4e-4, math.tau, 10.0, 0.05, 0.12

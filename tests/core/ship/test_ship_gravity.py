@@ -13,8 +13,7 @@ from geographiclib.geodesic import Geodesic
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.gravity import EARTH_RATE, GravityOnTheWay, eotvos, normal_gravity
-from tauto_core.ship.passage import Passage
+from tauto_core.ship.passage import EARTH_RATE, GravityOnTheWay, Passage, eotvos, normal_gravity
 from tauto_core.ship.source import ShipMotion
 from tauto_core.voyage import sail
 

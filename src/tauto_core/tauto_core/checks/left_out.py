@@ -11,8 +11,8 @@ from tauto_core.machines.heat import NO_HEAT
 from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.scene import Drag, Scene
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motions.sea import SeaShip
+from tauto_core.ship.passage import normal_gravity
 from tauto_core.ship.sections import MOTIONS
 from tauto_core.wording import printed
 

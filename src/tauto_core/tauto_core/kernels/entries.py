@@ -459,7 +459,7 @@ class CompiledFunction:
             if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
                 return kept[0]['result'], loaded(kept[1], name), effort
         # file, name and effort are now the last ones
-        from tauto_core.kernels.program import Program
+        from tauto_core.kernels.translation import Program
 
         with compiling(f'{self.python.__module__}.{self.python.__qualname__}') as translated:
             program = Program(self.python, structures, name)

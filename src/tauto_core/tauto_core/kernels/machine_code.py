@@ -1,6 +1,6 @@
 """LLVM for this processor: from a program's text to object code, and into memory.
 
-Code that is kept on disk needs this module alone, not the translation (`program`).
+Code that is kept on disk needs this module alone, not the `translation`.
 """
 
 from __future__ import annotations

@@ -51,10 +51,10 @@ from tauto_core.scene.units import declared, in_unit
 from tauto_core.ship.air import FOLDER as AIRS
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.airs import RecordAir
-from tauto_core.ship.gravity import normal_gravity
 from tauto_core.ship.motion_kind import FOLDER as SHIPS
 from tauto_core.ship.motion_kind import ShipKind
 from tauto_core.ship.motions.still import StillShip
+from tauto_core.ship.passage import normal_gravity
 from tauto_core.ship.sampling import (
     LARGEST_SLOW_TURN,
     LARGEST_TURN,

@@ -20,9 +20,8 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.ship.gravity import GravityOnTheWay
 from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
-from tauto_core.ship.passage import Passage
+from tauto_core.ship.passage import GravityOnTheWay, Passage
 from tauto_core.ship.sections import MOTIONS
 from tauto_core.ship.six_motions import SixMotions, Turned, imu_from_motions
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
