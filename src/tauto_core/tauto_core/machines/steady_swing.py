@@ -71,14 +71,14 @@ _GROWS = (
 )
 
 
-class _Torques(NamedTuple):
+class Torques(NamedTuple):
     """Drag and recoil, the torques on the wheel besides the thread's [N m]."""
 
     drag: DragKind
     recoil: float
 
 
-class _Leg(NamedTuple):
+class Leg(NamedTuple):
     """An arc from turning point to impulse: energy lost to drag [J], time [s] (inf: it stops)."""
 
     lost: float
@@ -124,7 +124,7 @@ def _driven(
             'quadrature of a steady swing does not settle'
         )
     (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
-    work, torques = escapement.work, _Torques(drag or Drag(), escapement.recoil)
+    work, torques = escapement.work, Torques(drag or Drag(), escapement.recoil)
     hindered, impulses = '', 2.0 * escapement.energy
     if abs(start) <= least and not _starts_itself(machine, torques, escapement.angle):
         hindered = (
@@ -216,7 +216,7 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
     return least, edge
 
 
-def _starts_itself(machine: Machine | LeverMachine, torques: _Torques, angle: float) -> bool:
+def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: float) -> bool:
     """Return whether recoil drives a wheel released short of the first impulse to that impulse."""
     if torques.recoil * angle <= 0.0:
         return False
@@ -244,8 +244,8 @@ def _starts_itself(machine: Machine | LeverMachine, torques: _Torques, angle: fl
 
 
 def _legs(
-    machine: Machine | LeverMachine, torques: _Torques, angle: float, amplitude: float
-) -> list[_Leg]:
+    machine: Machine | LeverMachine, torques: Torques, angle: float, amplitude: float
+) -> list[Leg]:
     """Return the four arcs of a swing: to and from the impulse, there and back."""
     if isinstance(machine, Machine) and not _is_uneven(machine):
         pair = [
@@ -274,8 +274,8 @@ def _legs(
 
 
 def _leg(
-    machine: Machine | LeverMachine, torques: _Torques, turning: float, end: float, sign: float
-) -> _Leg:
+    machine: Machine | LeverMachine, torques: Torques, turning: float, end: float, sign: float
+) -> Leg:
     """Return loss and time between a turning point and an angle [rad].
 
     The sign is −1 where the turning point comes first, 1 where it comes last.
@@ -289,7 +289,7 @@ def _leg(
     across = math.sqrt(min(passed / top, 1.0))
     last = math.acos(math.copysign(across, (end - rest) * (turning - rest)))
     if last == 0.0:
-        return _Leg(0.0, 0.0)
+        return Leg(0.0, 0.0)
     edges, w, mass, slowness = _free_swing(machine, turning, last)
     sine = np.sin(w)
     speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
@@ -305,8 +305,8 @@ def _leg(
         if np.max(np.abs(since - before)) <= _SETTLED * lost:
             if np.min(share) <= 0.0:
                 break
-            return _Leg(lost, running(slowness / np.sqrt(share), edges)[1])
-    return _Leg(lost, math.inf)
+            return Leg(lost, running(slowness / np.sqrt(share), edges)[1])
+    return Leg(lost, math.inf)
 
 
 def _free_swing(

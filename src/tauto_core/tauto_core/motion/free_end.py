@@ -67,6 +67,8 @@ from tauto_core.motion.stepping import (
     Moved,
     Spans,
     over_span,
+    restore_record,
+    state_of,
     step_error,
     write_row,
 )
@@ -86,8 +88,6 @@ from tauto_core.motion.system import (
     Tolerance,
     mode_of,
     planes_of,
-    restore_record,
-    state_of,
 )
 from tauto_core.motion.wells import ArcShape, arc_of, kick, lever_arm, mass_of
 from tauto_core.motion.wheel import (

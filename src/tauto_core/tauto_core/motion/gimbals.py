@@ -21,6 +21,7 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import first_holds
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, load, store, width
+from tauto_core.motion.stepping import state_type
 from tauto_core.motion.suspended_case import (
     OVER,
     BearingMotion,
@@ -45,7 +46,6 @@ from tauto_core.motion.system import (
     first_below,
     nodes_of,
     outside_at,
-    state_type,
 )
 from tauto_core.motion.wells import term
 from tauto_core.samples import FloatArray

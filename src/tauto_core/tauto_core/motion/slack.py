@@ -37,6 +37,9 @@ from tauto_core.motion.stepping import (
     LoggedRow,
     Moved,
     Stepped,
+    restore_record,
+    state_of,
+    state_type,
     tolerance_of,
     write_row,
 )
@@ -53,10 +56,7 @@ from tauto_core.motion.system import (
     mode_of,
     outside_at,
     planes_of,
-    restore_record,
     set_piece,
-    state_of,
-    state_type,
 )
 from tauto_core.samples import State
 

@@ -34,6 +34,7 @@ from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MOST_POWERS,
     PART_STEP,
+    PLANE,
     WHOLE_STEP,
     Omega,
     Step,
@@ -63,10 +64,7 @@ from tauto_core.motion.system import (
     mode_of,
     outside_at,
     planes_of,
-    restore_record,
     set_piece,
-    state_of,
-    state_type,
 )
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
@@ -447,6 +445,32 @@ def hot_pieces(
             terms[:, j, i] = sum(weight * value for weight, value in zip(row, values, strict=True))
     size = forcing.length_s / given.interval_s
     return HotPieces(terms.reshape(-1, SIZE), given.interval, given.place, size)
+
+
+def state_type(planes: int) -> np.dtype[Any]:
+    """Return the type of the record `RunningState` for so many planes."""
+    whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
+    return np.dtype(
+        [
+            ('planes', PLANE, (planes,)),
+            ('held_angle', 'f8'),
+            *((name, 'i8') for name in whole),
+            ('armed', '?'),
+            ('held', '?'),
+        ],
+        align=True,
+    )
+
+
+def state_of(record: NDArray[np.void]) -> dict[str, Any]:
+    """Return a running state by names, in plain numbers: planes are tuples."""
+    return {name: record[name].tolist() for name in record.dtype.names or ()}
+
+
+def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
+    """Set a running state from the result of `state_of`."""
+    for name in record.dtype.names or ():
+        record[name] = state[name]
 
 
 class Stepped(ABC):

@@ -45,7 +45,13 @@ from tauto_core.motion.linear import (
     turns_at,
 )
 from tauto_core.motion.phase import PHASE_DIGITS
-from tauto_core.motion.stepping import TOLERANCE, tolerance_of
+from tauto_core.motion.stepping import (
+    TOLERANCE,
+    restore_record,
+    state_of,
+    state_type,
+    tolerance_of,
+)
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE,
@@ -60,9 +66,6 @@ from tauto_core.motion.system import (
     column_at,
     first_below,
     nodes_of,
-    restore_record,
-    state_of,
-    state_type,
 )
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError

@@ -8,13 +8,10 @@ escapement has no code for impulses.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.gauss_step import PLANE, Omega, Planes, Work, inside
+from tauto_core.motion.gauss_step import Omega, Planes, Work, inside
 from tauto_core.motion.lanes import (
     SIZE,
     Lanes,
@@ -397,34 +394,8 @@ class Tolerance(NamedTuple):
     coarsen: float
 
 
-def state_type(planes: int) -> np.dtype[Any]:
-    """Return the type of the record `RunningState` for so many planes."""
-    whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
-    return np.dtype(
-        [
-            ('planes', PLANE, (planes,)),
-            ('held_angle', 'f8'),
-            *((name, 'i8') for name in whole),
-            ('armed', '?'),
-            ('held', '?'),
-        ],
-        align=True,
-    )
-
-
-def state_of(record: NDArray[np.void]) -> dict[str, Any]:
-    """Return a running state by names, in plain numbers: planes are tuples."""
-    return {name: record[name].tolist() for name in record.dtype.names or ()}
-
-
-def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
-    """Set a running state from the result of `state_of`."""
-    for name in record.dtype.names or ():
-        record[name] = state[name]
-
-
 class RunningState(Protocol):
-    """The running state: a record of `state_type` in compiled code.
+    """The running state: a record of `stepping.state_type` in compiled code.
 
     Attributes:
         planes: X and Y of each rotating plane.

@@ -100,7 +100,7 @@ class SeaMotion:
 
 
 @dataclass(frozen=True)
-class _Around:
+class Around:
     """`Surroundings` that are equal where the weather is the same; errors alone say the name."""
 
     name: str = field(compare=False)
@@ -248,7 +248,7 @@ class SeaShip(ShipKind):
     def setting(self, scene: Surroundings) -> WeatherSetting:
         """Return scene and ship for which the weather is resolved."""
         assert self.weather is not None
-        around = _Around(
+        around = Around(
             name=scene.name,
             seed=scene.seed,
             g=scene.g,
