@@ -23,8 +23,7 @@ from tauto_core.machines.axle_pendulum import (
     forces,
 )
 from tauto_core.motion import Forcing
-from tauto_core.motion.axle import AxleSwings, axle_table
-from tauto_core.motion.axle_steps import AxleInstant, AxleLaw, pushed
+from tauto_core.motion.axle import AxleInstant, AxleLaw, AxleSwings, axle_table, pushed
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
