@@ -4,7 +4,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint coverage docs wheels bench trial stress soak fuzz clean setup setup-dev environment FORCE
+.PHONY: help sail graph test lint coverage docs wheels bench trial stress soak fuzz clean docs-version setup setup-dev environment FORCE
 
 SCENE ?= measured
 PASSAGE ?= portsmouth_jamaica
@@ -15,6 +15,7 @@ COUNT ?= 1000000
 LOGS ?= ../shared/data/logbooks/logbooks.csv.gz
 TRIAL ?=
 BENCH ?= --budget 1.2
+VERSIONS ?= dist/docs
 
 TAUTO := .venv/bin/tauto
 # The passage with a quarter of the samples takes less time, and ends within a mile.
@@ -41,7 +42,7 @@ endif
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
-	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) PYTHON=...'
+	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) VERSIONS=$(VERSIONS) PYTHON=...'
 
 sail: graph  ## ten minutes at sea as a ROS 2 graph, then the passage to Jamaica offline
 	$(TAUTO) sail $(PASSAGE) $(COARSER)
@@ -69,6 +70,9 @@ docs: setup-dev  ## the documentation site, into site/; a broken link or referen
 	$(TAUTO) report portsmouth_jamaica -o docs/demo.html
 	.venv/bin/python -m nbconvert --log-level ERROR --to markdown --execute docs/lessons/*.ipynb
 	.venv/bin/zensical build --strict --clean
+
+docs-version: docs  ## the site as a version in VERSIONS=folder, with a switch between all that are there
+	.venv/bin/python docs/versions.py '$(VERSIONS)'
 
 wheels: setup-dev  ## both packages as wheels and sdists, into dist/; the same bytes each time
 	.venv/bin/python -m pip install --quiet 'build>=1.2' 'twine>=6.1'

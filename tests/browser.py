@@ -20,7 +20,7 @@ CHARTS = 'typeof Bokeh !== "undefined" && Bokeh.documents.length > 0'
 
 
 class Browser:
-    """A page in a browser that has no network.
+    """A page in a browser that has no network but this machine's.
 
     Args:
         folder: for the profile.
@@ -36,7 +36,7 @@ class Browser:
             [
                 *('bash', '-c', command, BROWSER, '--headless=new', '--no-sandbox'),
                 *('--disable-gpu', '--remote-debugging-pipe', f'--user-data-dir={folder}'),
-                *('--host-resolver-rules=MAP * ~NOTFOUND', 'about:blank'),
+                *('--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1', 'about:blank'),
             ],
             pass_fds=(to_read, to_write),
             stderr=subprocess.DEVNULL,

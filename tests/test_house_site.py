@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import json
 import re
+import runpy
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from html.parser import HTMLParser
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -43,6 +49,13 @@ class Page(HTMLParser):
             self.loads.append(given['src'])
         elif tag == 'link' and given.get('rel') in ('stylesheet', 'icon', 'preload'):
             self.loads.append(given['href'])
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """A server of files that prints no log."""
+
+    def log_message(self, format: str, *args: object) -> None:  # noqa: A002
+        pass
 
 
 @pytest.fixture(scope='module')
@@ -160,6 +173,43 @@ def test_a_browser_typesets_every_equation_of_the_theory(
     assert period.count('<mover') == 2
     assert '<msup><mrow><mi>ϑ</mi></mrow><mrow><mn>2</mn></mrow></msup>' in period
     assert typeset['(D.4)'].count('<msqrt>') == 2
+
+
+def test_versions_stand_beside_each_other_with_a_switch(
+    built: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The newest release is the default; one in work is listed, and is no default."""
+    add = runpy.run_path(str(ROOT / 'docs' / 'versions.py'))['add']
+    monkeypatch.chdir(tmp_path)
+    small = tmp_path / 'small'
+    small.mkdir()
+    (small / 'index.html').write_text('old', encoding='utf-8')
+    pages = tmp_path / 'pages'
+    for name in ('0.9.0', '0.10.0', '0.11.0.dev0'):
+        add(small, pages, name)
+    add(built, pages, '0.9.0')  # built anew: it is replaced
+    listed = json.loads((pages / 'versions.json').read_text(encoding='utf-8'))
+    assert [each['version'] for each in listed] == ['0.10.0', '0.9.0', '0.11.0.dev0']
+    assert [each['aliases'] for each in listed] == [['latest'], [], []]
+    assert 'url=0.10.0/index.html' in (pages / 'index.html').read_text(encoding='utf-8')
+    with pytest.raises(SystemExit, match=r'has no index\.html'):
+        add(tmp_path / 'none', pages, '1.0.0')
+    if BROWSER is None:
+        pytest.skip('no browser: sudo apt-get install chromium')
+    handler = functools.partial(Quiet, directory=str(pages))
+    with ThreadingHTTPServer(('127.0.0.1', 0), handler) as server, Browser(tmp_path) as browser:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        there = f'http://127.0.0.1:{server.server_port}/0.9.0/theory/wheel.html'
+        browser.ask('Page.navigate', url=there)
+        shown = "[...document.querySelectorAll('.md-version__link')].map((each) => each.href)"
+        links: list[str] = []
+        limit = time.monotonic() + 30.0
+        while not links and time.monotonic() < limit:
+            links = browser.run(shown)
+        server.shutdown()
+    assert [urlsplit(link).path for link in links] == [
+        f'/{name}/' for name in ('0.10.0', '0.9.0', '0.11.0.dev0')
+    ]
 
 
 def _resolved(folder: Path, path: str) -> Path:
