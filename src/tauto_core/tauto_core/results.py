@@ -131,7 +131,7 @@ class Summary:
             'drift': self.drift(),
             'longitude': self.longitude(),
         }
-        sea = sea_of(self._scene)
+        sea = sea_of(self._scene) | ends_of(self._scene)
         return {
             'scene': self._scene.name,
             'answer': answer({**figures, **sea}),
@@ -274,6 +274,17 @@ def sea_of(scene: Scene) -> dict[str, Any]:
     return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
 
 
+def ends_of(scene: Scene) -> dict[str, str]:
+    """Return `ends` of a result: where a log that is sailed to its end makes no landfall."""
+    log = None if scene.voyage is None else scene.voyage.log
+    if log is None or log.at[-1] > scene.duration:
+        return {}
+    from tauto_core.ship.coast import no_landfall
+
+    where = no_landfall(*log.entries[-1][1:3])
+    return {} if where is None else {'ends': where}
+
+
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
     """Return the gain of a dial from one stamp and reading to another [s/day], 0 for the same."""
     (start, dial_start), (end, dial_end) = first, last
@@ -303,7 +314,8 @@ def answer(result: Mapping[str, Any]) -> str:
             ' The ship is a cork: she heaves as the waves do, and their sideways half is left '
             'out; ship.hull gives her a hull.'
         )
-    said = f'{_answer(result)}{slack}{cork}'
+    ends = f' The last entry of the log is {result["ends"]}.' if 'ends' in result else ''
+    said = f'{_answer(result)}{ends}{slack}{cork}'
     return f'The bag is not whole. {said}' if result.get('damage') else said
 
 

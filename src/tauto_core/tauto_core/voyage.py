@@ -24,7 +24,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
-from tauto_core.results import Summary, answer, dataset, frame, sea_of
+from tauto_core.results import Summary, answer, dataset, ends_of, frame, sea_of
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -745,7 +745,7 @@ def replay(
         for topic, so in without.items()
         if topic not in bag and topic in (*drift.inputs, SHIP_FIX)
     ]
-    sea = sea_of(scene)
+    sea = sea_of(scene) | ends_of(scene)
     result = {
         'scene': scene.name,
         'answer': answer({**figures, **sea, 'damage': damage}),

@@ -73,12 +73,6 @@ def sail(
     if force and out is None:
         raise UsageError('--force replaces the bag in --out, and there is no --out. Name it')
     odd = say_oddities(loaded, scene, anyway=anyway)
-    log = None if loaded.voyage is None else loaded.voyage.log
-    if log is not None and log.at[-1] <= loaded.duration:
-        from tauto_core.ship.coast import no_landfall
-
-        if (where := no_landfall(*log.entries[-1][1:3])) is not None:
-            say(f'{loaded.name}: the last entry of the log is {where} there')
     with ended_by_sigterm(), progress_bar(loaded.name) as progress:
         result = voyage.sail(
             loaded,
