@@ -229,6 +229,18 @@ def test_on_land_a_day_keeps_the_rate_of_the_driver(trochlea, escapement):
     assert angles[0] == pytest.approx(angles[1], abs=1e-9)
 
 
+def test_an_unbalanced_wheel_steps_as_the_driver_does():
+    """Its well is lowest away from the middle."""
+    imbalance = {'moment': 2e-4, 'direction': 0.4}
+    case = {'trochlea': {**WEIGHT, 'imbalance': imbalance}, 'escapement': IMPULSE}
+    machine, forcing = forced({**case, 'drag': {'viscous': 1e-5}}, duration=24.0)
+    engine, driver = FreeEndCollocation(machine, None, 6), Collocation(machine)
+    engine.release(forcing)
+    driver.release(forcing)
+    found, wanted = engine.advance(forcing), driver.advance(forcing)
+    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=1e-9)
+
+
 def test_the_tolerance_decides_and_a_number_of_sweeps_overrules_it():
     machine, _ = forced(CASES['a force'], duration=8.0)
     chosen = {

@@ -14,31 +14,50 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.curves.cam import ArcLever
 from tauto_core.kernels import entry, inlined
-from tauto_core.machines import Machine
+from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.forcing import Forcing, Motion, Temperatures
+from tauto_core.motion.free_kink import (
+    expected_s,
+    is_past,
+    to_next,
+)
+from tauto_core.motion.free_step import (
+    DUE,
+    HOLDS,
+    LONGEST,
+    MISSES,
+    PAST,
+    ROW_SETTLED,
+    UNKNOWN,
+    FreeEnd,
+    FreeHalfSwing,
+    FreeState,
+    Rates,
+    fill_from_spans,
+    fill_rates,
+    holds,
+    ship_at,
+    span_at,
+)
 from tauto_core.motion.gauss_step import (
-    COSINE,
     LEAST_SETTLED,
     MAX_SWEEPS,
     PART_STEP,
-    SINE,
     Omega,
     Step,
     Work,
     copy_planes,
-    evaluate,
     fill_rotations,
     finish,
     gauss_constants,
     make_work,
-    rotation,
     start_stages,
     sum_exactly,
     sweep,
@@ -46,17 +65,6 @@ from tauto_core.motion.gauss_step import (
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
-    Lanes,
-    chosen,
-    filled,
-    fma,
-    folded_both,
-    lane,
-    larger,
-    largest,
-    load,
-    store,
-    total,
 )
 from tauto_core.motion.passages import bounds_of, count_step, signs_at_nodes
 from tauto_core.motion.stepping import (
@@ -73,64 +81,28 @@ from tauto_core.motion.stepping import (
     write_row,
 )
 from tauto_core.motion.system import (
-    HEAT_POWERS,
     NOWHERE,
-    ChannelAt,
     ForcingPieces,
-    HotNumbers,
-    HotPieces,
-    Instant,
-    Mode,
-    Outside,
-    Plane,
     RunningState,
     SteppedRun,
     Tolerance,
     mode_of,
     planes_of,
 )
-from tauto_core.motion.wells import ArcShape, arc_of, kick, lever_arm, mass_of
+from tauto_core.motion.wells import ArcShape, arc_of
 from tauto_core.motion.wheel import (
     HOT_NODES,
     WHEEL_NODES,
     Collocation,
     Wheel,
-    angle_at,
     disturbance_on_land,
     error_factor,
     lasting_shape,
     reference_frequency,
     stages_of,
-    surely_within,
-    wheel_at_nodes,
-    wheel_now,
 )
 from tauto_core.samples import FloatArray, State
-
-
-class FreeEnd(NamedTuple):
-    """How free-end steps are taken.
-
-    Attributes:
-        sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
-        settled: share of the state that the last sweep may have left; more are made until then.
-        error: error allowed in a step, relative to the state.
-        near: phase from the impulse within which a step is not repeated [rad].
-        close: phase from the impulse within which the ship's motion is carried on to it [rad].
-        usual_s: half a swing on land [s].
-        swing: its largest Y, in the middle [rad].
-        slower: relative change of the time of half a swing over that of Y.
-    """
-
-    sweeps: int
-    settled: float
-    error: float
-    near: float
-    close: float
-    usual_s: float
-    swing: float
-    slower: float
-
+from tauto_core.scene.errors import CamRangeError
 
 LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
 """Below them rounding would decide."""
@@ -157,8 +129,9 @@ def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
         most = MOST_IN_ONE if machine.cam.kinked else MOST_IN_ONE - 1
         near = NEAR_BENT if sweeps <= most else NEARER
     omega = reference_frequency(machine)
-    swing, slower = _greatest(machine, omega, 1.0), 0.0
+    swing, slower = 1.0, 0.0
     if machine.cam.kinked:
+        swing = _greatest(machine, omega, 1.0)
         periods = [machine.period(machine.release_angle * share) for share in NEIGHBOURS]
         swings = [_greatest(machine, omega, share) for share in NEIGHBOURS]
         slower = math.log(periods[1] / periods[0]) / math.log(swings[1] / swings[0])
@@ -201,12 +174,22 @@ def takes_free_ends(machine: Machine) -> bool:
         return False
     if cam.joints.size or not (drag is None or drag.is_linear):
         return False
-    if cam.kinked and not (isinstance(cam.lever, ArcLever) and machine.release_angle):
+    if cam.kinked and not _swings_on_cheek(machine):
         return False
     if shape is not None or machine.is_linear:
         return stages_of(machine, shape) == WIDE_SIZE
     most = MOST_ON_LAND_KINKED if cam.kinked else MOST_ON_LAND
     return _on_land(machine, shape, reference_frequency(machine)).error <= most
+
+
+def _swings_on_cheek(machine: Machine) -> bool:
+    """Return whether a release on land swings evenly over the kink of a cheek."""
+    if not isinstance(machine.cam.lever, ArcLever) or machine.imbalance is not None:
+        return False
+    try:
+        return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
+    except (CamRangeError, SlackThreadError):
+        return False
 
 
 class OnLand(NamedTuple):
@@ -250,30 +233,6 @@ def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
     return OnLand(u / amplitude, v / amplitude - 1.0, error if settled else math.inf)
 
 
-class FreeState(Protocol):
-    """Where free-end steps are: a record of FREE in compiled code.
-
-    Attributes:
-        x, x_rest: where in the first span kept the half swing began, as two doubles.
-        line_rate: γ̇ there [rad/s].
-        gravity: g_eff there [m/s2].
-        shown: first of the spans kept whose row, if any, is not written yet.
-        waits: half swings to come that the driver takes, after a step that did not hold.
-        missed: steps that did not hold.
-        free: whether the state is that just after an impulse or a kink; otherwise at the end of a
-            span.
-    """
-
-    x: float
-    x_rest: float
-    line_rate: float
-    gravity: float
-    shown: int
-    waits: int
-    missed: int
-    free: bool
-
-
 FREE = np.dtype(
     [
         *((name, 'f8') for name in ('x', 'x_rest', 'line_rate', 'gravity')),
@@ -283,20 +242,8 @@ FREE = np.dtype(
     align=True,
 )
 
-SHORTEST, LONGEST = 0.8, 1.2
-"""Least and greatest length of a half swing, over that on land."""
-
-MOST_LENGTHS = 4
-"""Most lengths tried of one step; its prediction seldom errs by more than `NEAR`."""
-
-MORE_SWEEPS = 12
-"""Most sweeps beyond the number set."""
-
 SWEEPS_ON_LAND = 20
 """Sweeps that settle the stages of half a swing on land, where free-end steps pay."""
-
-ROW_SETTLED = 1e-3
-"""How far the stages settle for a logged row, over `FreeEnd.settled`."""
 
 CONSTANTS = 'half_cosine', 'half_sine', 'land_u', 'land_v', 'first', 'second', 'third'
 """Rows of constants: cos and sin of πξ, U and V on land over the amplitude, and integrals of the
@@ -309,613 +256,6 @@ WAITS = 15
 MOST_SPANS = 12
 """Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
 
-HOLDS, MISSES, PAST, UNKNOWN, DUE = range(5)
-"""A step holds; its assumptions fail; the instant wanted lies beyond the impulse; the spans known
-do not reach; a row is due on the way.
-"""
-
-
-class Rates(NamedTuple):
-    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent.
-
-    They have as many powers as the channels, which all have the same number.
-    """
-
-    line: FloatArray | None
-    tilt: FloatArray | None
-
-
-@inlined
-def _fill_rates(
-    channel: FloatArray | None, pieces: ForcingPieces, rates: FloatArray | None
-) -> None:
-    """Fill the coefficients of the time derivative of a channel."""
-    if channel is None or rates is None:
-        return
-    powers = channel.shape[1]
-    for i in range(channel.shape[0]):
-        per_s = 1.0 / pieces.length_s[i]
-        for j in range(1, powers):
-            rates[i, j - 1] = channel[i, j] * (j * per_s)
-        rates[i, powers - 1] = 0.0
-
-
-class FreeHalfSwing(NamedTuple):
-    """A half swing that begins at an impulse or a kink, and the spans that it may read.
-
-    Attributes:
-        wheel: the system that swings.
-        k, x: span, and x of its piece, where it begins.
-        last: last span that it may read.
-        known_s: time from the beginning to the end of that [s].
-        square: x² + y² above which the swing is clear of tilt and impulse.
-        bend: bound of |γ̈| [rad/s2].
-        powers: number of powers of every channel.
-        spans, pieces, rates: all of them.
-    """
-
-    wheel: Wheel
-    k: int
-    x: float
-    last: int
-    known_s: float
-    square: float
-    bend: float
-    powers: int
-    spans: Spans
-    pieces: ForcingPieces
-    rates: Rates
-
-
-@inlined
-def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
-    """Return one of `HotNumbers` at lanes of x of piece k."""
-    row, u = hot.interval[k] * HEAT_POWERS, fma(x, hot.size[k], hot.begin[k])
-    value = fma(u, hot.terms[row + 3, which], hot.terms[row + 2, which])
-    value = fma(value, u, hot.terms[row + 1, which])
-    return fma(value, u, hot.terms[row, which])
-
-
-@inlined
-def _ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
-    """Return the forcing at x of piece k, without γ, and the machine's numbers there."""
-    pieces, rates = half.pieces, half.rates
-    per_s = 1.0 / pieces.length_s[k]
-    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = 0.0
-    # one loop for all channels: they are short, and the end of a loop may be mispredicted
-    for j in range(half.powers - 1, -1, -1):
-        if rates.line is not None:
-            line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
-        if pieces.tilt is not None and rates.tilt is not None:
-            tilt = fma(tilt, x, pieces.tilt[k, j])
-            tilt_slope = fma(tilt_slope, x, tilt_rate)
-            tilt_rate = fma(tilt_rate, x, rates.tilt[k, j])
-        if pieces.gravity is not None:
-            gravity = fma(gravity, x, pieces.gravity[k, j])
-        if pieces.lean is not None:
-            lean = fma(lean, x, pieces.lean[k, j])
-    hot = None
-    if pieces.hot is not None:
-        terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
-        u = pieces.hot.begin[k] + pieces.hot.size[k] * x
-        all_ = fma(load(terms, row + 3), u, load(terms, row + 2))
-        all_ = fma(fma(all_, u, load(terms, row + 1)), u, load(terms, row))
-        hot = HotNumbers(
-            lane(all_, 0),
-            lane(all_, 1),
-            lane(all_, 2),
-            lane(all_, 3),
-            lane(all_, 4),
-            lane(all_, 5),
-            lane(all_, 6),
-        )
-    return Outside(
-        ChannelAt(0.0, line, line_slope * per_s),
-        ChannelAt(tilt, tilt_rate, tilt_slope * per_s),
-        gravity,
-        lean,
-        hot,
-    )
-
-
-@inlined
-def _place(half: FreeHalfSwing, time: float) -> tuple[int, float]:
-    """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
-    k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
-    left = time
-    while k < half.last:
-        whole = (spans.end[k] - x) * lengths[k]
-        if left < whole:
-            break
-        left -= whole
-        k += 1
-        x = spans.begin[k]
-    return k, x + left / lengths[k]
-
-
-@inlined
-def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
-    """Store values at the nodes of the first span, or at those that come later."""
-    if not first:
-        value = chosen(later, load(row), value)
-    store(row, 0, value)
-
-
-@inlined
-def _fill_nodes(half: FreeHalfSwing, h: float, work: Work) -> None:
-    """Fill the forcing at the nodes of a step of length h, each from its span."""
-    spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
-    seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
-    wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
-    felt = wheel.felt
-    store(nodes.line_bend, 0, filled(none, half.bend))
-    while True:
-        length = pieces.length_s[k]
-        per_s, first, later = 1.0 / length, k == half.k, seconds - since
-        at = fma(later, per_s, x)
-        line = tilt = gravity = lean = none
-        for j in range(half.powers - 1, -1, -1):
-            if rates.line is not None:
-                line = fma(line, at, rates.line[k, j])
-            if rates.tilt is not None and wheel.feels_drag:
-                tilt = fma(tilt, at, rates.tilt[k, j])
-            if pieces.gravity is not None:
-                gravity = fma(gravity, at, pieces.gravity[k, j])
-            if pieces.lean is not None:
-                lean = fma(lean, at, pieces.lean[k, j])
-        if felt.line is not None:
-            _keep(nodes.line_rate, later, first, line)
-        if felt.tilt is not None and wheel.feels_drag:
-            _keep(nodes.tilt_rate, later, first, tilt)
-        if felt.gravity is not None:
-            _keep(nodes.gravity, later, first, gravity)
-        if felt.lean is not None:
-            _keep(nodes.lean, later, first, lean)
-        if pieces.hot is not None and pieces.hot.interval[k] != interval:
-            # one cubic holds over all pieces of a log interval
-            hot, interval = pieces.hot, pieces.hot.interval[k]
-            _keep(nodes.carried, later, first, _number(hot, k, 0, at))
-            _keep(nodes.force, later, first, _number(hot, k, 1, at))
-            _keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
-            _keep(nodes.weight, later, first, _number(hot, k, 3, at))
-            _keep(nodes.viscous, later, first, _number(hot, k, 4, at))
-            _keep(nodes.share, later, first, _number(hot, k, 5, at))
-            _keep(nodes.growth, later, first, _number(hot, k, 6, at))
-        since += (spans.end[k] - x) * length
-        if since >= h or k == half.last:
-            break
-        k += 1
-        x = spans.begin[k]
-
-
-@inlined
-def _arc_sine(x: float) -> float:
-    """Return arcsin x to a thousandth for |x| < 0.6, for predictions."""
-    square = x * x
-    return x * (1.0 + square * (1 / 6 + square * (3 / 40 + square * (15 / 336))))
-
-
-@inlined
-def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
-    """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
-    wheel, plane, way = half.wheel, run.state.planes[0], -float(run.state.direction)
-    k, x = _place(half, usual_s)
-    then = _ship_at(half, k, x)
-    q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
-    per_size = 1.0 / math.sqrt(q * q + y * y)
-    since, until = -way * q * per_size, (wheel.impulse - way * then.tilt.value) * per_size
-    ahead = math.pi + _arc_sine(until) - _arc_sine(since)
-    if wheel.felt.gravity is not None:
-        # (1 + more)^(−1/2)
-        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
-        ahead *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
-    return ahead * (usual_s / math.pi)
-
-
-@inlined
-def _late(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
-    """Return the time to the impulse [s], a short one."""
-    return _until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
-
-
-@inlined
-def _until(left: float, way: float, rate: float, bend: float, omega: Omega) -> float:
-    """Return the time in which an angle moves `left` on its way, to the third order.
-
-    Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
-    """
-    late = left / (way * rate)
-    turned, phase = late * bend / rate, omega[0] * late
-    return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase / 6.0)
-
-
-@inlined
-def _given(
-    wheel: Wheel, mode: Mode, w: float, now: Instant, at: Outside, late: float, given: int
-) -> float:
-    """Return the momentum w that an impulse adds, a short time after an instant.
-
-    It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
-    """
-    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
-    if per_inertia.impulse is None:
-        return 0.0
-    q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
-    t, way = lever_arm(wheel.lever, mode.side, q).t, mode.direction
-    line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
-    if wheel.shape is None:
-        mass = mass_of(per_inertia.carried, t)
-        rate = (w - line_rate) / mass + tilt_rate
-        return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * mass
-    per_n = math.sqrt(1.0 + (wheel.shape.k * q) * (wheel.shape.k * q))
-    rate = (w - line_rate / per_n) / per_n + tilt_rate
-    return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * per_n
-
-
-@inlined
-def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
-    """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in few terms."""
-    nodes = work.nodes
-    angle = load(work.fractions) * (omega[0] * h - math.pi)
-    square = angle * angle
-    sine, versine = filled(angle, SINE[6]), filled(angle, COSINE[6])
-    for j in range(5, -1, -1):
-        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
-    sine, versine = sine * angle, versine * square
-    cosine_0, sine_0 = load(nodes.half_cosine), load(nodes.half_sine)
-    store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
-    store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
-    # these rows are not those of a step that `gauss_step` has made
-    work.rotations[PART_STEP].h = math.nan
-
-
-@inlined
-def _turn(run: SteppedRun, time: float) -> tuple[float, float]:
-    """Return cos and sin of the rotation over a time, near half a turn without a kink."""
-    if run.system.kinked:
-        return rotation(run.omega[0] * time)
-    return _half_turn(run.omega[0] * time)
-
-
-@inlined
-def _half_turn(angle: float) -> tuple[float, float]:
-    """Return cos and sin of an angle near π."""
-    small = angle - math.pi
-    square = small * small
-    sine, versine = SINE[6], COSINE[6]
-    for j in range(5, -1, -1):
-        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
-    return versine * square - 1.0, -(sine * small)
-
-
-class StepEnd(NamedTuple):
-    """The end of a step: U and V, and the rotation to X and Y."""
-
-    u: float
-    v: float
-    cosine: float
-    sine: float
-
-    @property
-    def plane(self) -> Plane:
-        """X and Y."""
-        return Plane(
-            self.cosine * self.u + self.sine * self.v, self.cosine * self.v - self.sine * self.u
-        )
-
-
-@inlined
-def _end(run: SteppedRun, h: float) -> StepEnd:
-    """Return the end of the step last collocated."""
-    work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
-    cosine, sine = _turn(run, h)
-    u = start.x + h * total(weights * load(work.k1))
-    v = start.y + h * total(weights * load(work.k2))
-    return StepEnd(u, v, cosine, sine)
-
-
-@inlined
-def _end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
-    """Return the state a short time after the end of a step.
-
-    The slopes there are those of the state, and change as the polynomial of the step does.
-    """
-    work, nodes, w = run.work, run.work.nodes, run.omega[0]
-    eta, plane = late / h, end.plane
-    d1, d2 = drift.x - w * plane.y, drift.y / w + w * plane.x
-    k1, k2 = end.cosine * d1 - end.sine * d2, end.sine * d1 + end.cosine * d2
-    weights = fma(load(nodes.third), eta, load(nodes.second))
-    weights = fma(weights, eta, load(nodes.first)) * (eta * eta * h)
-    u = end.u + (late * k1 + total(weights * load(work.k1)))
-    v = end.v + (late * k2 + total(weights * load(work.k2)))
-    cosine, sine = _turn(run, h + late)
-    return StepEnd(u, v, cosine, sine).plane
-
-
-@inlined
-def _holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
-    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    wheel, omega, work = half.wheel, run.omega, run.work
-    tail, start = load(work.tail), run.state.planes[0]
-    last = max(abs(total(tail * load(work.k1))), abs(total(tail * load(work.k2)))) * h
-    size = math.sqrt(start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last / size, False) <= error:
-        return False
-    if not wheel.clear(half.square, omega, work):
-        return False
-    if wheel.has_weight:
-        # by rough bounds alone, since the row of γ̈ is a bound
-        return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
-    beyond = wheel.beyond(mode, omega, work)
-    return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
-
-
-@inlined
-def _settle(step: Step, least: int, floor: float) -> bool:
-    """Sweep the stages `least` times and until they have settled; return whether so.
-
-    As `gauss_step.sweep`, which looks at the changes from the first sweep on.
-    """
-    work, start = step.work, step.planes[0]
-    before = change = math.inf
-    for n in range(least + MORE_SWEEPS):
-        evaluate(step)
-        if n >= least and change * change <= floor * (before - change):
-            return True
-        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, load(work.k1), load(work.k2))
-        u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
-        if n >= least - 2:
-            before = change
-            change = largest(larger(u - load(work.u), v - load(work.v)))
-        store(work.u, 0, u)
-        store(work.v, 0, v)
-    return False
-
-
-@inlined
-def _to_impulse(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next impulse and let it act, or leave all as it is.
-
-    Returns HOLDS or MISSES, and the length of the step [s].
-    """
-    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
-    way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
-    mode = Mode(float(state.side), way, float(state.pallet))
-    h = _predicted(run, half, free, usual_s)
-    for n in range(MOST_LENGTHS):
-        if not SHORTEST * usual_s < h < LONGEST * usual_s:
-            return MISSES, 0.0
-        _fill_nodes(half, h, work)
-        _fill_rotations(omega, h, work)
-        if n == 0:
-            store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
-            store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
-        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        if not _settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
-            return MISSES, 0.0
-        k, x = _place(half, h)
-        at, end = _ship_at(half, k, x), _end(run, h)
-        now = wheel.instant(mode, omega, (end.plane,), at)
-        if not way * now.rate > 0.0:
-            return MISSES, 0.0
-        late = _late(wheel, way, now, omega)
-        if omega[0] * abs(late) > free_end.near:
-            h += late
-            continue
-        if not _holds(run, half, mode, free_end.error, h):
-            return MISSES, 0.0
-        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        drift, since = wheel.drift(mode, omega, at, now)[0], late
-        if omega[0] * abs(late) > free_end.close:
-            # look again from where the impulse was expected
-            there = _end_later(run, h, late, end, drift)
-            k, x = _place(half, h + late)
-            at = _ship_at(half, k, x)
-            now = wheel.instant(mode, omega, (there,), at)
-            since = _late(wheel, way, now, omega)
-            late += since
-        there = _end_later(run, h, late, end, drift)
-        added = _given(wheel, mode, omega[0] * there.y, now, at, since, state.given)
-        plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-        plane.y = there.y + added / omega[0]
-        free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
-        state.direction = -state.direction
-        state.armed, state.pallet = False, state.direction
-        state.given += 1
-        count_step(True, found, run, 0, 0.0)
-        return HOLDS, h + late
-    return MISSES, 0.0
-
-
-AT_ONCE = 1e-9
-"""Phase from the kink to the impulse, or back, within which both happen at one place [rad]."""
-
-SHORT, MOST_LATE = 0.3, 0.05
-"""Longest step to an event that lies ahead, over half a swing on land; and the largest error of a
-predicted length, over the length, at which a step is not made anew.
-"""
-
-ONWARD_SWEEPS = 2
-"""Least sweeps of such a step: it is short."""
-
-
-@inlined
-def _goes_on(state: RunningState) -> bool:
-    """Return whether kink or impulse come before the turning point of θ."""
-    return state.armed or state.side * state.direction < 0
-
-
-@inlined
-def _expected(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
-    """Return the time to the next kink or impulse, whichever comes first [s]."""
-    wheel, state, plane = half.wheel, run.state, run.state.planes[0]
-    d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
-    per_size = 1.0 / math.sqrt(q * q + y * y)
-    since = _arc_sine(d * q * per_size)
-    if _goes_on(state):
-        reach = 0.0
-        if state.armed:
-            k, x = _place(half, 0.0)
-            reach = wheel.impulse - d * _ship_at(half, k, x).tilt.value
-        return (_arc_sine(reach * per_size) - since) / run.omega[0]
-    k, x = _place(half, free_end.usual_s)
-    then, quicker = _ship_at(half, k, x), 1.0
-    if wheel.felt.gravity is not None:
-        # (1 + more)^(−1/2)
-        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
-        quicker -= more * (0.5 - more * (0.375 - more * 0.3125))
-    # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
-    larger_by = quicker / (per_size * free_end.swing) - 1.0
-    half_s = free_end.usual_s * quicker * (1.0 + free_end.slower * larger_by)
-    reach = min(0.0, wheel.impulse + d * then.tilt.value)
-    return half_s + (_arc_sine(reach * per_size) - since) / run.omega[0]
-
-
-@inlined
-def _late_for_kink(way: float, now: Instant, omega: Omega) -> float:
-    """Return the time to the kink [s], a short one."""
-    return _until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
-
-
-@inlined
-def _solve(
-    run: SteppedRun, half: FreeHalfSwing, free_end: FreeEnd, mode: Mode, h: float
-) -> tuple[bool, bool, float, float]:
-    """Collocate the step to the next kink or impulse, which is expected after a time h [s].
-
-    Returns whether it holds, whether it ends with an impulse, its length, and how far beyond it
-    the event is [s].
-    """
-    wheel, omega, state, work, way = half.wheel, run.omega, run.state, run.work, mode.direction
-    plane, usual_s, turns = state.planes[0], free_end.usual_s, not _goes_on(state)
-    shortest, longest = (
-        (SHORTEST * usual_s, LONGEST * usual_s) if turns else (0.0, SHORT * usual_s)
-    )
-    least, settled = free_end.sweeps, free_end.settled
-    if not turns:
-        least, settled = ONWARD_SWEEPS, ROW_SETTLED * settled
-    struck, late = state.armed, 0.0
-    for n in range(MOST_LENGTHS):
-        if not shortest < h < longest:
-            break
-        _fill_nodes(half, h, work)
-        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        fill_rotations(step)
-        if n == 0:
-            start_stages(step)
-            if turns:
-                store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
-                store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
-        if not _settle(step, least, settled * abs(plane.y)):
-            break
-        k, x = _place(half, h)
-        now = wheel.instant(mode, omega, (_end(run, h).plane,), _ship_at(half, k, x))
-        if not (way * now.rate > 0.0 and way * now.speed > 0.0):
-            break
-        kink, impulse = _late_for_kink(way, now, omega), _late(wheel, way, now, omega)
-        if turns:
-            struck = impulse < kink
-        late = impulse if struck else kink
-        if omega[0] * abs(late) <= free_end.near and abs(late) <= MOST_LATE * h:
-            return _holds(run, half, mode, free_end.error, h), struck, h, late
-        h += late
-    return False, struck, h, late
-
-
-@inlined
-def _act(
-    run: SteppedRun,
-    half: FreeHalfSwing,
-    free: FreeState,
-    mode: Mode,
-    struck: bool,
-    there: Plane,
-    at: Outside,
-    now: Instant,
-    since: float,
-) -> None:
-    """Let an impulse or the kink act on the state `there`, a short time after an instant."""
-    state, plane, turns = run.state, run.state.planes[0], not _goes_on(run.state)
-    added = 0.0
-    if struck:
-        w = run.omega[0] * there.y
-        added = _given(half.wheel, mode, w, now, at, since, state.given)
-    plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-    plane.y = there.y + added / run.omega[0]
-    free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
-    if turns:
-        state.direction = -state.direction
-    if struck:
-        state.armed, state.pallet = False, state.direction
-        state.given += 1
-    else:
-        state.armed, state.side = turns, -state.side
-
-
-@inlined
-def _to_event(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next kink or impulse and let it act, or leave all as it is.
-
-    Returns HOLDS or MISSES, and the length of the step [s].
-    """
-    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
-    plane, onward = state.planes[0], _goes_on(state)
-    way = float(state.direction) if onward else -float(state.direction)
-    mode = Mode(float(state.side), way, float(state.pallet))
-    h = _expected(run, half, free, free_end)
-    if onward and omega[0] * abs(h) < AT_ONCE:
-        k, x = _place(half, 0.0)
-        at = _ship_at(half, k, x)
-        now = wheel.instant(mode, omega, planes_of(omega, state.planes), at)
-        _act(run, half, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
-        return HOLDS, 0.0
-    held, struck, h, late = _solve(run, half, free_end, mode, h)
-    if not held:
-        return MISSES, 0.0
-    found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-    k, x = _place(half, h)
-    at, end = _ship_at(half, k, x), _end(run, h)
-    now = wheel.instant(mode, omega, (end.plane,), at)
-    drift, since = wheel.drift(mode, omega, at, now)[0], late
-    if omega[0] * abs(late) > free_end.close:
-        # look again from where the event was expected
-        there = _end_later(run, h, late, end, drift)
-        k, x = _place(half, h + late)
-        at = _ship_at(half, k, x)
-        now = wheel.instant(mode, omega, (there,), at)
-        since = _late(wheel, way, now, omega) if struck else _late_for_kink(way, now, omega)
-        late += since
-    _act(run, half, free, mode, struck, _end_later(run, h, late, end, drift), at, now, since)
-    count_step(True, found, run, 0, 0.0)
-    return HOLDS, h + late
-
-
-@inlined
-def _onward(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next event, as `_to_impulse`."""
-    if half.wheel.kinked:
-        return _to_event(run, half, free, free_end)
-    return _to_impulse(run, half, free, free_end)
-
-
-@inlined
-def _is_past(wheel: Wheel, state: RunningState, now: Instant) -> bool:
-    """Return whether the next event of a state is past at an instant."""
-    d = float(state.direction)
-    if wheel.kinked:
-        onward = _goes_on(state)
-        way = d if onward else -d
-        struck = (state.armed or not onward) and not way * now.angle < wheel.impulse
-        crossed = not state.armed and not state.side * now.coordinate > 0.0
-        return (onward or way * now.rate > 0.0) and (struck or crossed)
-    return d * now.rate < 0.0 and not -d * now.angle < wheel.impulse
-
 
 @inlined
 def _to_row(
@@ -924,9 +264,9 @@ def _to_row(
     """Write the row at the end of the last span if it precedes the impulse; the state stays."""
     wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
     plane, h, mode = state.planes[0], half.known_s, mode_of(state)
-    if wheel.kinked and h > LONGEST * _expected(run, half, free, free_end):
+    if wheel.kinked and h > LONGEST * expected_s(run, half, free, free_end):
         return PAST
-    _fill_nodes(half, h, work)
+    fill_from_spans(half, h, work)
     step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
     fill_rotations(step)
     start_stages(step)
@@ -934,12 +274,12 @@ def _to_row(
     if not settled:
         return MISSES
     finish(step)
-    k, x = _place(half, h)
-    at = _ship_at(half, k, x)
+    k, x = span_at(half, h)
+    at = ship_at(half, k, x)
     now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
-    if _is_past(wheel, state, now):
+    if is_past(wheel, state, now):
         return PAST
-    if not _holds(run, half, mode, free_end.error, h):
+    if not holds(run, half, mode, free_end.error, h):
         return MISSES
     # the state is advanced for the row, and then restored
     turns, beats = state.turns, state.beats
@@ -1017,8 +357,8 @@ def advance_freely(
     run = SteppedRun(system, omega, tolerance, state, work)
     reach_s, written, count = LONGEST * free_end.usual_s, 0, len(spans.begin)
     squares, bends = np.empty(count), np.empty(count)
-    _fill_rates(pieces.drive, pieces, rates.line)
-    _fill_rates(pieces.tilt, pieces, rates.tilt)
+    fill_rates(pieces.drive, pieces, rates.line)
+    fill_rates(pieces.tilt, pieces, rates.tilt)
     for i in range(count):
         _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
         squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
@@ -1038,9 +378,9 @@ def advance_freely(
                     shown = half.last + 1
                     continue
             if code != MISSES:
-                code, time = _onward(run, half, free, free_end)
+                code, time = to_next(run, half, free, free_end)
             if code == HOLDS:
-                j, x = _place(half, time)
+                j, x = span_at(half, time)
                 further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
                 x, free.x_rest = further if j == k else (x, 0.0)
                 free.x = min(x, spans.end[j])
@@ -1050,7 +390,7 @@ def advance_freely(
         # the driver continues to the next impulse, or to the end of the span
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
-            at = _ship_at(start, k, x)
+            at = ship_at(start, k, x)
             free.x, free.x_rest, free.free = x, 0.0, True
             free.line_rate, free.gravity = at.drive.rate, at.gravity
             free.waits = max(free.waits - 1, 0)
@@ -1058,7 +398,7 @@ def advance_freely(
         if code != OK:
             return code, k, x
         if spans.logged[k] and k >= shown:
-            write_row(run, _ship_at(start, k, x), rows[written])
+            write_row(run, ship_at(start, k, x), rows[written])
             written += 1
         free.free = False
         k += 1

@@ -1,0 +1,543 @@
+"""A free-end step: from impulse to impulse, of a length that is solved with its stages.
+
+Its length is predicted, and corrected by θ/θ̇ at its end when the stages are nearly settled. It
+reads as many spans of forcing as it covers. `free_end` has the whole.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Protocol
+
+from tauto_core.kernels import inlined
+from tauto_core.motion.gauss_step import (
+    COSINE,
+    PART_STEP,
+    SINE,
+    Omega,
+    Step,
+    Work,
+    evaluate,
+    rotation,
+)
+from tauto_core.motion.lanes import (
+    WIDE_SIZE,
+    Lanes,
+    chosen,
+    filled,
+    fma,
+    folded_both,
+    lane,
+    larger,
+    largest,
+    load,
+    store,
+    total,
+)
+from tauto_core.motion.passages import count_step, signs_at_nodes
+from tauto_core.motion.stepping import (
+    Spans,
+    step_error,
+)
+from tauto_core.motion.system import (
+    HEAT_POWERS,
+    NOWHERE,
+    ChannelAt,
+    ForcingPieces,
+    HotNumbers,
+    HotPieces,
+    Instant,
+    Mode,
+    Outside,
+    Plane,
+    SteppedRun,
+)
+from tauto_core.motion.wells import kick, lever_arm, mass_of
+from tauto_core.motion.wheel import (
+    Wheel,
+    angle_at,
+    surely_within,
+    wheel_at_nodes,
+    wheel_now,
+)
+from tauto_core.samples import FloatArray
+
+
+class FreeEnd(NamedTuple):
+    """How free-end steps are taken.
+
+    Attributes:
+        sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
+        settled: share of the state that the last sweep may have left; more are made until then.
+        error: error allowed in a step, relative to the state.
+        near: phase from the impulse within which a step is not repeated [rad].
+        close: phase from the impulse within which the ship's motion is carried on to it [rad].
+        usual_s: half a swing on land [s].
+        swing: its largest Y, in the middle [rad].
+        slower: relative change of the time of half a swing over that of Y.
+    """
+
+    sweeps: int
+    settled: float
+    error: float
+    near: float
+    close: float
+    usual_s: float
+    swing: float
+    slower: float
+
+
+SHORTEST, LONGEST = 0.8, 1.2
+"""Least and greatest length of a half swing, over that on land."""
+
+MOST_LENGTHS = 4
+"""Most lengths tried of one step; its prediction seldom errs by more than `NEAR`."""
+
+MORE_SWEEPS = 12
+"""Most sweeps beyond the number set."""
+
+ROW_SETTLED = 1e-3
+"""How far the stages settle for a logged row, over `FreeEnd.settled`."""
+
+HOLDS, MISSES, PAST, UNKNOWN, DUE = range(5)
+"""A step holds; its assumptions fail; the instant wanted lies beyond the impulse; the spans known
+do not reach; a row is due on the way.
+"""
+
+
+class FreeState(Protocol):
+    """Where free-end steps are: a record of FREE in compiled code.
+
+    Attributes:
+        x, x_rest: where in the first span kept the half swing began, as two doubles.
+        line_rate: γ̇ there [rad/s].
+        gravity: g_eff there [m/s2].
+        shown: first of the spans kept whose row, if any, is not written yet.
+        waits: half swings to come that the driver takes, after a step that did not hold.
+        missed: steps that did not hold.
+        free: whether the state is that just after an impulse or a kink; otherwise at the end of a
+            span.
+    """
+
+    x: float
+    x_rest: float
+    line_rate: float
+    gravity: float
+    shown: int
+    waits: int
+    missed: int
+    free: bool
+
+
+class Rates(NamedTuple):
+    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent.
+
+    They have as many powers as the channels, which all have the same number.
+    """
+
+    line: FloatArray | None
+    tilt: FloatArray | None
+
+
+@inlined
+def fill_rates(
+    channel: FloatArray | None, pieces: ForcingPieces, rates: FloatArray | None
+) -> None:
+    """Fill the coefficients of the time derivative of a channel."""
+    if channel is None or rates is None:
+        return
+    powers = channel.shape[1]
+    for i in range(channel.shape[0]):
+        per_s = 1.0 / pieces.length_s[i]
+        for j in range(1, powers):
+            rates[i, j - 1] = channel[i, j] * (j * per_s)
+        rates[i, powers - 1] = 0.0
+
+
+class FreeHalfSwing(NamedTuple):
+    """A half swing that begins at an impulse or a kink, and the spans that it may read.
+
+    Attributes:
+        wheel: the system that swings.
+        k, x: span, and x of its piece, where it begins.
+        last: last span that it may read.
+        known_s: time from the beginning to the end of that [s].
+        square: x² + y² above which the swing is clear of tilt and impulse.
+        bend: bound of |γ̈| [rad/s2].
+        powers: number of powers of every channel.
+        spans, pieces, rates: all of them.
+    """
+
+    wheel: Wheel
+    k: int
+    x: float
+    last: int
+    known_s: float
+    square: float
+    bend: float
+    powers: int
+    spans: Spans
+    pieces: ForcingPieces
+    rates: Rates
+
+
+@inlined
+def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
+    """Return one of `HotNumbers` at lanes of x of piece k."""
+    row, u = hot.interval[k] * HEAT_POWERS, fma(x, hot.size[k], hot.begin[k])
+    value = fma(u, hot.terms[row + 3, which], hot.terms[row + 2, which])
+    value = fma(value, u, hot.terms[row + 1, which])
+    return fma(value, u, hot.terms[row, which])
+
+
+@inlined
+def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
+    """Return the forcing at x of piece k, without γ, and the machine's numbers there."""
+    pieces, rates = half.pieces, half.rates
+    per_s = 1.0 / pieces.length_s[k]
+    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = 0.0
+    # one loop for all channels: they are short, and the end of a loop may be mispredicted
+    for j in range(half.powers - 1, -1, -1):
+        if rates.line is not None:
+            line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
+        if pieces.tilt is not None and rates.tilt is not None:
+            tilt = fma(tilt, x, pieces.tilt[k, j])
+            tilt_slope = fma(tilt_slope, x, tilt_rate)
+            tilt_rate = fma(tilt_rate, x, rates.tilt[k, j])
+        if pieces.gravity is not None:
+            gravity = fma(gravity, x, pieces.gravity[k, j])
+        if pieces.lean is not None:
+            lean = fma(lean, x, pieces.lean[k, j])
+    hot = None
+    if pieces.hot is not None:
+        terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
+        u = pieces.hot.begin[k] + pieces.hot.size[k] * x
+        all_ = fma(load(terms, row + 3), u, load(terms, row + 2))
+        all_ = fma(fma(all_, u, load(terms, row + 1)), u, load(terms, row))
+        hot = HotNumbers(
+            lane(all_, 0),
+            lane(all_, 1),
+            lane(all_, 2),
+            lane(all_, 3),
+            lane(all_, 4),
+            lane(all_, 5),
+            lane(all_, 6),
+        )
+    return Outside(
+        ChannelAt(0.0, line, line_slope * per_s),
+        ChannelAt(tilt, tilt_rate, tilt_slope * per_s),
+        gravity,
+        lean,
+        hot,
+    )
+
+
+@inlined
+def span_at(half: FreeHalfSwing, time: float) -> tuple[int, float]:
+    """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
+    k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
+    left = time
+    while k < half.last:
+        whole = (spans.end[k] - x) * lengths[k]
+        if left < whole:
+            break
+        left -= whole
+        k += 1
+        x = spans.begin[k]
+    return k, x + left / lengths[k]
+
+
+@inlined
+def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
+    """Store values at the nodes of the first span, or at those that come later."""
+    if not first:
+        value = chosen(later, load(row), value)
+    store(row, 0, value)
+
+
+@inlined
+def fill_from_spans(half: FreeHalfSwing, h: float, work: Work) -> None:
+    """Fill the forcing at the nodes of a step of length h, each from its span."""
+    spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
+    seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
+    wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
+    felt = wheel.felt
+    store(nodes.line_bend, 0, filled(none, half.bend))
+    while True:
+        length = pieces.length_s[k]
+        per_s, first, later = 1.0 / length, k == half.k, seconds - since
+        at = fma(later, per_s, x)
+        line = tilt = gravity = lean = none
+        for j in range(half.powers - 1, -1, -1):
+            if rates.line is not None:
+                line = fma(line, at, rates.line[k, j])
+            if rates.tilt is not None and wheel.feels_drag:
+                tilt = fma(tilt, at, rates.tilt[k, j])
+            if pieces.gravity is not None:
+                gravity = fma(gravity, at, pieces.gravity[k, j])
+            if pieces.lean is not None:
+                lean = fma(lean, at, pieces.lean[k, j])
+        if felt.line is not None:
+            _keep(nodes.line_rate, later, first, line)
+        if felt.tilt is not None and wheel.feels_drag:
+            _keep(nodes.tilt_rate, later, first, tilt)
+        if felt.gravity is not None:
+            _keep(nodes.gravity, later, first, gravity)
+        if felt.lean is not None:
+            _keep(nodes.lean, later, first, lean)
+        if pieces.hot is not None and pieces.hot.interval[k] != interval:
+            # one cubic holds over all pieces of a log interval
+            hot, interval = pieces.hot, pieces.hot.interval[k]
+            _keep(nodes.carried, later, first, _number(hot, k, 0, at))
+            _keep(nodes.force, later, first, _number(hot, k, 1, at))
+            _keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
+            _keep(nodes.weight, later, first, _number(hot, k, 3, at))
+            _keep(nodes.viscous, later, first, _number(hot, k, 4, at))
+            _keep(nodes.share, later, first, _number(hot, k, 5, at))
+            _keep(nodes.growth, later, first, _number(hot, k, 6, at))
+        since += (spans.end[k] - x) * length
+        if since >= h or k == half.last:
+            break
+        k += 1
+        x = spans.begin[k]
+
+
+@inlined
+def arc_sine(x: float) -> float:
+    """Return arcsin x to a thousandth for |x| < 0.6, for predictions."""
+    square = x * x
+    return x * (1.0 + square * (1 / 6 + square * (3 / 40 + square * (15 / 336))))
+
+
+@inlined
+def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
+    """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
+    wheel, plane, way = half.wheel, run.state.planes[0], -float(run.state.direction)
+    k, x = span_at(half, usual_s)
+    then = ship_at(half, k, x)
+    q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
+    per_size = 1.0 / math.sqrt(q * q + y * y)
+    since, until = -way * q * per_size, (wheel.impulse - way * then.tilt.value) * per_size
+    ahead = math.pi + arc_sine(until) - arc_sine(since)
+    if wheel.felt.gravity is not None:
+        # (1 + more)^(−1/2)
+        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
+        ahead *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+    return ahead * (usual_s / math.pi)
+
+
+@inlined
+def late_for_impulse(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
+    """Return the time to the impulse [s], a short one."""
+    return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
+
+
+@inlined
+def time_until(left: float, way: float, rate: float, bend: float, omega: Omega) -> float:
+    """Return the time in which an angle moves `left` on its way, to the third order.
+
+    Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
+    """
+    late = left / (way * rate)
+    turned, phase = late * bend / rate, omega[0] * late
+    return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase / 6.0)
+
+
+@inlined
+def given_by_impulse(
+    wheel: Wheel, mode: Mode, w: float, now: Instant, at: Outside, late: float, given: int
+) -> float:
+    """Return the momentum w that an impulse adds, a short time after an instant.
+
+    It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
+    """
+    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
+    if per_inertia.impulse is None:
+        return 0.0
+    q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
+    t, way = lever_arm(wheel.lever, mode.side, q).t, mode.direction
+    line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
+    if wheel.shape is None:
+        mass = mass_of(per_inertia.carried, t)
+        rate = (w - line_rate) / mass + tilt_rate
+        return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * mass
+    per_n = math.sqrt(1.0 + (wheel.shape.k * q) * (wheel.shape.k * q))
+    rate = (w - line_rate / per_n) / per_n + tilt_rate
+    return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * per_n
+
+
+@inlined
+def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
+    """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in few terms."""
+    nodes = work.nodes
+    angle = load(work.fractions) * (omega[0] * h - math.pi)
+    square = angle * angle
+    sine, versine = filled(angle, SINE[6]), filled(angle, COSINE[6])
+    for j in range(5, -1, -1):
+        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
+    sine, versine = sine * angle, versine * square
+    cosine_0, sine_0 = load(nodes.half_cosine), load(nodes.half_sine)
+    store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
+    store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
+    # these rows are not those of a step that `gauss_step` has made
+    work.rotations[PART_STEP].h = math.nan
+
+
+@inlined
+def _turn(run: SteppedRun, time: float) -> tuple[float, float]:
+    """Return cos and sin of the rotation over a time, near half a turn without a kink."""
+    if run.system.kinked:
+        return rotation(run.omega[0] * time)
+    return _half_turn(run.omega[0] * time)
+
+
+@inlined
+def _half_turn(angle: float) -> tuple[float, float]:
+    """Return cos and sin of an angle near π."""
+    small = angle - math.pi
+    square = small * small
+    sine, versine = SINE[6], COSINE[6]
+    for j in range(5, -1, -1):
+        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
+    return versine * square - 1.0, -(sine * small)
+
+
+class StepEnd(NamedTuple):
+    """The end of a step: U and V, and the rotation to X and Y."""
+
+    u: float
+    v: float
+    cosine: float
+    sine: float
+
+    @property
+    def plane(self) -> Plane:
+        """X and Y."""
+        return Plane(
+            self.cosine * self.u + self.sine * self.v, self.cosine * self.v - self.sine * self.u
+        )
+
+
+@inlined
+def end_of(run: SteppedRun, h: float) -> StepEnd:
+    """Return the end of the step last collocated."""
+    work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
+    cosine, sine = _turn(run, h)
+    u = start.x + h * total(weights * load(work.k1))
+    v = start.y + h * total(weights * load(work.k2))
+    return StepEnd(u, v, cosine, sine)
+
+
+@inlined
+def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
+    """Return the state a short time after the end of a step.
+
+    The slopes there are those of the state, and change as the polynomial of the step does.
+    """
+    work, nodes, w = run.work, run.work.nodes, run.omega[0]
+    eta, plane = late / h, end.plane
+    d1, d2 = drift.x - w * plane.y, drift.y / w + w * plane.x
+    k1, k2 = end.cosine * d1 - end.sine * d2, end.sine * d1 + end.cosine * d2
+    weights = fma(load(nodes.third), eta, load(nodes.second))
+    weights = fma(weights, eta, load(nodes.first)) * (eta * eta * h)
+    u = end.u + (late * k1 + total(weights * load(work.k1)))
+    v = end.v + (late * k2 + total(weights * load(work.k2)))
+    cosine, sine = _turn(run, h + late)
+    return StepEnd(u, v, cosine, sine).plane
+
+
+@inlined
+def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
+    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
+    wheel, omega, work = half.wheel, run.omega, run.work
+    tail, start = load(work.tail), run.state.planes[0]
+    last = max(abs(total(tail * load(work.k1))), abs(total(tail * load(work.k2)))) * h
+    size = math.sqrt(start.x * start.x + start.y * start.y)
+    if not step_error(run.tolerance.factor, last / size, False) <= error:
+        return False
+    if not wheel.clear(half.square, omega, work):
+        return False
+    if wheel.has_weight:
+        # by rough bounds alone, since the row of γ̈ is a bound
+        return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
+    beyond = wheel.beyond(mode, omega, work)
+    return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
+
+
+@inlined
+def settle(step: Step, least: int, floor: float) -> bool:
+    """Sweep the stages `least` times and until they have settled; return whether so.
+
+    As `gauss_step.sweep`, which looks at the changes from the first sweep on.
+    """
+    work, start = step.work, step.planes[0]
+    before = change = math.inf
+    for n in range(least + MORE_SWEEPS):
+        evaluate(step)
+        if n >= least and change * change <= floor * (before - change):
+            return True
+        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, load(work.k1), load(work.k2))
+        u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
+        if n >= least - 2:
+            before = change
+            change = largest(larger(u - load(work.u), v - load(work.v)))
+        store(work.u, 0, u)
+        store(work.v, 0, v)
+    return False
+
+
+@inlined
+def to_impulse(
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next impulse and let it act, or leave all as it is.
+
+    Returns HOLDS or MISSES, and the length of the step [s].
+    """
+    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
+    mode = Mode(float(state.side), way, float(state.pallet))
+    h = _predicted(run, half, free, usual_s)
+    for n in range(MOST_LENGTHS):
+        if not SHORTEST * usual_s < h < LONGEST * usual_s:
+            return MISSES, 0.0
+        fill_from_spans(half, h, work)
+        _fill_rotations(omega, h, work)
+        if n == 0:
+            store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
+            store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
+        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
+        if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
+            return MISSES, 0.0
+        k, x = span_at(half, h)
+        at, end = ship_at(half, k, x), end_of(run, h)
+        now = wheel.instant(mode, omega, (end.plane,), at)
+        if not way * now.rate > 0.0:
+            return MISSES, 0.0
+        late = late_for_impulse(wheel, way, now, omega)
+        if omega[0] * abs(late) > free_end.near:
+            h += late
+            continue
+        if not holds(run, half, mode, free_end.error, h):
+            return MISSES, 0.0
+        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+        drift, since = wheel.drift(mode, omega, at, now)[0], late
+        if omega[0] * abs(late) > free_end.close:
+            # look again from where the impulse was expected
+            there = end_later(run, h, late, end, drift)
+            k, x = span_at(half, h + late)
+            at = ship_at(half, k, x)
+            now = wheel.instant(mode, omega, (there,), at)
+            since = late_for_impulse(wheel, way, now, omega)
+            late += since
+        there = end_later(run, h, late, end, drift)
+        added = given_by_impulse(wheel, mode, omega[0] * there.y, now, at, since, state.given)
+        plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
+        plane.y = there.y + added / omega[0]
+        free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
+        state.direction = -state.direction
+        state.armed, state.pallet = False, state.direction
+        state.given += 1
+        count_step(True, found, run, 0, 0.0)
+        return HOLDS, h + late
+    return MISSES, 0.0
