@@ -25,7 +25,13 @@ from tauto_core.machines import (
     SlackThreadError,
     compile_machine,
 )
-from tauto_core.motion import asked_tolerance, make_collocation, propagator_name, steps_in
+from tauto_core.motion import (
+    asked_tolerance,
+    make_collocation,
+    make_propagator,
+    propagator_name,
+    steps_in,
+)
 from tauto_core.navigation.regressors import HEAT, SHAKEN_BY
 from tauto_core.samples import (
     PHASE,
@@ -41,7 +47,7 @@ from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.air import BoxTemperature
-from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
+from tauto_core.ship.buffer import MAX_STRIDE, felt_parts, felt_step_ns, samples_a_piece
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
 
@@ -90,10 +96,9 @@ all runs together [s].
 """
 
 LEAST_LOGS = 32
-"""Least number of instants at which runs are compared; a log that has fewer is made closer."""
-
-STRIDE = 8
-"""Samples in a log interval made closer are a multiple of this, so that pieces stay as long."""
+"""Least number of instants at which runs are compared; a log that has fewer is made closer, where
+its pieces of motion stay as long.
+"""
 
 STEEPEST = 3.0
 """Largest power of time by which an error grows: a force in resonance changes the amplitude in
@@ -241,7 +246,7 @@ def try_out(
     unless errors grow.
     """
     limit = Limit() if limit is None else limit
-    scene, ends_s = _closely_logged(scene, longest_s), scene.duration
+    scene, ends_s = _closely_logged(scene, longest_s, tolerance), scene.duration
     beginning, followed = (_beginning(scene, n * longest_s) for n in (1.0, GROWTH_LENGTHS))
     parts = None if scene.lies_still else _finer_parts(scene)
     stepping, thread = tolerance is not None, scene.trochlea and scene.trochlea.thread.kind
@@ -316,20 +321,37 @@ def _beginning(scene: Scene, longest_s: float) -> Scene:
     return scene.model_copy(update={'duration': logs * interval_s})
 
 
-def _closely_logged(scene: Scene, longest_s: float) -> Scene:
-    """Return a scene whose beginning has `LEAST_LOGS` log intervals, if samples allow it."""
+def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> Scene:
+    """Return a scene whose beginning has `LEAST_LOGS` log intervals, if its pieces allow it.
+
+    Pieces of motion end at logged instants. An interval in which they would get shorter is not
+    taken, since the error of shorter pieces is not that of the run.
+    """
     most_ns = min(longest_s, scene.duration) * NS_PER_S / LEAST_LOGS
     if scene.log_interval_ns <= most_ns:
         return scene
     step_ns = 1 if scene.lies_still else scene.step_ns
-    steps = scene.log_interval_ns // step_ns
+    steps, most = scene.log_interval_ns // step_ns, int(most_ns / step_ns)
+    propagator = make_propagator(
+        compile_machine(scene), still=scene.lies_still, tolerance=tolerance
+    )
+    fill = steps_in(propagator)
+
+    def logged(samples: int) -> Scene:
+        interval_s = samples * step_ns / NS_PER_S
+        log = scene.log.model_copy(update={'interval': interval_s})
+        return scene.model_copy(update={'log': log})
+
+    piece = samples_a_piece(scene, fill)
     fewest = math.ceil(scene.log_interval_ns / most_ns)
     # parts of the interval come to the end of the scene; otherwise as many steps as there may be
-    parts = [n for n in range(fewest, 4 * fewest) if steps % n == 0]
-    whole = [steps // n for n in parts if steps // n % STRIDE == 0] or [steps // n for n in parts]
-    interval_ns = step_ns * (whole[0] if whole else max(int(most_ns / step_ns), 1))
-    log = scene.log.model_copy(update={'interval': interval_ns / NS_PER_S})
-    return scene.model_copy(update={'log': log})
+    parts = (steps // n for n in range(fewest, 4 * fewest) if steps % n == 0)
+    other = range(most, max(most - 4 * MAX_STRIDE, 0), -1)
+    for samples in (*parts, *other):
+        closer = logged(samples)
+        if samples_a_piece(closer, fill) == piece:
+            return closer
+    return scene
 
 
 def _finer_parts(scene: Scene) -> int | None:
@@ -712,13 +734,12 @@ def accuracy_reached(
     """Return the accuracy that a scene states, and the accuracy of its run [s/day].
 
     `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one; None where
-    none is known, as of runs shorter than `LEAST_LOGS` log intervals: a trial of such a run is
-    logged more closely, and takes shorter steps than the run does. `holds` says whether it is
-    within the accuracy, and `chaotic` whether small differences grow exponentially.
+    none is known. `holds` says whether it is within the accuracy, and `chaotic` whether small
+    differences grow exponentially.
     """
     found = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
     bound = None
-    if found.error_s is not None and scene.log_count > LEAST_LOGS:
+    if found.error_s is not None:
         bound = float(found.phase_error_s / max(scene.duration / DAY_S, 1.0))
     return {
         'asked_s_per_day': scene.accuracy,
@@ -735,8 +756,6 @@ def missed_words(asked: Mapping[str, Any]) -> str:
     bound = asked['bound_s_per_day']
     found = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
     why = ', since the motion is chaotic' if asked['chaotic'] else ''
-    if bound is None and not asked['chaotic']:
-        why = f'; of runs under {LEAST_LOGS} log intervals none is'
     return (
         f'solver.accuracy = {asked["asked_s_per_day"]:g} s a day: {found}{why}. Ask for less, or '
         'state ship.rate and solver.tolerance'
