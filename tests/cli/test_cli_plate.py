@@ -219,7 +219,7 @@ def test_python_makes_the_plate_of_the_command(tmp_path: Path) -> None:
         for file in (drawn, by_python)
     ]
     assert entities[0] == entities[1]
-    with pytest.raises(tauto_core.TautoError, match=r'cutter_mm = 1.0 mm: the cutter'):
+    with pytest.raises(tauto_core.TautoError, match=r'cutter_mm = 1 mm: the cutter'):
         tauto_core.plate('measured', cutter_mm=1.0)
     with pytest.raises(tauto_core.TautoError, match=r"bore_mm = '2 s': must be a length"):
         tauto_core.plate('measured', bore_mm='2 s')
