@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.euler.claim import Claim
+from tauto_core.euler.edition import Claim
 from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.euler.page import EDITIONS, PageError, all_claims, claims_page, write_page
 

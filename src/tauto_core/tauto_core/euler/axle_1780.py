@@ -14,7 +14,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from tauto_core.curves.numerics import root_of
-from tauto_core.euler.claim import Claim, G
+from tauto_core.euler.edition import Claim, G
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
     AxleState,

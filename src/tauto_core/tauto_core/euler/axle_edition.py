@@ -10,9 +10,7 @@ import math
 
 import numpy as np
 
-from tauto_core.euler.claim import G
-from tauto_core.euler.drawing import Drawing
-from tauto_core.euler.edition import Control, Edition, EulerFigure, Paragraph, Shown
+from tauto_core.euler.edition import Control, Drawing, Edition, EulerFigure, G, Paragraph, Shown
 from tauto_core.euler.figures import AXLE, C, E, K
 from tauto_core.machines.axle_pendulum import modes
 

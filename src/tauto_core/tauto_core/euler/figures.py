@@ -15,8 +15,7 @@ from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.claim import G, Paper
-from tauto_core.euler.drawing import turned
+from tauto_core.euler.edition import G, Paper, turned
 from tauto_core.files import LOOK
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day

@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve, abscissa, chained, coordinates
 from tauto_core.euler import fluid_checks as check
-from tauto_core.euler.claim import Claim, G
+from tauto_core.euler.edition import Claim, G
 from tauto_core.euler.fluid_checks import (
     BETA,
     CLOSE,

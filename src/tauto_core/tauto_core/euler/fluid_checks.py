@@ -13,7 +13,7 @@ from collections.abc import Callable
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
-from tauto_core.euler.claim import G
+from tauto_core.euler.edition import G
 from tauto_core.samples import FloatArray
 
 # The fluid has a tenth of the density of the globe; m is not 1, so that its powers matter.

@@ -20,8 +20,7 @@ from tauto_core.euler import (
     trochlea_1727,
     trochlea_edition,
 )
-from tauto_core.euler.claim import Claim, Paper, Verdict
-from tauto_core.euler.edition import Edition
+from tauto_core.euler.edition import Claim, Edition, Paper, Verdict
 from tauto_core.euler.figures import PLATES, write_plates
 from tauto_core.scene.errors import TautoError
 

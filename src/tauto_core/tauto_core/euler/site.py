@@ -16,9 +16,7 @@ from pathlib import Path
 from string import Template
 from textwrap import dedent
 
-from tauto_core.euler.claim import Claim
-from tauto_core.euler.drawing import svg
-from tauto_core.euler.edition import Edition, EulerFigure, Paragraph
+from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, svg
 from tauto_core.euler.mathml import mathml
 from tauto_core.euler.page import EDITIONS, PageError, number, off_by
 

@@ -14,7 +14,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.polynomial import Chebyshev
 
-from tauto_core.euler.claim import Claim, G
+from tauto_core.euler.edition import Claim, G
 from tauto_core.machines.design import (
     base_radius_of_disc,
     equivalent_pendulum_length,
