@@ -76,7 +76,7 @@ def passage_table(command: str) -> str:
         given: json.loads(_stdout(command, '--json', *(f'--set={each}' for each in given)))
         for _, given in NAVIGATORS.values()
     }
-    columns = [name for place in LANDFALLS for name in (f'miles off at {place}', 'his σ')]
+    columns = [name for place in LANDFALLS for name in (f'miles off at {place}', 'his *σ*')]
     lines = [('what the navigator allows for', *columns), ('---',) * (1 + len(columns))]
     for name, (kind, given) in NAVIGATORS.items():
         cells = [name]

@@ -1,13 +1,15 @@
-/* Equations of the theory, written in plain text, as MathML: browsers typeset it by themselves.
+/* Formulas written in plain text, as MathML: browsers typeset it by themselves.
 
-A block is one whose lines begin with a number such as (A.1). A slash stays a slash, since in plain
+A block is one whose lines begin with a number such as (A.1). In a sentence a formula is emphasised,
+*ψ = θ + α_c*, which any reader of Markdown shows in italics. A slash stays a slash, since in plain
 text a quotient ends where the reader sees it. Words stay words. */
 'use strict';
 (() => {
-  const FUNCTIONS = new Set(['sin', 'cos', 'tan', 'sec', 'arctan', 'arcsin', 'exp', 'ln', 'sgn', 'cov', 'mod']);
+  const FUNCTIONS = new Set(['sin', 'cos', 'tan', 'sec', 'arctan', 'arcsin', 'exp', 'ln', 'sgn', 'cov', 'mod', 'atan', 'arg', 'var', 'diag']);
   const RAISED = '⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻', LOWERED = '₀₁₂₃₄₅₆₇₈₉₊₋', PLAIN = '0123456789+−';
   const PARTS = {'½': [1, 2], '⅓': [1, 3], '¼': [1, 4]};
   const ACCENTS = {'\u0307': '˙', '\u0308': '¨', '\u0304': '¯', '\u0302': '^'};
+  const SIGN = /^[=<>≤≥≈≠+−±∓·×←→∝]$/;
   const escape = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
   const row = (inner) => '<mrow>' + inner + '</mrow>';
   const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet.indexOf(c)]).join('');
@@ -71,11 +73,16 @@ text a quotient ends where the reader sees it. Words stay words. */
             row('<mo stretchy="false">' + open + '</mo>' + parse(inner) + '<mo stretchy="false">' + close + '</mo>');
         }
       }
-      const close = text[k] === '/' ? ' lspace="0" rspace="0"' : '';
-      return '<mo stretchy="false"' + close + '>' + escape(text[k++]) + '</mo>';
+      const set = text[k] === '/' ? ' lspace="0" rspace="0"' : !SIGN.test(text[k]) ? '' :
+        k === 0 && text[1] === ' ' ? ' form="infix" lspace="0"' : /^\S/.test(text.slice(k + 1)) ? ' form="prefix"' : ' form="infix"';
+      return '<mo stretchy="false"' + set + '>' + escape(text[k++]) + '</mo>';
     };
     while (k < text.length) {
-      if (take(/^\s+/)) { made += '<mspace width="0.2em"/>'; continue; }
+      if (take(/^\s+/)) {
+        // a sign has space of its own
+        if (!SIGN.test(text[k] ?? '') && !/[=<>≤≥≈≠+−±∓·×←→∝]\s+$/.test(text.slice(0, k))) made += '<mspace width="0.2em"/>';
+        continue;
+      }
       const base = atom();
       let low = '', high = '';
       for (;;) {
@@ -101,6 +108,29 @@ text a quotient ends where the reader sees it. Words stay words. */
     return made;
   };
 
+  const math = (text, style) => '<math display="inline" alttext="' + escape(text).replace(/"/g, '&quot;') + '">' +
+    '<mstyle displaystyle="' + style + '">' + parse(text) + '</mstyle></math>';
+
+  // at the signs outside brackets: a line may end there, and inside <math> it can't
+  const pieces = (text) => {
+    let depth = 0, made = [''];
+    for (const word of text.trim().split(/\s+/)) {
+      if (depth === 0 && SIGN.test(word) && made.at(-1)) made.push('');
+      made[made.length - 1] += (made.at(-1) ? ' ' : '') + word;
+      depth += (word.match(/[(\[{]/g) ?? []).length - (word.match(/[)\]}]/g) ?? []).length;
+    }
+    return made;
+  };
+
+  for (const marked of document.querySelectorAll('.md-typeset em')) {
+    const text = marked.textContent;
+    if (isWords(text) || /^[a-z]{2,}\.?$/.test(text)) continue;
+    const formula = document.createElement('span');
+    formula.className = 'formula';
+    formula.innerHTML = pieces(text).map((piece) => math(piece, false)).join(' ');
+    marked.replaceWith(formula);
+  }
+
   for (const code of document.querySelectorAll('.md-typeset .language-text pre > code')) {
     const lines = code.textContent.trimEnd().split('\n');
     if (!/^\([A-Z]\d*\.\d+\)/.test(lines[0])) continue;
@@ -108,10 +138,10 @@ text a quotient ends where the reader sees it. Words stay words. */
     block.className = 'equations';
     for (const line of lines) {
       const [, number, rest] = line.match(/^(\([A-Z]\d*\.\d+\))?\s*(.*)$/);
-      const pieces = rest.split(/\s{3,}/).map((piece) => isWords(piece) ? '<span>' + escape(piece) + '</span>' :
-        '<math display="inline" alttext="' + escape(piece).replace(/"/g, '&quot;') + '"><mstyle displaystyle="true">' + parse(piece) + '</mstyle></math>');
+      const columns = rest.split(/\s{3,}/).map((each) =>
+        isWords(each) ? '<span>' + escape(each) + '</span>' : math(each, true));
       block.insertAdjacentHTML('beforeend', '<div class="equation"><span class="number">' + (number ?? '') + '</span>' +
-        '<span class="formula">' + pieces.join(' ') + '</span></div>');
+        '<span class="formula">' + columns.join(' ') + '</span></div>');
     }
     code.closest('.language-text').replaceWith(block);
   }

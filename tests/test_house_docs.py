@@ -83,6 +83,16 @@ def test_equations_are_numbered_in_order_and_none_is_without() -> None:
         assert numbers == list(range(1, len(numbers) + 1)), part
 
 
+@pytest.mark.parametrize(
+    'page', sorted((DOCS / 'theory').glob('*.md')), ids=lambda page: page.stem
+)
+def test_formulas_in_sentences_are_marked_for_the_site(page: Path) -> None:
+    """Between two asterisks, by which docs/site.js knows them; Greek letters give them away."""
+    prose = re.sub(r'^(?:    |#).*$', '', page.read_text(encoding='utf-8'), flags=re.MULTILINE)
+    marked = r'`[^`]*`|\*\*.*?\*\*|\*(?:\\\*|[^*])+\*'
+    assert not re.findall(r'.*[α-ωϑΓ-Ω].*', re.sub(marked, '', prose, flags=re.DOTALL))
+
+
 def test_the_table_of_scenes_is_complete() -> None:
     assert sorted(re.findall(r'^\| `(\w+)` \|', GLANCE, re.MULTILINE)) == shipped_scenes()
 

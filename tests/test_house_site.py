@@ -156,6 +156,7 @@ def test_a_browser_typesets_every_equation_of_the_theory(
         )
     }
     typeset: dict[str, str] = {}
+    inline: dict[str, str] = {}
     left = 0
     with Browser(tmp_path) as browser:
         for file in pages:
@@ -166,13 +167,24 @@ def test_a_browser_typesets_every_equation_of_the_theory(
                 "Object.fromEntries([...document.querySelectorAll('.equation')].map((each) => "
                 "[each.querySelector('.number').textContent, each.innerHTML]))"
             )
+            inline |= browser.run(
+                "Object.fromEntries([...document.querySelectorAll('.md-typeset math')]"
+                ".map((each) => [each.getAttribute('alttext'), each.textContent]))"
+            )
             left += browser.run("document.querySelectorAll('.language-text pre > code').length")
+            words = browser.run(
+                "[...document.querySelectorAll('.md-typeset em')].map((each) => each.textContent)"
+            )
+            assert not [each for each in words if not re.search('[A-Za-z]{3}', each)], file
     assert left == 0
+    assert not [each for each in inline.values() if re.search('[_^]', each)]
     assert set(typeset) - {''} == written
     period = typeset['(A.2)']
     assert period.count('<mover') == 2
     assert '<msup><mrow><mi>ϑ</mi></mrow><mrow><mn>2</mn></mrow></msup>' in period
     assert typeset['(D.4)'].count('<msqrt>') == 2
+    # a formula in a sentence may break before a sign outside brackets
+    assert {'ψ', '= θ', '+ α_c', 'ω', '= √(F t′(0)/I)'} <= set(inline)
 
 
 def test_versions_stand_beside_each_other_with_a_switch(
