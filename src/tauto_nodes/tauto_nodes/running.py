@@ -247,7 +247,7 @@ def work_folder(parent: str | None) -> Iterator[Path]:
 
 Maker: TypeAlias = Callable[[], GraphNode]
 
-CHECK_S = 0.1
+CHECK_S = 0.2
 """Interval at which a process sees that a signal has come or a node is over [s]."""
 COMPLAIN_S = 10.0
 LEAVE_S = 8.0
