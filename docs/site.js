@@ -5,16 +5,16 @@ A block is one whose lines begin with a number such as (A.1). In a sentence a fo
 text a quotient ends where the reader sees it. Words stay words. */
 'use strict';
 (() => {
-  const FUNCTIONS = new Set(['sin', 'cos', 'tan', 'sec', 'arctan', 'arcsin', 'exp', 'ln', 'sgn', 'cov', 'mod', 'atan', 'arg', 'var', 'diag']);
-  const RAISED = '⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻', LOWERED = '₀₁₂₃₄₅₆₇₈₉₊₋', PLAIN = '0123456789+−';
+  const FUNCTIONS = new Set(['sin', 'cos', 'tan', 'sec', 'arctan', 'arcsin', 'sinh', 'exp', 'ln', 'sgn', 'cov', 'mod', 'atan', 'arg', 'var', 'diag']);
+  const RAISED = '⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻ⁿᵀ', LOWERED = '₀₁₂₃₄₅₆₇₈₉₊₋ᵢ', PLAIN = { [RAISED]: '0123456789+−nT', [LOWERED]: '0123456789+−i' };
   const PARTS = {'½': [1, 2], '⅓': [1, 3], '¼': [1, 4]};
   const ACCENTS = {'\u0307': '˙', '\u0308': '¨', '\u0304': '¯', '\u0302': '^'};
   const SIGN = /^[=<>≤≥≈≠+−±∓·×←→∝]$/;
   const escape = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
   const row = (inner) => '<mrow>' + inner + '</mrow>';
-  const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet.indexOf(c)]).join('');
+  const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet][alphabet.indexOf(c)]).join('');
   const isWords = (text) => !/[=√∫]/.test(text) &&
-    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word)) && !/[_^]/.test(text);
+    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
 
   // the end of a bracket that opens at a place
   const closing = (text, open) => {
@@ -88,8 +88,8 @@ text a quotient ends where the reader sees it. Words stay words. */
       for (;;) {
         const raised = take(new RegExp('^[' + RAISED + ']+')), lowered = take(new RegExp('^[' + LOWERED + ']+'));
         const primes = take(/^[′″]+/), under = take(/^_[A-Za-z\u0370-\u03ff0-9_]+(?:\+1)?/);
-        if (raised) high += '<mn>' + plain(raised, RAISED) + '</mn>';
-        if (lowered) low += '<mn>' + plain(lowered, LOWERED) + '</mn>';
+        if (raised) high += parse(plain(raised, RAISED));
+        if (lowered) low += parse(plain(lowered, LOWERED));
         if (primes) high += '<mo>' + primes + '</mo>';
         if (under) {
           const name = under.slice(1).replace(/_/g, ' ');

@@ -185,6 +185,7 @@ def test_a_browser_typesets_every_equation_of_the_theory(
     assert typeset['(D.4)'].count('<msqrt>') == 2
     # a formula in a sentence may break before a sign outside brackets
     assert {'ψ', '= θ', '+ α_c', 'ω', '= √(F t′(0)/I)'} <= set(inline)
+    assert not [each for each in inline.values() if re.search('[⁰-ⁿ₀-₎ᵀᵢ²³]', each)]
 
 
 def test_versions_stand_beside_each_other_with_a_switch(
