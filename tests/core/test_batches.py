@@ -179,6 +179,8 @@ def of_machine(machine):
         'psi': (0.5, 1.0),
         'beta': few,
         'delta': few,
+        'lean': few,
+        'u': (0.2, 1.2),
         'psi_rate': many,
         'delta_rate': many,
     }

@@ -166,20 +166,28 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
 
 
 @pytest.mark.parametrize(
-    'cam',
+    ('cam', 'log_s', 'celsius'),
     [
-        INVOLUTE['cam'],
-        {'kind': 'weight_corrected', 'period': 1.0},
-        {'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005},
+        (INVOLUTE['cam'], 25.0, [20.0, 35.0, 30.0, 10.0, 12.0]),
+        ({'kind': 'weight_corrected', 'period': 1.0}, 4.0, [20.0, 21.0, 20.8]),
+        (
+            {'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005},
+            10.0,
+            [20.0, 23.0, 22.0],
+        ),
     ],
-    ids=lambda cam: cam['kind'],
+    ids=['involute', 'weight_corrected', 'circular_arc'],
 )
 def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
-    cam: dict[str, Any],
+    cam: dict[str, Any], log_s: float, celsius: list[float]
 ) -> None:
-    """Log intervals end amid half swings, and the oil's cubic errs as above."""
+    """Log intervals end amid half swings, and the oil's cubic errs as above.
+
+    The reference takes a minute of processor time for 100 s of a weight on its own cam.
+    """
     moved = machine('oil', cam=cam)
-    forcing = warmed(at_sea(moved, 100.0, 25.0), 25.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
+    run_s = log_s * (len(celsius) - 1)
+    forcing = warmed(at_sea(moved, run_s, log_s), log_s, np.array(celsius))
     reference = HotReference(moved)
     reference.release(forcing)
     exact = phase_s(moved, reference.advance(forcing))
@@ -191,7 +199,7 @@ def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
         read.append(phase_s(moved, engine.advance(forcing)))
         assert engine.missed <= 2
     error_s, effect_s = np.max(np.abs(read[0] - exact)), abs(read[1][-1] - exact[-1])
-    assert effect_s > 1e-4
+    assert effect_s > 1e-6
     assert error_s < 1e-11 + 1e-4 * effect_s
 
 

@@ -54,7 +54,7 @@ def check(
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a scene without sailing it: propagator, cost, accuracy, omissions.
+    """Check a scene without sailing it: cost, accuracy and omissions.
 
     Machines and ships beyond all that are known cause a warning here; commands that sail refuse
     them without --anyway.
