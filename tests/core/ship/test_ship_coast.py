@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.coast import MapFrame, coast_km, frame, inland_km, land, place_name
+from tauto_core.ship.coast import MapFrame, coast_km, inland_km, land, map_frame, place_name
 
 
 def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bool:
@@ -80,14 +80,14 @@ def test_the_area_of_ireland_is_known() -> None:
 
 
 def test_a_frame_holds_its_places_and_has_the_ratio_asked_for() -> None:
-    found = frame(np.array([-76.8, -1.1, math.nan]), np.array([17.9, 50.8, 0.0]), 1.5)
+    found = map_frame(np.array([-76.8, -1.1, math.nan]), np.array([17.9, 50.8, 0.0]), 1.5)
     assert found.west < -76.8
     assert found.east > -1.1
     assert found.south < 17.9
     assert found.north > 50.8
     wide = (found.east - found.west) / found.stretch
     assert wide / (found.north - found.south) == pytest.approx(1.5, rel=0.02)
-    still = frame(np.array([5.0]), np.array([60.0]))
+    still = map_frame(np.array([5.0]), np.array([60.0]))
     assert still.north - still.south == pytest.approx(0.5)
 
 

@@ -14,7 +14,7 @@ import typer
 
 from tauto_core.cli.terminal import (
     AsJson,
-    Quantity,
+    OptionalFloat,
     SceneName,
     Settings,
     given_values,
@@ -148,18 +148,20 @@ def plate(
         float, takes('MM', 'Greatest distance between arcs and cheeks.', 'mm')
     ] = 1e-5,
     reach: Annotated[
-        Quantity, takes('RAD', 'Largest angle of the cheeks; default: as `cam`.', 'rad')
+        OptionalFloat, takes('RAD', 'Largest angle of the cheeks; default: as `cam`.', 'rad')
     ] = None,
     bore: Annotated[
-        Quantity, takes('MM', 'Diameter of the bore; default: half the cusp.', 'mm')
+        OptionalFloat, takes('MM', 'Diameter of the bore; default: half the cusp.', 'mm')
     ] = None,
     pins: Annotated[
-        Quantity, takes('MM', 'Diameter of the pin holes; default: 0.3 cusps.', 'mm')
+        OptionalFloat, takes('MM', 'Diameter of the pin holes; default: 0.3 cusps.', 'mm')
     ] = None,
     pin_circle: Annotated[
-        Quantity, takes('MM', 'Distance of pins from the axle; default: 0.65 cusps.', 'mm')
+        OptionalFloat, takes('MM', 'Distance of pins from the axle; default: 0.65 cusps.', 'mm')
     ] = None,
-    slot: Annotated[Quantity, takes('MM', 'Depth of the slot; default: 0.3 cusps.', 'mm')] = None,
+    slot: Annotated[
+        OptionalFloat, takes('MM', 'Depth of the slot; default: 0.3 cusps.', 'mm')
+    ] = None,
     thickness: Annotated[
         float, takes('MM', 'Thickness of the plate, for --step and --stl.', 'mm')
     ] = 2.0,
@@ -214,26 +216,28 @@ def plate(
 # -----------------------------------------------------------------------------
 # `tauto design`: from a wanted period to cam, pull or wheel, and back.
 
-Size: TypeAlias = str | None
+SizeText: TypeAlias = str | None
 """A number in the unit that another option names, or one with a unit."""
 
 
 def design(
-    period: Annotated[Quantity, takes('S', 'Period of a full swing [s].', 's')] = None,
-    pendulum: Annotated[Size, takes('LENGTH', 'Or of a simple pendulum of this length.')] = None,
+    period: Annotated[OptionalFloat, takes('S', 'Period of a full swing [s].', 's')] = None,
+    pendulum: Annotated[
+        SizeText, takes('LENGTH', 'Or of a simple pendulum of this length.')
+    ] = None,
     inertia: Annotated[
-        Quantity, takes('KGM2', "The wheel's moment of inertia [kg m2].", 'kg m2')
+        OptionalFloat, takes('KGM2', "The wheel's moment of inertia [kg m2].", 'kg m2')
     ] = None,
     disc_weight: Annotated[
-        Size, takes('WEIGHT', 'Or its weight, if it is a uniform disc,')
+        SizeText, takes('WEIGHT', 'Or its weight, if it is a uniform disc,')
     ] = None,
-    disc_radius: Annotated[Size, takes('LENGTH', 'and its radius.')] = None,
+    disc_radius: Annotated[SizeText, takes('LENGTH', 'and its radius.')] = None,
     disc_is_base: Annotated[
         bool, typer.Option('--disc-is-base', help="The disc's radius is the base radius (XX).")
     ] = False,
-    pull: Annotated[Size, takes('WEIGHT', 'Pull in the thread, without inertia.')] = None,
+    pull: Annotated[SizeText, takes('WEIGHT', 'Pull in the thread, without inertia.')] = None,
     base_radius: Annotated[
-        Size, takes('LENGTH', "Base radius of the involute; a hole's rate.")
+        SizeText, takes('LENGTH', "Base radius of the involute; a hole's rate.")
     ] = None,
     length_unit: Annotated[
         str, takes('UNIT', 'm, mm, scruple, rhenish_foot, line or paris_foot.')

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tauto_core.cli.terminal import AsJson, Plots, Quantity, print_rich, progress_bar, say, takes
+from tauto_core.cli.terminal import (
+    AsJson,
+    OptionalFloat,
+    Plots,
+    print_rich,
+    progress_bar,
+    say,
+    takes,
+)
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -33,13 +41,13 @@ def hull(
         Path | None, takes('FILE', 'Or a mesh: x forward, z up from the waterline [m].')
     ] = None,
     length: Annotated[
-        Quantity, takes('M', 'Or a parametric form: length of the waterline [m],', 'm')
+        OptionalFloat, takes('M', 'Or a parametric form: length of the waterline [m],', 'm')
     ] = None,
-    beam: Annotated[Quantity, takes('M', 'its beam [m],', 'm')] = None,
-    draught: Annotated[Quantity, takes('M', 'draught without keel [m]', 'm')] = None,
-    block: Annotated[Quantity, takes('C', 'and block coefficient.')] = None,
+    beam: Annotated[OptionalFloat, takes('M', 'its beam [m],', 'm')] = None,
+    draught: Annotated[OptionalFloat, takes('M', 'draught without keel [m]', 'm')] = None,
+    block: Annotated[OptionalFloat, takes('C', 'and block coefficient.')] = None,
     roll_period: Annotated[
-        Quantity, takes('S', 'Natural period of her roll; 3.1 √beam if left out.', 's')
+        OptionalFloat, takes('S', 'Natural period of her roll; 3.1 √beam if left out.', 's')
     ] = None,
     roll_damping: Annotated[
         float, takes('Z', 'Damping ratio of her roll besides the waves.')
@@ -96,7 +104,11 @@ def hull(
 
 
 def _coefficients(
-    shape: str | None, mesh: Path | None, sizes: dict[str, Quantity], speed: float, roll: Quantity
+    shape: str | None,
+    mesh: Path | None,
+    sizes: dict[str, OptionalFloat],
+    speed: float,
+    roll: OptionalFloat,
 ) -> HullCoefficients:
     """Return the coefficients of a hull given by shape, by mesh, or by its dimensions."""
     import numpy as np

@@ -51,7 +51,7 @@ def takes(metavar: str, help_text: str, unit: str = '') -> Any:
     return typer.Option(metavar=metavar, help=help_text, parser=measured(unit) if unit else None)
 
 
-Quantity: TypeAlias = float | None
+OptionalFloat: TypeAlias = float | None
 
 SceneName: TypeAlias = Annotated[
     str,

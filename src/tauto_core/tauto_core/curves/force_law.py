@@ -31,7 +31,7 @@ LEAST_POINTS = 6
 """Of a quintic spline."""
 
 
-class Splines(NamedTuple):
+class ForceSplines(NamedTuple):
     """F, F', F'' and E."""
 
     force: PPoly
@@ -54,7 +54,7 @@ class ForceLaw:
     points: tuple[tuple[float, float], ...] = field(repr=False)
 
     @cached_property
-    def splines(self) -> Splines:
+    def splines(self) -> ForceSplines:
         """The law and the functions derived from it."""
         from scipy.interpolate import PPoly, make_interp_spline  # slow to import
 
@@ -63,7 +63,7 @@ class ForceLaw:
         knots = np.unique(whole.x)
         pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
         force = PPoly(np.ascontiguousarray(whole.c[:, pieces]), knots)
-        return Splines(force, force.derivative(), force.derivative(2), force.antiderivative())
+        return ForceSplines(force, force.derivative(), force.derivative(2), force.antiderivative())
 
     @property
     def at_rest(self) -> float:

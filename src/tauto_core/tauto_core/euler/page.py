@@ -160,14 +160,14 @@ def off_by(claim: Claim) -> str:
 
 
 def _row(claim: Claim) -> str:
-    value = f' → {number(claim.value)}' if math.isfinite(claim.value) else ''
+    value = f' → {seven_digits(claim.value)}' if math.isfinite(claim.value) else ''
     cells = (
         claim.paragraph,
         _safe(claim.claim),
         _safe(claim.stands + value if claim.stands else ''),
         _safe(claim.must),
         _safe(claim.adds if claim.stands else claim.adds + value),
-        number(claim.computed),
+        seven_digits(claim.computed),
         off_by(claim),
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
         + (f': {_safe(claim.because)}' if claim.because else ''),
@@ -175,7 +175,7 @@ def _row(claim: Claim) -> str:
     return f'| {" | ".join(cells)} |'
 
 
-def number(value: float) -> str:
+def seven_digits(value: float) -> str:
     """Return how a value is written: so few digits are the same on every machine."""
     return f'{value:.7g}'
 

@@ -18,7 +18,7 @@ from textwrap import dedent
 
 from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, svg
 from tauto_core.euler.mathml import mathml
-from tauto_core.euler.page import EDITIONS, PageError, number, off_by
+from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits
 
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is told in two sentences of our own;
@@ -107,7 +107,7 @@ def _paragraph(
 
 
 def _claim(claim: Claim) -> str:
-    value = f' →\u00a0{_typeset(number(claim.value))}' if math.isfinite(claim.value) else ''
+    value = f' →\u00a0{_typeset(seven_digits(claim.value))}' if math.isfinite(claim.value) else ''
     rows = [
         ('as it stands', claim.stands, value),
         ('as it must be', claim.must, ''),
@@ -124,7 +124,7 @@ def _claim(claim: Claim) -> str:
     return (
         f'<div class="claim {claim.verdict}"><p>{escape(claim.claim)}</p>'
         f'<dl class="formulas">{formulas}<dt>computed</dt>'
-        f'<dd>{_typeset(number(claim.computed))}{off}</dd></dl>'
+        f'<dd>{_typeset(seven_digits(claim.computed))}{off}</dd></dl>'
         f'<p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
     )
 

@@ -78,7 +78,7 @@ class Torques(NamedTuple):
     recoil: float
 
 
-class Leg(NamedTuple):
+class SwingPart(NamedTuple):
     """An arc from turning point to impulse: energy lost to drag [J], time [s] (inf: it stops)."""
 
     lost: float
@@ -245,7 +245,7 @@ def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: flo
 
 def _legs(
     machine: Machine | LeverMachine, torques: Torques, angle: float, amplitude: float
-) -> list[Leg]:
+) -> list[SwingPart]:
     """Return the four arcs of a swing: to and from the impulse, there and back."""
     if isinstance(machine, Machine) and not _is_uneven(machine):
         pair = [
@@ -275,7 +275,7 @@ def _legs(
 
 def _leg(
     machine: Machine | LeverMachine, torques: Torques, turning: float, end: float, sign: float
-) -> Leg:
+) -> SwingPart:
     """Return loss and time between a turning point and an angle [rad].
 
     The sign is −1 where the turning point comes first, 1 where it comes last.
@@ -289,7 +289,7 @@ def _leg(
     across = math.sqrt(min(passed / top, 1.0))
     last = math.acos(math.copysign(across, (end - rest) * (turning - rest)))
     if last == 0.0:
-        return Leg(0.0, 0.0)
+        return SwingPart(0.0, 0.0)
     edges, w, mass, slowness = _free_swing(machine, turning, last)
     sine = np.sin(w)
     speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
@@ -305,8 +305,8 @@ def _leg(
         if np.max(np.abs(since - before)) <= _SETTLED * lost:
             if np.min(share) <= 0.0:
                 break
-            return Leg(lost, running(slowness / np.sqrt(share), edges)[1])
-    return Leg(lost, math.inf)
+            return SwingPart(lost, running(slowness / np.sqrt(share), edges)[1])
+    return SwingPart(lost, math.inf)
 
 
 def _free_swing(

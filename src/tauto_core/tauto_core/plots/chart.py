@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.coast import MapFrame, frame, land
+from tauto_core.ship.coast import MapFrame, land, map_frame
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -138,9 +138,9 @@ class Chart:
         return ' '.join(filter(None, said))
 
     def frame(self, ratio: float = 0.0) -> MapFrame:
-        """Return the frame of a map, which holds all lines; see `coast.frame`."""
+        """Return the frame of a map, which holds all lines; see `coast.map_frame`."""
         x = np.concatenate([line.x for line in self.lines])
-        return frame(x, np.concatenate([line.y for line in self.lines]), ratio)
+        return map_frame(x, np.concatenate([line.y for line in self.lines]), ratio)
 
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}

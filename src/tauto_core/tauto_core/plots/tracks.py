@@ -13,7 +13,7 @@ from tauto_core.ensembles.trial_answers import TrialAnswers, size_nmi
 from tauto_core.ensembles.trials import Sailed
 from tauto_core.files import write_figure
 from tauto_core.samples import FloatArray
-from tauto_core.ship.coast import frame, land
+from tauto_core.ship.coast import land, map_frame
 from tauto_core.ship.logbook import LoggedPassage
 from tauto_core.wording import counted
 
@@ -102,7 +102,7 @@ def _map(
     from matplotlib.colors import LogNorm
 
     everywhere = np.concatenate(tracks)
-    shown = frame(everywhere[:, 0], everywhere[:, 1], ratio=RATIO)
+    shown = map_frame(everywhere[:, 0], everywhere[:, 1], ratio=RATIO)
     for outline in land(shown):
         axes.fill(*outline, facecolor='#e4dfd4', edgecolor='#a39c8d', linewidth=0.3)
     pieces, sizes = [], []

@@ -43,7 +43,7 @@ class MapFrame(NamedTuple):
         return 1.0 / math.cos(math.radians(middle))
 
 
-def frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> MapFrame:
+def map_frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -> MapFrame:
     """Return the frame of places [°], with a margin about them.
 
     Args:

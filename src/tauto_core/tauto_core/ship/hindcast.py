@@ -114,7 +114,7 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     if isinstance(ship, dict) and names_hindcast(ship.get('weather')):
 
         def weather(asked: HindcastFile) -> dict[str, Any]:
-            return read_weather(asked, scene)
+            return hindcast_weather(asked, scene)
 
         read['ship'] = {
             **ship,
@@ -123,13 +123,13 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     if names_hindcast(content.get('air')):
 
         def air(asked: AirHindcastFile) -> dict[str, Any]:
-            return read_air(asked, scene)
+            return hindcast_air(asked, scene)
 
         read['air'] = section_read(AirHindcastFile, air, content, 'air.path', origin, prefix='')
     return read
 
 
-def read_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     """Return the keys of `ship.weather` with the seas along the voyage.
 
     She leaves a calm harbour and enters one. In between there is a row every `INTERVAL_S` from
@@ -186,7 +186,7 @@ def read_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     }
 
 
-def read_air(asked: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_air(asked: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
     """Return the keys of `air`, of kind record, with the temperatures along the voyage."""
     voyage, start_s = _voyage_and_start(scene, asked.begins, 'air')
     step_ns = nanoseconds(INTERVAL_S)

@@ -44,7 +44,7 @@ _LARGEST_SHARE = 0.5
 _FORM = f'Write the header {",".join(TABLE_COLUMNS)} and rows of two plain numbers.'
 
 
-class Splines(NamedTuple):
+class ArmSplines(NamedTuple):
     """t, t', t'', h and t' − t'(0) of a tabulated cam."""
 
     arm: PPoly
@@ -92,13 +92,13 @@ class Table(Cam):
         return self.distance
 
     @cached_property
-    def splines(self) -> Splines:
+    def splines(self) -> ArmSplines:
         """The law and the functions derived from it, of |ϑ|."""
         from scipy.interpolate import PPoly
 
         arm = PPoly(np.ascontiguousarray(self.law.coefficients.T[::-1]), self.law.knots)
         bend = arm.derivative(2)
-        return Splines(arm, arm.derivative(), bend, arm.antiderivative(), bend.antiderivative())
+        return ArmSplines(arm, arm.derivative(), bend, arm.antiderivative(), bend.antiderivative())
 
     def _arm(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.splines.arm(x))
