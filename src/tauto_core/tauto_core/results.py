@@ -400,6 +400,20 @@ def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
     ]
 
 
+def budget_rows(budget: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
+    """Return each row of a budget (`Budget.facts`) as text: cause, rate, miles, where found."""
+    said = []
+    for row in (*budget['rows'], budget['sum'], budget['interaction'], budget['whole']):
+        east, rate, sigma = row['east_nmi'], row['rate_s_per_day'], row['sigma_s_per_day']
+        # a sigma finer than a thousandth of a second a day says nothing
+        fine = not sigma or sigma < least('s/day')
+        shown = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
+        miles = f'{figure(abs(east), "nmi")} {_side(east)}' if east else '0'
+        where = {'land': 'on land', 'sea': 'at sea'}[row['found']]
+        said.append((row['cause'], shown, miles, where))
+    return said
+
+
 def _hull_row(sea: _Section) -> list[_Row]:
     return [('hull', str(sea['hull']), '')] if 'hull' in sea else []
 

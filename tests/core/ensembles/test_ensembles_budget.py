@@ -24,6 +24,7 @@ from tauto_core.machines import (
     compile_machine,
     steady_swing,
 )
+from tauto_core.results import budget_rows
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S
@@ -308,6 +309,24 @@ def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:
         account(made(drag={'viscous': 1e-5}), Crew(1))
     with pytest.raises(UsageError, match='body in a fluid'):
         tauto.budget('globe_in_oil')
+
+
+def test_a_row_is_printed_as_far_as_it_is_known() -> None:
+    """Terminal and page take these texts; a cause of no effect has no side."""
+
+    def row(rate: float, sigma: float, east: float, found: str = 'sea') -> dict[str, Any]:
+        names = ('rate_s_per_day', 'sigma_s_per_day', 'east_nmi', 'found', 'cause')
+        return dict(zip(names, (rate, sigma, east, found, 'heave'), strict=True))
+
+    rows = [row(0.0, 0.0, 0.0, 'land'), row(2e-4, 3e-4, -0.003), row(-11.982, 0.291, 216.6)]
+    of = {'rows': rows, 'sum': row(-12.0, 0.0, 217.0), 'interaction': row(0.0, 0.0, 0.0)}
+    said = [each[1:] for each in budget_rows({**of, 'whole': row(-12.0, 0.5, 217.0)})]
+    assert said[:3] == [
+        ('0', '0', 'on land'),
+        ('<0.001', '<0.01 west', 'at sea'),
+        ('−11.98 ± 0.29', '217 east', 'at sea'),
+    ]
+    assert [each[0] for each in said[3:]] == ['−12.0', '0', '−12.00 ± 0.50']
 
 
 def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import json
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from browser import BROWSER, Browser
 
 import tauto_core as tauto
 from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.plots.chart import Chart, Line, Mark
 from tauto_core.plots.contents import chart
 from tauto_core.plots.page import MOST_PARTS, animation, interactive, write_report
 from tauto_core.plots.scenery import INK
@@ -110,12 +112,30 @@ def test_panels_share_their_axis_of_time(voyage: tauto.Voyage) -> None:
 
 
 def test_marks_stand_in_the_page_where_they_stand_in_pictures() -> None:
-    from bokeh.models import Label, Span
+    from bokeh.models import Span
 
     sailing = tauto.sail('measured', duration=600.0)
     drawn = interactive(chart(sailing, 'error'))
     assert [span.location for span in drawn.select(Span)] == [5.0]
-    assert [(label.x, label.text) for label in drawn.select(Label)] == [(5.0, 'sails')]
+    (names,) = drawn.select({'name': 'events'})
+    assert names.major_label_overrides == {5.0: 'sails'}
+
+
+def test_names_of_marks_stand_above_the_frame_and_apart() -> None:
+    """At 380 pixels 76 days are 250 pixels wide, and two names of 12 pixels some 45 from middle
+    to middle: a storm 9.7 days after sailing and 7.3 before landfall needs a row of its own.
+    """
+    days = np.array([0.0, 76.0])
+    at = {'landfall': 31.0, 'arrives': 76.0, 'sails': 14.0, 'storm': 23.7}
+    marks = [Mark(x, name) for name, x in at.items()]
+    drawn = interactive(Chart('', 'days', 's', [Line('', days, days)], marks=[*marks, Mark(3.0)]))
+    rows = [each for each in drawn.above if each.name == 'events']
+    assert [row.ticker.ticks for row in rows] == [[14.0, 31.0, 76.0], [23.7]]
+    assert rows[1].major_label_overrides == {23.7: 'storm'}
+    panels = replace(chart(tauto.sail('measured', duration=600.0), 'roll'), marks=marks)
+    upper, lower = figures_of(interactive(panels))
+    assert all(each.visible for each in upper.above)
+    assert [each.visible for each in (*upper.below, *lower.below)] == [False, True]
 
 
 def test_a_body_in_a_fluid_moves_on_its_curve(tmp_path: Path) -> None:

@@ -14,11 +14,10 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from tauto_core.results import SIGNS, answer, groups
+from tauto_core.results import SIGNS, answer, budget_rows, groups
 from tauto_core.scene.times import DAY_S, LEGIBLE
 from tauto_core.wording import (
     figure,
-    least,
     percent,
     printed,
     significant,
@@ -527,22 +526,6 @@ def _case(row: Row) -> str:
 # The budget of a rate: its causes, its uncertainty, and the effect of small changes.
 
 
-def budget_rows(facts: Facts) -> list[tuple[str, str, str, str]]:
-    """Return cause, rate, miles and method of each row of a budget, as text."""
-    said = []
-    for row in (*facts['rows'], facts['sum'], facts['interaction'], facts['whole']):
-        side = 'east' if row['east_nmi'] > 0.0 else 'west'
-        miles = figure(abs(row['east_nmi']), 'nmi')
-        rate, sigma = row['rate_s_per_day'], row['sigma_s_per_day']
-        # a sigma finer than a thousandth of a second a day says nothing
-        fine = not sigma or sigma < least('s/day')
-        shown = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
-        said.append(
-            (row['cause'], shown, f'{miles} {side}' if row['east_nmi'] else '0', row['found'])
-        )
-    return said
-
-
 def budget_tables(facts: Facts) -> list[RenderableType]:
     """Return a budget (`Budget.facts`) as texts and tables."""
     whole = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
@@ -560,7 +543,7 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
         found.append(Text(f'With its case fixed to the ship: {fixed} s/day.'))
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
-        found.append(Text(f'\nleft open by what nobody knows well: ± {spread} s/day'))
+        found.append(Text(f'\nBadly known numbers leave an uncertainty of ± {spread} s/day:'))
         rough = of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
         for each in facts['rough']:
             unit = f' {each["unit"]}' if each['unit'] else ''
@@ -572,7 +555,7 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
                 figure(each['most_s_per_day'], 's/day', signed=True),
             )
         found.append(rough)
-    found.append(Text('\nwhat small changes are worth, on land'))
+    found.append(Text('\nEffect of small changes, on land:'))
     worth = of_fleet('', 'change', 's/day')
     for each in facts['worth']:
         worth.add_row(each['what'], figure(each['rate_s_per_day'], 's/day', signed=True))

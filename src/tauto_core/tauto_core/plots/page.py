@@ -18,11 +18,11 @@ from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
-from tauto_core.plots.chart import COLOURS, Chart, Line
+from tauto_core.plots.chart import COLOURS, Chart, Line, Mark
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.plots.scenery import INK, SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
-from tauto_core.results import SIGNS, groups, not_whole
+from tauto_core.results import SIGNS, budget_rows, groups, not_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
@@ -31,7 +31,7 @@ from tauto_core.ship.coast import land
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
-from tauto_core.wording import figure, span, with_sigma
+from tauto_core.wording import figure, span
 
 if TYPE_CHECKING:
     from bokeh.model import Model
@@ -406,27 +406,21 @@ def _keys(named: list[tuple[str, str, str]]) -> str:
 def _budget(facts: dict[str, Any]) -> str:
     """Return the budget that is kept with a voyage as a section, a bar for each cause."""
     every = (*facts['rows'], facts['sum'], facts['interaction'], facts['whole'])
-    widest = max((abs(row['rate_s_per_day']) for row in every), default=0.0) or 1.0
+    sizes = [abs(row['rate_s_per_day']) for row in every]
+    widest = max(sizes, default=0.0) or 1.0
     rows = []
-    for row in every:
-        rate, sigma = row['rate_s_per_day'], row['sigma_s_per_day']
-        east = row['east_nmi']
-        cells = (
-            row['cause'],
-            with_sigma(rate, sigma) if sigma else figure(rate, 's/day', signed=True),
-            f'{figure(abs(east), "nmi")} {"east" if east > 0.0 else "west"}',
-            row['found'],
-        )
-        bar = f'<meter min="0" max="1" value="{abs(rate) / widest:.4f}"></meter>'
-        cause, rate_cell, miles, found = map(escape, cells)
-        values = f'<td class="value">{rate_cell}</td><td class="value">{miles}</td>'
-        rows.append(f'<td>{cause}</td>{values}<td>{found}</td><td>{bar}</td>')
-    head = '<th>cause</th><th>s/day</th><th>nmi at the end</th><th>found</th><th></th>'
+    for size, cells in zip(sizes, budget_rows(facts), strict=True):
+        bar = f'<meter min="0" max="1" value="{size / widest:.4f}"></meter>'
+        cause, rate, miles, where = map(escape, cells)
+        values = f'<td class="value">{rate}</td><td class="value">{miles}</td>'
+        rows.append(f'<td>{cause}</td>{values}<td>{where}</td><td>{bar}</td>')
+    numbers = '<th class="value">s/day</th><th class="value">nmi at the end</th>'
+    head = f'<th>cause</th>{numbers}<th>found</th><th></th>'
     table = ''.join(f'<tr>{row}</tr>' for row in rows)
     fixed, sailed = facts['fixed_s_per_day'], facts['sailed']
     words = (
-        f'{sailed[0].upper()}{sailed[1:]}. Numbers that nobody knows well leave ± '
-        f'{figure(facts["rough_s_per_day"], "s/day")} s/day open.'
+        f'{sailed[0].upper()}{sailed[1:]}. Badly known numbers leave an uncertainty '
+        f'of ± {figure(facts["rough_s_per_day"], "s/day")} s/day.'
     )
     if fixed is not None:
         words += f' With its case fixed to the ship: {figure(fixed, "s/day", signed=True)} s/day.'
@@ -445,14 +439,20 @@ def interactive(of: Chart) -> Any:
         figures.append(_bokeh_figure(panel, len(of.panels)))
         if len(figures) > 1:
             figures[-1].x_range = figures[0].x_range
-        figures[-1].xaxis.visible = panel.below is None
+        figures[-1].below[0].visible = panel.below is None
     return figures[0] if len(figures) == 1 else column(*figures, sizing_mode='stretch_width')
 
 
 def _bokeh_figure(of: Chart, panels: int) -> Any:
-    from bokeh.models import CrosshairTool, HoverTool, Range1d, WheelZoomTool
-    from bokeh.models.annotations import Label, Span
-    from bokeh.models.nodes import Node
+    from bokeh.models import (
+        CrosshairTool,
+        FixedTicker,
+        HoverTool,
+        LinearAxis,
+        Range1d,
+        WheelZoomTool,
+    )
+    from bokeh.models.annotations import Span
     from bokeh.plotting import figure
 
     axes: Any = figure(
@@ -483,11 +483,22 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
     for mark in of.marks:
         dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
-        name = Label(x=mark.x, y=Node.frame.top, x_offset=-2, y_offset=-3, text=mark.name)
-        name.text_font, name.text_font_size, name.text_color = _FONT, '12px', grey
-        # beside its line, from the top downwards: parts outside the frame are not drawn
-        name.angle, name.text_align = 0.5 * math.pi, 'right'
-        axes.add_layout(name)
+    # names stand above the frame as ticks of further axes, which follow the lines when zoomed
+    for row in _rows(of):
+        named: Any = LinearAxis(
+            name='events',
+            major_label_overrides={mark.x: mark.name for mark in row},
+            major_label_text_font=_FONT,
+            major_label_text_font_size='12px',
+            major_label_standoff=2,
+            major_tick_line_color=None,
+            minor_tick_line_color=None,
+            axis_line_color=None,
+        )
+        named.ticker = FixedTicker(ticks=[mark.x for mark in row])
+        axes.add_layout(named, 'above')
+        # half a name stands beside a line at the right end
+        axes.min_border_right = 30
     for line in of.lines:
         drawn = _bokeh_line(axes, line, solid=of.equal)
         if line.kind in ('line', 'points') and not of.equal:
@@ -496,6 +507,24 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
     if not of.y_ticks:
         axes.yaxis.ticker = []
     return axes
+
+
+NAME_SHARE = 0.18
+"""Distance of two names in one row, of the width of a chart: half of each at 380 pixels."""
+
+
+def _rows(of: Chart) -> list[list[Mark]]:
+    """Return the named marks of a chart in as many rows as keep their names apart."""
+    ends = [float(end(line.x)) for line in of.lines if len(line.x) for end in (np.min, np.max)]
+    rows: list[list[Mark]] = []
+    for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
+        apart = mark.x - NAME_SHARE * (max(ends) - min(ends))
+        row = next((row for row in rows if row[-1].x <= apart), None)
+        if row is None:
+            rows.append([mark])
+        else:
+            row.append(mark)
+    return rows
 
 
 def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
