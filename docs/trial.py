@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from tauto_core.ensembles.answers import QUANTILES
-from tauto_core.ensembles.fleets import Store
+from tauto_core.ensembles.rows import Store
 from tauto_core.ensembles.trial_answers import (
     ClockAnswers,
     Part,

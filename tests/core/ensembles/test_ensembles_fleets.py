@@ -20,17 +20,17 @@ import pytest
 
 from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
+from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.answers import draw_fleet, figure_of, statistics_of
 from tauto_core.ensembles.fleets import (
     FIGURES,
-    FleetError,
     Plan,
-    Store,
     as_draws,
     row_schema,
     sail_fleet,
     sail_ship,
 )
+from tauto_core.ensembles.rows import FleetError, Store
 from tauto_core.ensembles.workers import Crew, Ended, WorkerError
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
@@ -187,7 +187,7 @@ import os, signal, sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[3])
 from test_ensembles_fleets import plan
-from tauto_core.ensembles import fleets
+from tauto_core.ensembles import fleets, rows
 from tauto_core.ensembles.workers import Crew
 replace, names = os.replace, []
 def killed(draft, place):
@@ -196,7 +196,7 @@ def killed(draft, place):
         os.kill(os.getpid(), signal.SIGKILL)
     replace(draft, place)
 os.replace = killed
-fleets.EVERY_S = 0.0
+rows.EVERY_S = 0.0
 fleets.sail_fleet(plan(), Crew(1), Path(sys.argv[1]))
 """
 
@@ -438,7 +438,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
     monkeypatch.setattr(workers, 'ASK_S', 0.2)
-    monkeypatch.setattr(fleets, 'EVERY_S', 0.0)
+    monkeypatch.setattr(stored, 'EVERY_S', 0.0)
     with ExitStack() as running:
         start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
         scheduler = start('dask_scheduler', '--host', '127.0.0.1', '--port', '0', '--no-dashboard')

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tauto_core.ensembles.rows import Rows
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.samples import FloatArray
@@ -145,7 +146,7 @@ class Answers:
 
 def statistics_of(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
     """Return the statistics of a fleet from its rows, at least one."""
-    arrived = [row for row in rows if row['failure'] is None]
+    arrived = Rows(row for row in rows if row['failure'] is None)
     failures: dict[str, int] = {}
     for row in rows:
         if row['failure'] is not None:
@@ -174,7 +175,7 @@ def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
 
 def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
     """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
-    sizes = distances([row for row in rows if row['failure'] is None], clock)
+    sizes = distances(Rows(row for row in rows if row['failure'] is None), clock)
     found = []
     for limit_nmi, _ in AWARDS:
         count = int(np.count_nonzero(sizes <= limit_nmi))
@@ -263,7 +264,7 @@ def mark_prizes(axes: Axes) -> None:
 
 
 def _distribution(axes: Axes, fleet: Fleet) -> None:
-    arrived = [row for row in fleet.rows if row['failure'] is None]
+    arrived = Rows(row for row in fleet.rows if row['failure'] is None)
     ships = len(fleet.rows)
     for clock, (label, colour) in _CLOCKS.items():
         # shares of all ships, so that one that failed is within no limit

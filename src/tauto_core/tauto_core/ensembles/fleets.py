@@ -9,11 +9,10 @@ are no observations: they have no row, there is no answer without them, and they
 from __future__ import annotations
 
 import copy
-import shutil
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -27,8 +26,8 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
+from tauto_core.ensembles.rows import Rows, Store
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each, versions
-from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
     Argument,
@@ -39,7 +38,6 @@ from tauto_core.scene.errors import (
     TautoError,
     TautoWarning,
     UsageError,
-    install,
     naming,
 )
 from tauto_core.scene.loader import (
@@ -49,7 +47,6 @@ from tauto_core.scene.loader import (
     read_mapping,
     unit_at,
     value_at,
-    write_mapping,
 )
 from tauto_core.scene.sections import Number, Positive, Section
 from tauto_core.scene.tables import read_data
@@ -443,189 +440,6 @@ def sail_ship(
     }
 
 
-# -----------------------------------------------------------------------------
-# The rows of a fleet on disk: Parquet, written as ships finish, and continued after a break.
-#
-# The folder contains `fleet.yaml`, which identifies the fleet, and `ships.parquet`. While the
-# fleet sails, its rows are in small files in `ships/`, each written completely or not at all; at
-# the end they are joined in the order of the ships. A fleet that is killed loses the rows of its
-# last second. Only one process writes to the folder.
-
-EVERY_S = 1.0
-"""Interval at which rows are written while ships finish."""
-
-_SAYS, _ALL, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
-
-
-class FleetError(TautoError):
-    """A fleet whose rows cannot be read or written."""
-
-
-def need_parquet() -> None:
-    """Refuse an option that needs Parquet files if pyarrow is not installed (UsageError)."""
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        raise UsageError(
-            Argument('out'),
-            f': needs pyarrow, which is not installed. Run {install("fleet")}, or leave out ',
-            Argument('out'),
-        ) from None
-
-
-class Store:
-    """The rows of one fleet in its folder.
-
-    Args:
-        folder: made if it does not exist.
-        identity: all on which the rows depend, except their number.
-        schema: returns the columns of the rows.
-
-    Attributes:
-        rows: the stored rows in the order of the ships, while it is opened.
-
-    Raises:
-        UsageError: the folder holds something else, or another fleet, or another process writes
-            to it.
-        FleetError: its contents cannot be read.
-    """
-
-    def __init__(
-        self, folder: Path, identity: Mapping[str, Any], schema: Callable[[], pa.Schema]
-    ) -> None:
-        need_parquet()
-        self._folder, self._identity, self._schema = folder, identity, schema
-        self._waiting: list[dict[str, Any]] = []
-        self._written_s = time.monotonic()
-        self.rows: list[dict[str, Any]] = []
-        with (
-            _saying(folder),
-            suppress(FileNotFoundError, NotADirectoryError),
-            self._one_writer(make=False),
-        ):
-            pass
-        self._check_folder()
-
-    @contextmanager
-    def opened(self) -> Iterator[None]:
-        """Make the folder, be its only writer, identify the fleet in it and read its rows."""
-        parts = self._folder / _PARTS
-        with ExitStack() as held:
-            with _saying(self._folder):
-                self._folder.mkdir(parents=True, exist_ok=True)
-                held.enter_context(self._one_writer())
-            self._check_folder()  # another fleet may have sailed here since
-            self.rows = sorted(self._read(), key=lambda row: int(row['ship']))
-            with _saying(self._folder):
-                write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
-                parts.mkdir(exist_ok=True)
-                for drafts in (self._folder.glob(DRAFTS), parts.glob('.*')):
-                    for left in drafts:  # by a process that was killed
-                        left.unlink()
-            yield
-
-    @contextmanager
-    def _one_writer(self, *, make: bool = True) -> Iterator[None]:
-        with ExitStack() as held:
-            try:
-                held.enter_context(one_writer(self._folder / _LOCK, make=make))
-            except BlockingIOError:
-                raise UsageError(
-                    Argument('out', self._folder),
-                    ': another process sails a fleet into it. Wait until it ends, or name another '
-                    'folder',
-                ) from None
-            yield
-
-    def add(self, *rows: dict[str, Any]) -> None:
-        """Take the rows of ships that finished together; they are written at once or later."""
-        self._waiting += rows
-        if time.monotonic() >= self._written_s + EVERY_S:
-            self.flush()
-
-    def flush(self) -> None:
-        """Write the rows in memory."""
-        if not self._waiting:
-            return
-        first = int(self._waiting[0]['ship'])
-        self._write(self._waiting, self._folder / _PARTS / f'{first:07d}.parquet')
-        self.rows += self._waiting
-        self._waiting, self._written_s = [], time.monotonic()
-
-    def close(self) -> None:
-        """Join all rows in one file, in the order of the ships."""
-        self.flush()
-        self.rows.sort(key=lambda row: int(row['ship']))
-        self._write(self.rows, self._folder / _ALL)
-        with _saying(self._folder):
-            shutil.rmtree(self._folder / _PARTS)
-
-    def _check_folder(self) -> None:
-        folder, says = self._folder, self._folder / _SAYS
-        if not folder.exists():
-            return
-        if not folder.is_dir():
-            raise UsageError(Argument('out', folder), ': is a file. Name a folder')
-        if not says.exists():
-            # killed at its start, a fleet leaves no more than these
-            if any(not each.match(DRAFTS) for each in folder.iterdir() if each.name != _LOCK):
-                other = ': holds something else. Name a new folder'
-                raise UsageError(Argument('out', folder), other)
-            return
-        with _saying(folder):
-            found = read_mapping(says.read_text('utf-8'), str(says))
-        ours = read_mapping(write_mapping(dict(self._identity)), 'ours')
-        apart = [key for key in ours if found.get(key) != ours[key]]
-        if apart:
-            raise UsageError(
-                Argument('out', folder),
-                f': holds another fleet; {", ".join(apart)} differ. Name a new folder, or give '
-                'the same scene and draws, in the same versions, to go on',
-            )
-
-    def _read(self) -> Iterable[dict[str, Any]]:
-        """Yield the stored rows, one for each ship."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        seen: set[int] = set()
-        lost: set[int] = set()
-        for file in (self._folder / _ALL, *sorted((self._folder / _PARTS).glob('*.parquet'))):
-            if not file.exists():
-                continue
-            try:
-                rows = pq.read_table(file).to_pylist()
-            except (OSError, pa.ArrowException) as error:
-                raise FleetError(
-                    f'{file}: cannot be read ({error}). Remove it to sail its ships again'
-                ) from None
-            for row in rows:
-                # Tauto 0.2.0 entered ships as failed whose processes or scheduler it had lost.
-                # They cost no time, while a voyage that failed by physics did.
-                if row['failure'] is not None and row['run_s'] is None:
-                    lost.add(row['ship'])
-                elif row['ship'] not in seen:
-                    seen.add(row['ship'])
-                    yield row
-        if lost := lost - seen:
-            warnings.warn(
-                f'{self._folder}: {counted(len(lost), "ship")} in it failed by no fault of the '
-                'voyage, with the process or the scheduler: lost ships sail again',
-                TautoWarning,
-                stacklevel=2,
-            )
-
-    def _write(self, rows: Sequence[Mapping[str, Any]], file: Path) -> None:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        table = pa.Table.from_pylist(list(rows), schema=self._schema())
-        buffer = pa.BufferOutputStream()
-        pq.write_table(table, buffer)
-        with _saying(self._folder):
-            write_whole(file, buffer.getvalue())
-
-
 def row_schema(plan: Plan) -> pa.Schema:
     """Return the columns of a fleet's rows, with their types."""
     import pyarrow as pa
@@ -655,19 +469,6 @@ def _type_of(draw: Normal | Uniform | OneOf) -> pa.DataType:
     return pa.int64() if whole else pa.float64()
 
 
-@contextmanager
-def _saying(folder: Path) -> Iterator[None]:
-    """Turn errors of the file system into a clear message."""
-    try:
-        yield
-    except OSError as error:
-        raise FleetError(
-            Argument('out', folder),
-            f': {error.strerror or error}. Make room, or name another folder; the ships that came '
-            'in before are kept, and the same command goes on',
-        ) from None
-
-
 @dataclass(frozen=True, repr=False)
 class Fleet:
     """A fleet that has sailed.
@@ -679,7 +480,7 @@ class Fleet:
     """
 
     plan: Plan
-    rows: list[dict[str, Any]]
+    rows: Rows
     answers: Answers
 
     def __repr__(self) -> str:
@@ -713,8 +514,8 @@ def sail_fleet(
     with naming(plan.origin, first.name):
         check_scene(first)
     with nullcontext() if store is None else store.opened():
-        rows = [] if store is None else [row for row in store.rows if row['ship'] < plan.ships]
-        there = {int(row['ship']) for row in rows}
+        rows = Rows() if store is None else store.rows
+        there = {number for row in rows if (number := row['ship']) < plan.ships}
         left = [number for number in range(plan.ships) if number not in there]
         if left:
             crew = crew.for_work([work_s(first)] * len(left))
@@ -725,50 +526,55 @@ def sail_fleet(
 
             # columns that are not needed are not sent: a task goes to every worker
             task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
-            rows += gathered(
+            gather(
                 task,
                 left,
                 crew,
                 store,
+                rows,
                 tell,
                 name=lambda number: f'ship {number}',
-                before=len(rows),
+                before=len(there),
                 total=plan.ships,
             )
         if store is not None:
             store.close()
-    rows.sort(key=lambda row: int(row['ship']))
+    if len(rows) > plan.ships:
+        rows = Rows(row for row in rows if row['ship'] < plan.ships)
+    rows.sort()
     return Fleet(plan, rows, statistics_of(plan, rows))
 
 
 _Voyages = TypeVar('_Voyages')
 
 
-def gathered(
+def gather(
     task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
     left: Sequence[_Voyages],
     crew: Crew,
     store: Store | None,
+    rows: Rows,
     tell: Callable[[float], None],
     *,
     name: Callable[[_Voyages], str],
     before: int,
     total: int,
-) -> list[dict[str, Any]]:
-    """Return the rows of voyages that have not been sailed yet, stored as they end.
+) -> None:
+    """Sail what has not been sailed yet, and keep the rows as voyages end.
 
     Args:
         task: returns the row of a voyage, or the rows of several that sail together.
         left: its arguments.
         crew: where.
-        store: takes the rows; None: they are only returned.
+        store: takes the rows, and adds them to its own; None: they are added to `rows`.
+        rows: of the store, or without one those of this run.
         tell: called with the share done.
         name: how a voyage is called that is lost.
         before: number of rows that there are already.
         total: number of rows in the end.
     """
-    rows: list[dict[str, Any]] = []
     lost: list[str] = []
+    new = 0
     try:
         with closing(run_each(task, left, crew, tell)) as ended:
             for each in ended:
@@ -780,24 +586,25 @@ def gathered(
                     warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
                     continue
                 came = each.result if isinstance(each.result, list) else [each.result]
-                rows += came
-                if store is not None:
+                new += len(came)
+                if store is None:
+                    rows.extend(came)
+                else:
                     store.add(*came)
         if lost:
             more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
             count = counted(len(lost), 'ship')
             raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
     except WorkerError as error:
-        if before + len(rows) == 0:
+        if before + new == 0:
             raise
         kept = (
             ('with ', Argument('out'), ' they would be kept, and the same command would sail the ')
             if store is None
             else ('they are kept, and the same command sails the ',)
         )
-        many = f'. {before + len(rows):,} of {counted(total, "ship")} came in; '
+        many = f'. {before + new:,} of {counted(total, "ship")} came in; '
         raise WorkerError(error.message, many, *kept, 'others') from None
     finally:
         if store is not None:
             store.flush()
-    return rows

@@ -24,7 +24,8 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.comparison import CLOCKS, on_passage_of, regulated
-from tauto_core.ensembles.fleets import FIGURES, Store, gathered
+from tauto_core.ensembles.fleets import FIGURES, gather
+from tauto_core.ensembles.rows import Rows, Store
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
@@ -774,9 +775,8 @@ def sail_trial(
     clocks = len(trial.rules.clocks)
     with nullcontext() if store is None else store.opened():
         wanted = {each.number: each for each in trial.sailings}
-        rows = [] if store is None else store.rows
-        rows = [row for row in rows if row['ship'] // clocks in wanted]
-        there = {row['ship'] // clocks for row in rows}
+        rows = Rows() if store is None else store.rows
+        there = {number for row in rows if (number := row['ship'] // clocks) in wanted}
         left = [each for each in trial.sailings if each.number not in there]
         if left:
             scene, _ = trial.rules.scene(trial.rules.clocks[0], left[0])
@@ -786,17 +786,18 @@ def sail_trial(
                 if progress is not None:
                     progress(trial.ships - clocks * len(left) * (1.0 - share))
 
-            rows = rows + gathered(
+            gather(
                 partial(sail_passage, trial.rules),
                 left,
                 crew,
                 store,
+                rows,
                 tell,
                 name=lambda each: f'passage {each.passage.name}',
-                before=len(rows),
+                before=clocks * len(there),
                 total=trial.ships,
             )
         if store is not None:
             store.close()
-    rows.sort(key=lambda row: int(row['ship']))
-    return Sailed(trial, rows)
+    rows.sort()
+    return Sailed(trial, [row for row in rows if row['ship'] // clocks in wanted])

@@ -1,0 +1,299 @@
+"""The rows of a fleet or a trial: in memory by columns, and on disk as Parquet."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import time
+import warnings
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from tauto_core.files import DRAFTS, one_writer, write_whole
+from tauto_core.scene.errors import Argument, TautoError, TautoWarning, UsageError, install
+from tauto_core.scene.loader import read_mapping, write_mapping
+from tauto_core.wording import counted
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+
+class Rows(Sequence[dict[str, Any]]):
+    """Rows of the same names, each a new mapping where it is asked for.
+
+    They are kept by columns: a number takes 8 bytes, and a million ships a quarter of a gigabyte,
+    where their mappings would take two. A number of a row is finite, or None.
+    """
+
+    def __init__(self, rows: Iterable[Mapping[str, Any]] = ()) -> None:
+        self._columns: dict[str, array[float] | list[Any]] = {}
+        self._count = 0
+        self.extend(rows)
+
+    def extend(self, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Add rows; a ValueError if one has other names than those before it."""
+        for row in rows:
+            if not self._count:
+                self._columns = {name: array('d') for name in row}
+            elif row.keys() != self._columns.keys():
+                raise ValueError(f'a row of {list(row)}, after rows of {list(self._columns)}')
+            for name, value in row.items():
+                column = self._columns[name]
+                if isinstance(column, array):
+                    if value is None or isinstance(value, float):
+                        column.append(math.nan if value is None else value)
+                        continue
+                    column = self._columns[name] = [_told(one) for one in column]
+                column.append(value)
+            self._count += 1
+
+    def sort(self) -> None:
+        """Put them in the order of the ships."""
+        if not self._count:
+            return
+        order = np.argsort(np.array(self._columns['ship'], np.int64), kind='stable').tolist()
+        for name, column in self._columns.items():
+            moved = [column[place] for place in order]
+            self._columns[name] = array('d', moved) if isinstance(column, array) else moved
+
+    def table(self, schema: pa.Schema) -> pa.Table:
+        """Return them as a table of Arrow."""
+        import pyarrow as pa
+
+        return pa.table(
+            [
+                pa.array(
+                    np.array(column) if isinstance(column, array) else column,
+                    schema.field(name).type,
+                    from_pandas=isinstance(column, array),
+                )
+                for name in schema.names
+                for column in (self._columns.get(name, []),)
+            ],
+            schema,
+        )
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, place: int) -> dict[str, Any]: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[dict[str, Any]]: ...
+    def __getitem__(self, place: int | slice) -> dict[str, Any] | list[dict[str, Any]]:
+        if isinstance(place, slice):
+            return [self[one] for one in range(self._count)[place]]
+        return {name: _told(column[place]) for name, column in self._columns.items()}
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        for values in zip(*self._columns.values(), strict=True):
+            yield dict(zip(self._columns, map(_told, values), strict=True))
+
+
+def _told(value: Any) -> Any:
+    return None if value != value else value  # noqa: PLR0124 - NaN stands for None in a column
+
+
+# -----------------------------------------------------------------------------
+# The rows of a fleet on disk: Parquet, written as ships finish, and continued after a break.
+#
+# The folder contains `fleet.yaml`, which identifies the fleet, and `ships.parquet`. While the
+# fleet sails, its rows are in small files in `ships/`, each written completely or not at all; at
+# the end they are joined in the order of the ships. A fleet that is killed loses the rows of its
+# last second. Only one process writes to the folder.
+
+EVERY_S = 1.0
+"""Interval at which rows are written while ships finish."""
+
+_AT_ONCE = 4096
+"""Rows that are mappings at a time while they are read."""
+
+_SAYS, _ALL, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
+
+
+class FleetError(TautoError):
+    """A fleet whose rows cannot be read or written."""
+
+
+def need_parquet() -> None:
+    """Refuse an option that needs Parquet files if pyarrow is not installed (UsageError)."""
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError:
+        raise UsageError(
+            Argument('out'),
+            f': needs pyarrow, which is not installed. Run {install("fleet")}, or leave out ',
+            Argument('out'),
+        ) from None
+
+
+class Store:
+    """The rows of one fleet in its folder.
+
+    Args:
+        folder: made if it does not exist.
+        identity: all on which the rows depend, except their number.
+        schema: returns the columns of the rows.
+
+    Attributes:
+        rows: the stored rows in the order of the ships, while it is opened.
+
+    Raises:
+        UsageError: the folder holds something else, or another fleet, or another process writes
+            to it.
+        FleetError: its contents cannot be read.
+    """
+
+    def __init__(
+        self, folder: Path, identity: Mapping[str, Any], schema: Callable[[], pa.Schema]
+    ) -> None:
+        need_parquet()
+        self._folder, self._identity, self._schema = folder, identity, schema
+        self._waiting = Rows()
+        self._written_s = time.monotonic()
+        self.rows = Rows()
+        with (
+            _saying(folder),
+            suppress(FileNotFoundError, NotADirectoryError),
+            self._one_writer(make=False),
+        ):
+            pass
+        self._check_folder()
+
+    @contextmanager
+    def opened(self) -> Iterator[None]:
+        """Make the folder, be its only writer, identify the fleet in it and read its rows."""
+        parts = self._folder / _PARTS
+        with ExitStack() as held:
+            with _saying(self._folder):
+                self._folder.mkdir(parents=True, exist_ok=True)
+                held.enter_context(self._one_writer())
+            self._check_folder()  # another fleet may have sailed here since
+            self.rows = Rows(self._read())
+            self.rows.sort()
+            with _saying(self._folder):
+                write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
+                parts.mkdir(exist_ok=True)
+                for drafts in (self._folder.glob(DRAFTS), parts.glob('.*')):
+                    for left in drafts:  # by a process that was killed
+                        left.unlink()
+            yield
+
+    @contextmanager
+    def _one_writer(self, *, make: bool = True) -> Iterator[None]:
+        with ExitStack() as held:
+            try:
+                held.enter_context(one_writer(self._folder / _LOCK, make=make))
+            except BlockingIOError:
+                raise UsageError(
+                    Argument('out', self._folder),
+                    ': another process sails a fleet into it. Wait until it ends, or name another '
+                    'folder',
+                ) from None
+            yield
+
+    def add(self, *rows: dict[str, Any]) -> None:
+        """Take the rows of ships that finished together; they are written at once or later."""
+        self._waiting.extend(rows)
+        if time.monotonic() >= self._written_s + EVERY_S:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the rows in memory."""
+        if not self._waiting:
+            return
+        first = int(self._waiting[0]['ship'])
+        self._write(self._waiting, self._folder / _PARTS / f'{first:07d}.parquet')
+        self.rows.extend(self._waiting)
+        self._waiting, self._written_s = Rows(), time.monotonic()
+
+    def close(self) -> None:
+        """Join all rows in one file, in the order of the ships."""
+        self.flush()
+        self.rows.sort()
+        self._write(self.rows, self._folder / _ALL)
+        with _saying(self._folder):
+            shutil.rmtree(self._folder / _PARTS)
+
+    def _check_folder(self) -> None:
+        folder, says = self._folder, self._folder / _SAYS
+        if not folder.exists():
+            return
+        if not folder.is_dir():
+            raise UsageError(Argument('out', folder), ': is a file. Name a folder')
+        if not says.exists():
+            # killed at its start, a fleet leaves no more than these
+            if any(not each.match(DRAFTS) for each in folder.iterdir() if each.name != _LOCK):
+                other = ': holds something else. Name a new folder'
+                raise UsageError(Argument('out', folder), other)
+            return
+        with _saying(folder):
+            found = read_mapping(says.read_text('utf-8'), str(says))
+        ours = read_mapping(write_mapping(dict(self._identity)), 'ours')
+        apart = [key for key in ours if found.get(key) != ours[key]]
+        if apart:
+            raise UsageError(
+                Argument('out', folder),
+                f': holds another fleet; {", ".join(apart)} differ. Name a new folder, or give '
+                'the same scene and draws, in the same versions, to go on',
+            )
+
+    def _read(self) -> Iterable[dict[str, Any]]:
+        """Yield the stored rows, one for each ship."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        seen: set[int] = set()
+        lost: set[int] = set()
+        for file in (self._folder / _ALL, *sorted((self._folder / _PARTS).glob('*.parquet'))):
+            if not file.exists():
+                continue
+            try:
+                table = pq.read_table(file)
+            except (OSError, pa.ArrowException) as error:
+                raise FleetError(
+                    f'{file}: cannot be read ({error}). Remove it to sail its ships again'
+                ) from None
+            for batch in table.to_batches(_AT_ONCE):
+                for row in batch.to_pylist():
+                    # Tauto 0.2.0 entered ships as failed whose processes or scheduler it had lost.
+                    # They cost no time, while a voyage that failed by physics did.
+                    if row['failure'] is not None and row['run_s'] is None:
+                        lost.add(row['ship'])
+                    elif row['ship'] not in seen:
+                        seen.add(row['ship'])
+                        yield row
+        if lost := lost - seen:
+            warnings.warn(
+                f'{self._folder}: {counted(len(lost), "ship")} in it failed by no fault of the '
+                'voyage, with the process or the scheduler: lost ships sail again',
+                TautoWarning,
+                stacklevel=2,
+            )
+
+    def _write(self, rows: Rows, file: Path) -> None:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        buffer = pa.BufferOutputStream()
+        pq.write_table(rows.table(self._schema()), buffer)
+        with _saying(self._folder):
+            write_whole(file, buffer.getvalue())
+
+
+@contextmanager
+def _saying(folder: Path) -> Iterator[None]:
+    """Turn errors of the file system into a clear message."""
+    try:
+        yield
+    except OSError as error:
+        raise FleetError(
+            Argument('out', folder),
+            f': {error.strerror or error}. Make room, or name another folder; the ships that came '
+            'in before are kept, and the same command goes on',
+        ) from None
