@@ -91,6 +91,15 @@ def test_rate_and_tolerance_that_a_scene_states_stay():
     assert tolerance(stated, compile_machine(stated)) == 1e-11
 
 
+def test_a_fixed_clock_with_an_escapement_counts_its_first_window_once():
+    """Asked for less than the default; hung, or to the default, the window counts as all."""
+    name, asked = 'clock_involute_weight', {'solver.accuracy': 1e-3}
+    fixed, hung = ({**asked, 'suspension': ABSENT}, asked)
+    assert load_scene(name, **fixed).ship.rate < load_scene(name, **hung).ship.rate
+    default = load_scene(name, **{**fixed, 'solver.accuracy': ACCURACY}).ship.rate
+    assert load_scene(name, **fixed).ship.rate <= 0.5 * default
+
+
 def test_samples_cannot_be_better_than_rounding():
     """A rate is found although no error of interpolation falls below it."""
     assert 0.0 < ROUNDING < 1e-12

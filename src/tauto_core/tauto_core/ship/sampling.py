@@ -15,6 +15,7 @@ import numpy as np
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
+from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S, NS_PER_S, exact_step
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
 from tauto_core.ship.waves import Harmonics
@@ -84,7 +85,8 @@ def rate_for(
     """Return the lowest of `RATES_HZ` that keeps the error of the rate below the accuracy.
 
     The steps divide the log interval, and a wave has more than two of them. Where no rate is
-    high enough it is the highest that fits; where the motion cannot be had, the ship's own.
+    high enough it is the highest that fits; where the motion cannot be had, the ship's own. Of a
+    fixed clock with an escapement, asked for less than the default, the first piece counts once.
 
     Args:
         scene: the scene of the motion.
@@ -93,34 +95,45 @@ def rate_for(
         forgets: whether an escapement keeps the amplitude.
         case_hz: least rate that the modes of a suspended case allow [Hz]; None without a case.
     """
-    allowed = accuracy / (DAY_S * REACHES)
-    allowed /= (1.0 if forgets else REMEMBERS) * (1.0 if case_hz is None else HUNG)
     rates = [rate for rate in _rates_hz(scene) if case_hz is None or rate >= case_hz]
-    worst: list[Demand] = [
-        (False, allowed, lambda ship: [sea.ship for sea in ship.worst_seas(scene)])
-    ]
-    return _lowest(scene, ship, rates, worst, strides=case_hz is None)
+
+    def worst(ship: ShipKind) -> list[ShipKind]:
+        return [sea.ship for sea in ship.worst_seas(scene)]
+
+    if forgets and case_hz is None and accuracy > ACCURACY:
+        # a trial of the scene (`checks.cost`) has its first piece in one of the worst seas
+        demands = _under_way(accuracy, worst, worst)
+    else:
+        allowed = accuracy / (DAY_S * REACHES)
+        allowed /= (1.0 if forgets else REMEMBERS) * (1.0 if case_hz is None else HUNG)
+        demands = [(False, allowed, worst)]
+    return _lowest(scene, ship, rates, demands, strides=case_hz is None)
 
 
 def rate_under_way(scene: Surroundings, ship: ShipKind, accuracy: float) -> float:
     """Return the lowest rate for a voyage of days of a fixed clock with an escapement.
 
-    It follows as that of `rate_for`, but the first piece, whose window has one side, counts once
-    and not as if all were like it: in the sea in which the voyage begins, not in the worst one.
+    The first piece, whose window has one side, counts once and not as if all were like it: in the
+    sea in which the voyage begins, not in the worst one as for `rate_for`.
     """
-    seas: list[Demand] = [
-        (False, accuracy / BEGUN_S, lambda ship: [*ship.seas_at_start(scene)]),
-        (
-            True,
-            accuracy / (DAY_S * UNDER_WAY),
-            lambda ship: [sea.ship for sea in ship.worst_seas(scene)],
-        ),
-    ]
-    return _lowest(scene, ship, _rates_hz(scene), seas, strides=True)
+    demands = _under_way(
+        accuracy,
+        lambda ship: [*ship.seas_at_start(scene)],
+        lambda ship: [sea.ship for sea in ship.worst_seas(scene)],
+    )
+    return _lowest(scene, ship, _rates_hz(scene), demands, strides=True)
 
 
-Demand: TypeAlias = tuple[bool, float, 'Callable[[ShipKind], list[ShipKind]]']
+Seas: TypeAlias = 'Callable[[ShipKind], list[ShipKind]]'
+"""The seas of a ship that count: the ship in each."""
+
+Demand: TypeAlias = tuple[bool, float, Seas]
 """Whether windows have both sides, the error that is allowed there, and in which seas."""
+
+
+def _under_way(accuracy: float, at_start: Seas, later: Seas) -> list[Demand]:
+    """Return what a fixed clock with an escapement demands: its first piece counts once."""
+    return [(False, accuracy / BEGUN_S, at_start), (True, accuracy / (DAY_S * UNDER_WAY), later)]
 
 
 def _rates_hz(scene: Surroundings) -> list[float]:
