@@ -250,6 +250,27 @@ def test_passages_are_chosen(tmp_path):
     assert ocean_of_passage(passages[2]) == 'South Pacific'
 
 
+def test_passages_of_any_name_are_chosen_by_the_year_of_their_first_entry(tmp_path):
+    text = LOG.replace('17700101-1,', 'La Une,').replace('17910701-3,', '1770-El Tres,')
+    path = write_log(tmp_path, text.replace('1791-07-0', '1791070').replace('T18:00', 'T1800'))
+    chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
+    assert [each.name for each in chosen] == ['1770-El Tres']
+    assert season_of(chosen[0]) == 'June to August'
+    # one whose year is not known is not passed over
+    path = write_log(tmp_path, text.replace('1770-01-01T12:00,48.0,', 'noon,48.0,'))
+    chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
+    assert [each.name for each in chosen] == ['La Une', '1770-El Tres']
+
+
+def test_a_passage_without_any_wind_is_refused_before_anything_sails(tmp_path, monkeypatch):
+    monkeypatch.setattr(trials, 'sail_passage', lambda *_: pytest.fail('it sails'))
+    first, *others = LOG.splitlines()
+    silent = [f'{",".join(row.split(",")[:8])},,,' for row in others if row.endswith('4.6,')]
+    text = '\n'.join([first, *(row for row in others if '17910701' not in row), *silent]) + '\n'
+    with pytest.raises(SceneError, match='passage 17910701-3, wind_mps: has no wind'):
+        sail_trial(made(tmp_path, text=text), Crew(1), tmp_path / 'out')
+
+
 def test_a_wrong_log_is_refused_by_passage_and_row_before_anything_sails(tmp_path, monkeypatch):
     monkeypatch.setattr(trials, 'sail_passage', lambda *_: pytest.fail('it sails'))
     text = LOG.replace('1770-01-02T12:00,46.55,-8.0', '1770-01-02T12:00,36.55,-8.0')

@@ -97,6 +97,11 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
         ('180,9.3', '180,61', 'row 3 (line 4), wind_mps', 'hurricane'),
         ('180,9.3', '180,nan', 'row 3 (line 4), wind_mps', 'not a number'),
         ('180,9.3', 'NaN,9.3', 'row 3 (line 4), wind_from_deg', 'not a number'),
+        ('180,9.3', 'VAR,9.3', 'row 3 (line 4), wind_from_deg', 'not a number'),
+        ('180,9.3', '180,-9999', 'row 3 (line 4), wind_mps', 'between 0 and 40'),
+        ('180,9.3', '180,inf', 'row 3 (line 4), wind_mps', 'not a finite number'),
+        ('45.0,-11.0', '89.8,-11.0', 'row 3 (line 4), latitude', 'nearer to a pole'),
+        ('45.0,-11.0', ',-11.0', 'row 3 (line 4), latitude', 'is missing'),
         ('180,9.3', '410,9.3', 'row 3 (line 4), wind_from_deg', '360'),
         ('180,9.3,19.0', '180,9.3,292.1', 'row 3 (line 4), air_celsius', '60'),
         ('180,9.3,19.0', '180,9.3', 'row 3 (line 4)', 'cells'),
@@ -120,6 +125,7 @@ def test_a_row_that_cannot_be_is_refused_by_passage_and_row(tmp_path, old, new, 
         ('wind_from_deg', 'x', None),
         ('latitude', 'lat', 'Rename lat,'),
         ('wind_mps', 'wind_speed', 'Rename wind_speed,'),
+        ('longitude', 'LONGITUDE', 'Rename LONGITUDE,'),
     ],
 )
 def test_a_missing_column_is_not_guessed_to_be_one_that_is_needed(tmp_path, column, found, guess):
@@ -163,6 +169,11 @@ def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, tex
     with pytest.raises(SceneError, match=what) as caught:
         list(read_passages(book(tmp_path, text)))
     assert 'wind_knots' in str(caught.value) or 'knots' not in text
+
+
+def test_a_passage_without_a_name_is_refused_by_its_first_row(tmp_path):
+    *_, last = read_passages(book(tmp_path, HEADER + ROWS.replace('B-2', '')))
+    assert str(next(last.problems())).startswith('passage , row 1 (line 6), passage: is missing')
 
 
 def test_a_passage_of_one_entry_or_of_another_name_is_refused(tmp_path):

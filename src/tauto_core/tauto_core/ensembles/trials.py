@@ -47,8 +47,10 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.scene.errors import (
+    ABSENT,
     Argument,
     MotionDataError,
+    Problem,
     PropagationError,
     SceneError,
     TautoError,
@@ -56,7 +58,7 @@ from tauto_core.scene.errors import (
     naming,
 )
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
-from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry
+from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry, has_wind, log_time
 from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import ShipMotion
@@ -109,7 +111,11 @@ class Choice:
 
     def takes(self, passage: LoggedPassage) -> bool:
         """Return whether a passage is wanted; one that cannot be judged by its length is."""
-        if not self.years[0] <= int(passage.name[:4]) <= self.years[1]:
+        try:
+            year = log_time(passage.entries[0][0]).year
+        except ValueError:
+            return True  # it is refused by passage and row, not passed over
+        if not self.years[0] <= year <= self.years[1]:
             return False
         ports = f'{passage.sailed_from}\n{passage.bound_to}'.casefold()
         if self.port is not None and self.port.casefold() not in ports:
@@ -117,7 +123,7 @@ class Choice:
         if not self._is_in(ocean_of_passage(passage)):
             return False
         if next(passage.problems(), None) is not None:
-            return True  # it is refused by passage and row, not passed over
+            return True
         return self.days[0] <= passage.days <= self.days[1]
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
@@ -148,7 +154,7 @@ SEASONS = ('December to February', 'March to May', 'June to August', 'September 
 
 def season_of(passage: LoggedPassage) -> str:
     """Return the quarter of the year in which the middle entry of a passage lies."""
-    month = int(passage.entries[len(passage.entries) // 2][0][5:7])
+    month = log_time(passage.entries[len(passage.entries) // 2][0]).month
     return SEASONS[month % 12 // 3]
 
 
@@ -422,6 +428,14 @@ class Trial:
     def check(self, progress: Callable[[float], None] | None = None) -> None:
         """Refuse a trial before anything sails: logs by passage and row, then scenes."""
         wrong = [each for passage in self.passages for each in passage.problems()]
+        remedy = 'Leave it out, for example by --days or --years.'
+        wrong += [
+            Problem(
+                f'passage {passage.name}, wind_mps', ABSENT, 'has no wind to make a sea', remedy
+            )
+            for passage in self.passages
+            if not any(map(has_wind, passage.entries))
+        ]
         if wrong:
             first, *further = wrong
             raise SceneError(

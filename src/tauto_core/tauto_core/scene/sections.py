@@ -443,6 +443,11 @@ WIDEST_AWARD_NMI = 60.0
 HIGHEST_LATITUDE_DEG = math.degrees(math.acos(WIDEST_AWARD_NMI / (180.0 * 60.0)))
 """89.68°; nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
 
+_NEAR_A_POLE = (
+    f'lies nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°, where any longitude is within '
+    f'{WIDEST_AWARD_NMI:g} nautical miles of any other'
+)
+
 EARLIEST_YEAR, LATEST_YEAR = 1500, 2999
 """Years of `voyage.date`."""
 
@@ -560,27 +565,13 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
         said = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
         yield EntryProblem(0, '', ABSENT, f'{said}: she sails from one to the next', 'Add more.')
     times: list[datetime.datetime] = []
-    for number, (utc, latitude, longitude, wind_from, wind, celsius) in enumerate(entries):
+    for number, (utc, latitude, longitude, *_) in enumerate(entries):
         try:
             times.append(log_time(utc))
         except ValueError as error:
             yield EntryProblem(number, 'utc', utc, str(error), 'Correct it.')
             return
-        if (
-            wind_from is not None
-            and not 0.0 <= wind_from <= 360.0
-            and wind_from not in VARIABLE_WINDS
-        ):
-            said = 'must lie between 0 and 360 degrees from true north'
-            remedy = 'Leave it empty if the wind was variable.'
-            yield EntryProblem(number, 'wind_from_deg', wind_from, said, remedy)
-        if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
-            said = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
-            remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
-            yield EntryProblem(number, 'wind_mps', wind, said, remedy)
-        if celsius is not None and not AIR_CELSIUS[0] <= celsius <= AIR_CELSIUS[1]:
-            said = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
-            yield EntryProblem(number, 'air_celsius', celsius, said, 'Give it in °C.')
+        yield from _problems_of_entry(number, entries[number])
         if not number:
             continue
         took_s = (times[-1] - times[-2]).total_seconds()
@@ -602,6 +593,26 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
             said += f'hours earlier; she makes at most {FASTEST_KNOTS:g} knots'
             remedy = 'Correct the place, or cut the passage where the reckoning was corrected.'
             yield EntryProblem(number, 'latitude', [latitude, longitude], said, remedy)
+
+
+def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
+    """Yield the problems of an entry by itself: place, wind and temperature."""
+    _, latitude, _, wind_from, wind, celsius = entry
+    if abs(latitude) > HIGHEST_LATITUDE_DEG:
+        yield EntryProblem(number, 'latitude', latitude, _NEAR_A_POLE, 'Correct it.')
+    if wind_from is not None and not 0.0 <= wind_from <= 360.0 and wind_from not in VARIABLE_WINDS:
+        said = 'must lie between 0 and 360 degrees from true north'
+        remedy = 'Leave it empty if the wind was variable.'
+        yield EntryProblem(number, 'wind_from_deg', wind_from, said, remedy)
+    if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
+        said = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
+        remedy = 'Leave it empty where there is none.'
+        if wind > 0.0:
+            remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
+        yield EntryProblem(number, 'wind_mps', wind, said, remedy)
+    if celsius is not None and not AIR_CELSIUS[0] <= celsius <= AIR_CELSIUS[1]:
+        said = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
+        yield EntryProblem(number, 'air_celsius', celsius, said, 'Give it in °C.')
 
 
 class VoyageLog(Section):
@@ -838,8 +849,7 @@ class Itinerary(Section):
                 yield Problem(
                     key_of_place(self, index),
                     [latitude, longitude],
-                    f'lies nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°, where any longitude '
-                    f'is within {WIDEST_AWARD_NMI:g} nautical miles of any other',
+                    _NEAR_A_POLE,
                     'Choose a place farther from the pole.',
                 )
         for index, (one, other) in enumerate(pairwise(self.places), 1):

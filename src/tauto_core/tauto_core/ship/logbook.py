@@ -320,6 +320,7 @@ def read_passages(
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
             divided = max('\t;,', key=beginning.count)
             names = [name.strip().strip('"') for name in beginning.split(divided)]
+            ours = _OURS & {name.casefold() for name in names}
             rows = csv.reader(told(), delimiter=divided)
             if is_track:
                 yield from _pieces(path, _tracks(path, winds), 'point')
@@ -327,9 +328,9 @@ def read_passages(
                 yield from _pieces(path, _archive(chain([beginning], told())), 'line')
             elif 'YR' in names:
                 yield from _pieces(path, _release_21(path, names, rows), 'line')
-            elif 'UTC' in names:
+            elif 'Lat3' in names or ('UTC' in names and not ours - {'utc'}):
                 yield from _pieces(path, _release_15(path, names, rows), 'line')
-            elif _OURS & set(names):
+            elif ours:
                 yield from _ours(path, names, rows)
             else:
                 shown = ', '.join(names[:12])[:300] or 'nothing'
@@ -362,7 +363,11 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
     missing = [name for name in wanted if name not in names]
     if missing:
         others = [name for name in names if name not in wanted]
-        near = difflib.get_close_matches(missing[0], others, 1, 0.5)
+        letters = {name.casefold(): name for name in others}
+        near = [
+            letters[each]
+            for each in difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
+        ]
         guess = f'Rename {near[0]}, with its unit, if that is meant. ' if near else ''
         problem = f'is missing; the columns are {", ".join(names)}'
         remedy = f'{guess}Give {FORMS}.'
@@ -383,23 +388,13 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             for column in numbers:
                 place = at.get(column, len(names))
                 cell = cells[place].strip() if place < len(cells) else ''
-                value = None
                 try:
-                    if cell.lower() == 'nan' and column in numbers[2:4]:
-                        raise ValueError(
-                            'is not a number; a noon without a wind has an empty cell'
-                        )
-                    if cell not in MISSING:
-                        value = float(cell)
-                    limit = {'latitude': 90.0, 'longitude': 360.0}.get(column, math.inf)
-                    if value is None and column in numbers[:2]:
-                        raise ValueError('is missing')
-                    if value is not None and not abs(value) <= min(limit, 1e9):
-                        said = f'must lie within {limit:g} degrees' if limit < 1e9 else ''
-                        raise ValueError(said or 'is not a finite number')
+                    value = _measured(column, cell)
                 except ValueError as error:
-                    said = str(error) if str(error)[:2] in ('is', 'mu') else 'is not a number'
-                    wrong = wrong or EntryProblem(row, column, cell or ABSENT, said, 'Correct it.')
+                    remedy = 'Correct it.'
+                    if column == 'wind_from_deg':
+                        remedy = 'Leave it empty if the wind was variable.'
+                    wrong = wrong or EntryProblem(row, column, cell or ABSENT, str(error), remedy)
                     value = 0.0
                 entry.append(value)
             entry[2] = _wrapped(entry[2])
@@ -407,7 +402,10 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             if len(cells) != len(names):
                 said = f'has {len(cells)} cells, the header {len(names)}'
                 wrong = wrong or EntryProblem(row, '', ABSENT, said, 'Correct it.')
-        if name in past:
+        if not name:
+            remedy = 'Name it, for example by its first day and a number.'
+            wrong = EntryProblem(0, 'passage', ABSENT, 'is missing', remedy)
+        elif name in past:
             said = 'comes again after other passages'
             remedy = 'Keep its rows together, in the order of their times.'
             wrong = wrong or EntryProblem(0, 'passage', name, said, remedy)
@@ -430,6 +428,26 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
         yield passage(name.strip(), list(group))
     if empty:
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', 'Add some.')
+
+
+def _measured(column: str, cell: str) -> float | None:
+    """Return the number in a cell of our columns, None in an empty one; a ValueError says why."""
+    if cell.lower() == 'nan' and column in ('wind_from_deg', 'wind_mps'):
+        raise ValueError('is not a number; a noon without a wind has an empty cell')
+    limit = {'latitude': 90.0, 'longitude': 360.0}.get(column)
+    if cell in MISSING:
+        if limit is not None:
+            raise ValueError('is missing')
+        return None
+    try:
+        value = float(cell)
+    except ValueError:
+        raise ValueError('is not a number') from None
+    if not math.isfinite(value):
+        raise ValueError('is not a finite number')
+    if limit is not None and abs(value) > limit:
+        raise ValueError(f'must lie within {limit:g} degrees')
+    return value
 
 
 _WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
