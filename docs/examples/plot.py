@@ -1,4 +1,4 @@
-"""Draw what ships, and draw one's own: the clock's error over the roll."""
+"""Draw a picture of a voyage, then a plot made by hand: the clock's error over the roll."""
 
 import matplotlib.pyplot as plt
 

@@ -163,7 +163,7 @@ REFUSALS = {
     'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),
     'hull --shape sloop --beam 8': (
         '--shape sloop: ',
-        'has proportions of its own. ',
+        'already has its proportions. ',
         'Leave out --mesh, --beam, --draught and --block, or --shape',
     ),
     'hull --mesh a.stl --length 8': (

@@ -63,7 +63,7 @@ def graph(
     namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
     executor: Annotated[
         str,
-        typer.Option(metavar='events|single', help='What spins the nodes; single is the slower.'),
+        typer.Option(metavar='events|single', help='Executor of the nodes; single is slower.'),
     ] = 'events',
     as_json: AsJson = False,
 ) -> None:

@@ -21,7 +21,7 @@ plotting tools label its curves by the names. The alternatives are worse:
 - `diagnostic_msgs/KeyValue` has no stamp and carries numbers as text.
 - `Vector3Stamped` has no names and holds three values of one frame, not five of different units.
 - `Float64` would need four or five topics, and has no stamp by which to join them.
-- A `tauto_msgs` package of our own would need generated code, which pip cannot build, on every
+- A `tauto_msgs` package would need generated code, which pip cannot build, on every
   machine that only wants to open a bag.
 
 Topic names are relative, so a clock in a namespace has all of them in that namespace. Only

@@ -119,7 +119,7 @@ def _coefficients(
     if shape is not None:
         if mesh is not None or set(given) - {'length'}:
             raise UsageError(
-                f'--shape {shape}: has proportions of its own. Leave out --mesh, --beam, '
+                f'--shape {shape}: already has its proportions. Leave out --mesh, --beam, '
                 '--draught and --block, or --shape'
             )
         found = hulls.named_hull(shape)

@@ -33,7 +33,8 @@ def logbook(
         str, takes('SCENE', 'Scene whose machine, ship and navigator sail it.')
     ] = 'portsmouth_jamaica',
     harbour_days: Annotated[
-        float, takes('DAYS', 'Days in harbour before the first entry: invented.', 'd')
+        float,
+        takes('DAYS', 'Days in harbour before the first entry, which the log does not hold.', 'd'),
     ] = HARBOUR_DAYS,
     winds: Annotated[
         str | None, takes('FILE', 'For a track: CSV of utc, wind_from_deg, wind_mps.')

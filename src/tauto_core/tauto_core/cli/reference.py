@@ -16,7 +16,7 @@ SCENE is a YAML file or the name of a built-in scene, BAG a rosbag2 folder or an
 code 0: success; 2: a bad command line or scene, nothing was started; 1: it failed on the way; 130
 (Ctrl-C) or 143 (SIGTERM): the bag holds what was sailed until then.
 
-This page is made of what `-h` prints, by `python -m tauto_core.cli.reference`.
+This page is made from the output of `-h` by `python -m tauto_core.cli.reference`.
 """
 _COMMAND = re.compile(r'^  ([a-z]+)(?:  |$)', re.MULTILINE)
 

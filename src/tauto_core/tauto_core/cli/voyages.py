@@ -102,9 +102,8 @@ def replay(
         bool,
         typer.Option(
             '--smooth',
-            help='Also give the drift in hindsight: at each instant from all observations, those '
-            'that came later too, as one works out a voyage at home. No navigator can have it at '
-            'sea.',
+            help='Also give the drift in hindsight: at each instant from all observations, later '
+            'ones included. No navigator can have it at sea.',
         ),
     ] = False,
     stability: Annotated[
@@ -453,7 +452,9 @@ def fleet(
     ] = None,
     out: Annotated[
         Path | None,
-        takes('DIR', 'Write a row a ship to ships.parquet there; go on with what it has.'),
+        takes(
+            'DIR', 'Write a row for each ship to ships.parquet there; go on from the rows it has.'
+        ),
     ] = None,
     logs: Annotated[
         str | None, takes('FILE', 'Sail the passages of this log-book, each in its own wind.')
@@ -481,7 +482,7 @@ def fleet(
         float | None, takes('DAYS', 'With --logs: days of rating before each; else 14.', 'd')
     ] = None,
     wind_draws: Annotated[
-        int | None, takes('N', 'With --logs: sail each N times more, with its wind drawn anew.')
+        int | None, takes('N', 'With --logs: sail each N times more, with another wind each time.')
     ] = None,
     hull_draws: Annotated[
         int | None, takes('N', 'With --logs: sail each N times more, with another hull.')

@@ -671,7 +671,7 @@ def kept_budget(bag: Path) -> dict[str, Any] | None:
     except (OSError, ValueError, KeyError, TypeError):
         known = False
     if not known:
-        raise UsageError(f'{file}: is not a budget of this version. Make it anew, or remove it')
+        raise UsageError(f'{file}: is not a budget of this version. Make it again, or remove it')
     return dict(found)
 
 

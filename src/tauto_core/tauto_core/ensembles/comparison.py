@@ -635,7 +635,7 @@ def sail_together(entries: Sequence[Entry], progress: Progress | None = None) ->
 
 
 def _in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[int]]:
-    """Return the places of the entries that sail together, those that cost most first.
+    """Return the places of the entries that sail together, the costliest first.
 
     Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
     """

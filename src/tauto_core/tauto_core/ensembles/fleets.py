@@ -240,7 +240,7 @@ class Ship:
 
 @dataclass(frozen=True)
 class Plan:
-    """A fleet: every ship has a seed of her own, and her own value of each drawn key.
+    """A fleet: every ship has another seed, and another value of each drawn key.
 
     A ship depends on the scene, its seed, her number and the draws alone. With more ships, or more
     drawn keys, the other values drawn for her do not change.

@@ -132,7 +132,7 @@ class ClockAnswers:
 
 @dataclass(frozen=True)
 class Company:
-    """Two ships that sailed together, each with the wind of her own log.
+    """Two ships that sailed together, each with the wind of her log.
 
     Attributes:
         passages: their names.

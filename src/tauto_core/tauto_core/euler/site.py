@@ -21,7 +21,7 @@ from tauto_core.euler.mathml import mathml
 from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits
 
 _HEAD = dedent("""\
-    Written by <code>tauto euler --site</code>. Each paragraph is told in two sentences of our own;
+    Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences;
     the formulas stand as in our text of the paper, a transcription by machine from scans, in which
     the plates are missing. The figures are constructed from the text, with Euler’s letters.
     “Computed” is the same quantity found independently, by quadrature, by integrating the motion

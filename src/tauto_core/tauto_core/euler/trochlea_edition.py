@@ -790,7 +790,7 @@ _PARAGRAPHS = (
     Paragraph(
         'XXIII',
         'The power without inertia pulls below the hole O. The perpendicular CN on the line OM '
-        'measures what it does to turn the wheel.',
+        'measures its action on the wheel.',
         ('tauto isochronism clock_second_cam_force --amplitudes 0.1,1,1.5',),
         ('X',),
     ),

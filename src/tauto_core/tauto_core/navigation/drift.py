@@ -366,7 +366,7 @@ _SAID = {
     'as last known, at first as at the start. Publish sensor_msgs/Temperature on '
     'ship/temperature, or leave it out of drift.covariates',
     'dial_stops': 'the dial had stood still {times}; the offset was moved by the time lost',
-    'dial_settings': 'the dial was set anew {times}; the estimate began again',
+    'dial_settings': 'the dial was set again {times}; the estimate began again',
     'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
     'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
     '{prior:g} s/day)',

@@ -119,7 +119,7 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
     ship.restore({'next': first})
     made = ship.produce(max(round(length_s / step_s), 1))
     time_s = np.arange(first, first + len(made.stamp_ns), dtype=np.float64) * step_s
-    return _felt(made, time_s, 'made anew from the scene')
+    return _felt(made, time_s, 'computed again from the scene')
 
 
 def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:

@@ -1,4 +1,4 @@
-"""Scenes: their sections, how they are read and written, and those that ship.
+"""Scenes: their sections, how they are read and written, and the built-in ones.
 
 Names are loaded at their first use, so that errors, which everything imports, need no pydantic.
 The model of each kind is available by its name too (`tauto_core.scene.InvoluteCam`).

@@ -65,8 +65,8 @@ unit in quotes, and units where the meaning has none.
 The foot is 0.3048 m and the pound 0.45359237 kg, by the agreement of 1959, the nautical mile
 1852 m (NIST SP 811). The old units of Paris and the Rhineland are those of `tauto design`:
 the foot of Paris 324.84 mm (1766), its pound 489.5 g, the Rhenish foot 313.85 mm (1816); the
-scruple is its thousandth. We keep a table of our own: pint, which is well kept, takes some
-0.3 s to import and 0.4 s to read its definitions, a warm scene 0.8 s in all.
+scruple is its thousandth. The table is part of Tauto: the library pint takes some 0.3 s to import
+and 0.4 s to read its definitions, a warm scene 0.8 s in all.
 """
 
 _FROM_FILES: dict[str, type[Section]] = {

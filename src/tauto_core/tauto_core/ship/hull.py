@@ -189,7 +189,7 @@ class HullCoefficients:
             raise HullError(problem.key, problem.value, problem.problem, problem.remedy)
 
     def _problems(self) -> Iterator[Problem]:
-        remedy = 'Make the table anew with `tauto hull`.'
+        remedy = 'Make the table again with `tauto hull`.'
         n, m = len(self.frequency), self.excitation.shape[1] if self.excitation.ndim == 3 else 0
         shapes = {
             'added_mass': (self.added_mass.shape, (n + 1, 6, 6)),

@@ -41,7 +41,7 @@ class SynthesisError(TautoError):
 
 @dataclass(frozen=True)
 class PowerTrain:
-    """The power train as a function of its own coordinate y ≥ 0.
+    """The power train as a function of its coordinate y ≥ 0.
 
     Attributes:
         pull: F(y) = dV/dy > 0 [N, or N m where y is an angle].

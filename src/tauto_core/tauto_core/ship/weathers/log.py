@@ -155,7 +155,7 @@ class BackgroundSwell(Section):
 class LogWeather(WeatherKind):
     """Seas grown from the wind of the voyage's log: a wind sea, and beside it a swell.
 
-    Both run with directions of their own. From entry to entry each changes gradually; at an entry
+    Each has its direction. From entry to entry each changes gradually; at an entry
     she turns to her next course. In the harbour before the log the water is still. With a hull,
     a sea with a peak at waves below a tenth of her length is none, and of a young sea those
     shorter waves are left out.
