@@ -18,7 +18,9 @@ import pytest
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
+from rcl_interfaces.srv import SetParameters
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from typer.testing import CliRunner
@@ -269,31 +271,14 @@ def test_a_recorder_that_is_stopped_makes_no_whole_voyage(tmp_path: Path) -> Non
     assert 'cut_short' in (out / 'metadata.yaml').read_text()
 
 
-def test_nodes_that_are_frozen_for_longer_than_a_lease_lose_nothing(tmp_path: Path) -> None:
-    """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise."""
-    out = tmp_path / 'bag'
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--speed', '100', '--out', str(out), '--json'),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
-    frozen = [node_of(process.pid, node) for node in ('trochlea', 'recorder')]
-    for pid in frozen:
-        os.kill(pid, signal.SIGSTOP)
-    thaw_s = time.monotonic() + 22.0
-    until(lambda: time.monotonic() > thaw_s)
-    for pid in frozen:
-        os.kill(pid, signal.SIGCONT)
-    said, words = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0, words
-    topics = json.loads(said)['topics']
-    assert sum(numbers['lost'] for numbers in topics.values()) == 0
-    assert topics['ship/imu']['written'] == 12_005
+def test_who_is_frozen_loses_nothing_and_a_subscriber_that_is_holds_nobody_up(
+    tmp_path: Path,
+) -> None:
+    """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise.
 
-
-def test_a_subscriber_beside_the_graph_that_stands_still_holds_nobody_up(tmp_path: Path) -> None:
+    Two nodes stand still for longer. Before they go on a subscriber beside the graph stops, and
+    stands still to the end.
+    """
     watch = (
         'import rclpy, sys; from rclpy.node import Node; from sensor_msgs.msg import Imu; '
         "rclpy.init(); node = Node('frozen'); came = []; "
@@ -302,25 +287,38 @@ def test_a_subscriber_beside_the_graph_that_stands_still_holds_nobody_up(tmp_pat
         'print(len(came), flush=True); rclpy.spin(node)'
     )
     environment = {**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST'}
-    frozen = subprocess.Popen(
+    watcher = subprocess.Popen(
         [sys.executable, '-c', watch], stdout=subprocess.PIPE, text=True, env=environment
     )
-    command = [
-        *(sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '60'),
-        *('--duration', '300', '--out', str(tmp_path / 'bag'), '--json'),
-    ]
+    out = tmp_path / 'bag'
+    process = subprocess.Popen(
+        tauto('graph', 'measured', '--speed', '100', '--out', str(out), '--json'),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment,
+    )
     try:
-        graph = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
-        assert frozen.stdout is not None
-        assert frozen.stdout.readline() == '1\n'
-        frozen.send_signal(signal.SIGSTOP)
-        said, _ = graph.communicate(timeout=300)
-        assert graph.returncode == 0
+        assert watcher.stdout is not None
+        assert watcher.stdout.readline() == '1\n'
+        until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+        frozen = [node_of(process.pid, node) for node in ('trochlea', 'recorder')]
+        for pid in frozen:
+            os.kill(pid, signal.SIGSTOP)
+        thaw_s = time.monotonic() + 22.0
+        until(lambda: time.monotonic() > thaw_s)
+        watcher.send_signal(signal.SIGSTOP)
+        for pid in frozen:
+            os.kill(pid, signal.SIGCONT)
+        said, words = process.communicate(timeout=PATIENCE_S)
     finally:
-        frozen.kill()
-        frozen.communicate()
-    assert {topic['lost'] for topic in json.loads(said)['topics'].values()} == {0}
-    assert check_bag(tmp_path / 'bag').whole
+        watcher.kill()
+        watcher.communicate()
+    assert process.returncode == 0, words
+    topics = json.loads(said)['topics']
+    assert {numbers['lost'] for numbers in topics.values()} == {0}
+    assert topics['ship/imu']['written'] == 12_005
+    assert check_bag(out).whole
 
 
 def test_a_file_that_may_not_grow_is_told_and_what_was_written_can_be_read(tmp_path: Path) -> None:
@@ -593,10 +591,13 @@ def test_what_cannot_be_played_is_refused_before_anything_starts(
 
 
 def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(
-    tmp_path: Path,
+    ros: Callable[[Sequence[str]], None], tmp_path: Path
 ) -> None:
-    """The domain is that of this test process (conftest), as it is on most robots."""
-    words = ('graph', 'measured', '--duration', '60', '--speed', '1.5', '--out')
+    """The domain is that of this test process (conftest), as it is on most robots.
+
+    The first sails in real time until the second has ended, and then as fast as it can.
+    """
+    words = ('graph', 'measured', '--speed', '1', '--out')
     first = subprocess.Popen(tauto(*words, str(tmp_path / 'first')))
     until((tmp_path / 'first').exists)
     second = subprocess.run(
@@ -609,5 +610,14 @@ def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(
     said = ' '.join(second.stderr.split())
     assert second.returncode == 1, said
     assert 'another graph of the namespace / sails in this domain since' in said
+    assert first.poll() is None
+    ros(())
+    captain = Node('captain')
+    client = captain.create_client(SetParameters, '/ship_motion/set_parameters')
+    assert client.wait_for_service(PATIENCE_S)
+    client.call_async(
+        SetParameters.Request(parameters=[Parameter('speed', value=0.0).to_parameter_msg()])
+    )
     assert first.wait(PATIENCE_S) == 0
-    assert read_bag(tmp_path / 'first').counts['/clock/reading'] == 61
+    captain.destroy_node()
+    assert read_bag(tmp_path / 'first').counts['/clock/reading'] == 601
