@@ -15,6 +15,7 @@ TEST = [
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
     'distributed>=2024.8',
+    'gpxpy>=1.5',
     'h5netcdf>=1.3',
     'h5py>=3.11',
     'hypothesis>=6.100',

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import gzip
 from pathlib import Path
 
@@ -285,6 +286,99 @@ def test_any_clock_sails_a_passage(tmp_path):
 
 
 # -----------------------------------------------------------------------------
+# What logs may hold: a passage is sailed, or refused by its row.
+
+
+def logged(days=30, begins='1785-08-01T13:00', at=(48.0, -10.0), made=(-0.9, -0.6), hours=24):
+    """Return the rows of a passage, each a list of cells from `utc` to `air_celsius`."""
+    first = datetime.datetime.fromisoformat(begins)
+    rows = []
+    for number in range(days):
+        utc = (first + number * datetime.timedelta(hours=hours)).isoformat(timespec='minutes')
+        east = (at[1] + number * made[1] + 180.0) % 360.0 - 180.0
+        rows.append([utc, f'{at[0] + number * made[0]:.4f}', f'{east:.4f}', '270', '9.3', ''])
+    return rows
+
+
+def with_cells(where, **cells):
+    """Return the rows of a passage, some of them with other cells."""
+    columns = ('utc', 'latitude', 'longitude', 'wind_from', 'wind', 'air')
+    rows = logged()
+    for row in rows[where]:
+        for name, cell in cells.items():
+            row[columns.index(name)] = cell
+    return rows
+
+
+ANY = slice(None)
+LOGS = {
+    'no wind for two weeks': (with_cells(slice(5, 20), wind_from='', wind=''), None),
+    'no wind at first': (with_cells(slice(0, 3), wind_from='', wind=''), None),
+    'a calm all the way': (with_cells(ANY, wind_from='', wind='0'), None),
+    'variable': (with_cells(slice(3, 6), wind_from='362', wind='2.6'), None),
+    'a speed without a direction': (with_cells(slice(3, 6), wind_from=''), None),
+    'a hurricane that turns': (
+        [
+            [*row[:3], str(97 * number % 360), str((0, 35, 1, 22.6, 0.9)[number % 5]), '']
+            for number, row in enumerate(logged())
+        ],
+        None,
+    ),
+    'midnight': (logged(begins='1785-08-01T00:00'), None),
+    'hour 24': (with_cells(slice(4, 5), utc='1785-08-05T24:00'), 'row 5 (line 6), utc'),
+    'to the west over the date line': (logged(at=(-20.0, -170.0), made=(0.1, -2.0)), None),
+    'to the east over the date line': (logged(at=(-20.0, 170.0), made=(0.1, 2.0)), None),
+    'over the equator': (logged(at=(10.0, -20.0), made=(-1.0, -0.5)), None),
+    'at 0 and 180 degrees': (logged(at=(0.0, 180.0), made=(0.0, -0.5)), None),
+    'in the ice': (logged(at=(70.0, -10.0), made=(0.3, 1.0)), None),
+    'at the pole': (logged(at=(89.9, -10.0), made=(0.0, 1.0)), 'row 1 (line 2), latitude'),
+    'longitudes to 360': (with_cells(slice(3, 4), longitude='348.2'), None),
+    'twice a day': (logged(days=60, hours=12, made=(-0.5, -0.3)), None),
+    'twice an hour': (logged(days=40, hours=0.5, made=(0.0, -0.01)), 'row 2 (line 3), utc'),
+    'a leap day': (logged(begins='1788-02-25T13:00'), None),
+    'a day that is not': (with_cells(slice(3, 4), utc='1785-02-29T13:00'), 'row 4 (line 5), utc'),
+    'the year of eleven days': (logged(begins='1752-08-25T13:00'), None),
+    'a week at anchor': (
+        [*logged()[:10], *[[row[0], *logged()[9][1:]] for row in logged()[10:17]]],
+        None,
+    ),
+    'at anchor': (logged(made=(0.0, 0.0)), None),
+    'a gap of six days': ([*logged()[:10], *logged()[15:]], None),
+    'a gap of nine days': ([*logged()[:10], *logged()[18:]], 'row 11 (line 12), utc'),
+    'three entries': (logged(days=3), None),
+    'two hundred days': (logged(days=200, at=(40.0, -10.0), made=(-0.4, -1.0)), None),
+    'air on one day': (with_cells(slice(12, 13), air='17.5'), None),
+    'air in kelvin': (with_cells(slice(12, 13), air='290'), 'row 13 (line 14), air_celsius'),
+    'another zone': (with_cells(slice(4, 5), utc='1785-08-05T16:00+03:00'), None),
+    'a day without an hour': (with_cells(slice(4, 5), utc='1785-08-05'), None),
+    'backwards': (logged()[::-1], 'row 2 (line 3), utc'),
+    'a row twice': ([*logged()[:5], *logged()[4:]], 'row 6 (line 7), utc'),
+}
+
+
+@pytest.mark.parametrize(('rows', 'wrong'), LOGS.values(), ids=LOGS.keys())
+def test_a_log_is_sailed_or_refused_by_its_row(tmp_path, rows, wrong):
+    text = ''.join(f'It,,,,,{",".join(row)}\n' for row in rows)
+    passage = find_passage(book(tmp_path, HEADER + text), None)
+    problems = [each.key for each in passage.problems()]
+    if wrong is not None:
+        assert problems[0] == f'passage It, {wrong}'
+        return
+    assert not problems
+    own = load_scene('esperance_to_the_cape').model_dump(mode='json', exclude_none=True)
+    scene = parse_scene(write_mapping(scene_of_passage(own, passage, 1.0)), 'made')
+    way, at = Passage(scene, scene.voyage), np.array([0, 43_200, 86_400, 129_600]) * 10**9
+    latitude, longitude = way.places(np.concatenate([at, at + way.arrives_ns - at[-1]]))
+    assert np.abs(latitude).max() < 80.0
+    assert np.abs(longitude).max() <= 360.0
+    states = scene.ship.states(scene)
+    assert all(0.0 <= state.height < 30.0 for state in states)
+    _, celsius = scene.air.knots(scene)
+    assert -30.0 < celsius.min() <= celsius.max() < 35.0
+    assert way.arrives_ns / 1e9 == (passage.days + 1.0) * 86_400.0
+
+
+# -----------------------------------------------------------------------------
 # CLIWOC's own files: the same entries in each of their forms.
 
 DAYS = [
@@ -349,6 +443,48 @@ def test_the_table_of_release_2_1_is_read_by_its_header(tmp_path):
     agrees(passage.entries, expected(list(range(30))))
 
 
+def cells_21(day: int, lat: int, lon: int, wind: tuple[int, int, int]) -> str:
+    """Return the cells of a row of release 2.1 from YR to W."""
+    return f'1785\t8\t{day}\t1300\t{lat}\t{lon}\t1920\t{wind[0]}\t{wind[1]}'
+
+
+@pytest.mark.parametrize(
+    ('old', 'new', 'said'),
+    [
+        ('\t1300\t', '\t2400\t', '30 lines of 1 log, 30 with the hour 24'),
+        ('\t1300\t', '\t\t', '30 without a possible time'),
+        ('1785\t8\t', '1785\t13\t', '30 without a possible time'),
+        ('\t1920\t', '\t1920\t0\t', '30 with more or fewer cells than the header'),
+        ('\t4800\t', '\tNA\t', None),
+    ],
+)
+def test_a_file_without_a_passage_says_what_became_of_its_rows(tmp_path, old, new, said):
+    rows = [cells_21(*each).replace(old, new) for each in DAYS]
+    path = book(tmp_path, '\n'.join(['YR\tMO\tDY\tHR\tLAT\tLON\tID\tD\tW', *rows]))
+    if said is None:
+        (passage,) = read_passages(path)
+        assert len(passage.entries) == 29
+        return
+    with pytest.raises(SceneError, match='has no passage of 25 entries') as refused:
+        list(read_passages(path))
+    assert said in str(refused.value)
+
+
+def test_rows_of_a_log_that_are_left_out_are_told_with_the_reason(tmp_path):
+    rows = [cells_21(*each) for each in DAYS]
+    rows[3] = rows[3].replace('1300', '2400')
+    rows[4] = rows[4].replace('\t8\t5\t', '\t8\t32\t')
+    rows[7] = rows[7].replace(f'\t{DAYS[7][1]}\t', '\t9100\t')
+    path = book(tmp_path, '\n'.join(['YR\tMO\tDY\tHR\tLAT\tLON\tID\tD\tW', *rows]))
+    (passage,) = read_passages(path)
+    told = [each for each in passage.notes() if each.endswith('left out')]
+    assert told == [
+        '1 row of this log with the hour 24, left out',
+        '1 row of this log without a possible time, left out',
+        '1 row of this log with a place that is not on the globe, left out',
+    ]
+
+
 def test_the_table_of_release_1_5_turns_words_into_winds(tmp_path):
     names = 'RecID,ShipName,VoyageIni,UTC,Lat3,Lon3,WindDirection,WindForce,ProbTair,VoyageTo'
     rows = [
@@ -374,6 +510,28 @@ def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
     text = [archived(*each) for each in late[:26]] + far[26:]
     (passage,) = read_passages(book(tmp_path, '\n'.join(text), 'cliwoc.txt'))
     assert len(passage.entries) == 26
+
+
+@pytest.mark.parametrize(
+    ('inside', 'said'),
+    [
+        ('', 'has no tracks'),
+        ('<wpt lat="1" lon="2"/>', 'has no tracks'),
+        ('<trk><trkseg/></trk>', 'track 1 has no points with a time'),
+        ('<trk><trkseg><trkpt lat="1" lon="2"/></trkseg></trk>', 'track 1 has no points with a'),
+        (
+            '<trk><trkseg><trkpt lat="1" lon="2"><time>2020-06-01T00:00:00Z</time></trkpt>'
+            '</trkseg></trk>',
+            'has no passage of 2 entries; it has 1 point',
+        ),
+        ('<trk>', 'cannot be read as GPX'),
+    ],
+)
+def test_a_file_without_a_recorded_track_is_refused(tmp_path, inside, said):
+    pytest.importorskip('gpxpy')
+    text = f'<gpx version="1.1" creator="x">{inside}</gpx>'
+    with pytest.raises(SceneError, match=said):
+        list(read_passages(book(tmp_path, text, 'track.gpx')))
 
 
 def test_a_track_takes_its_winds_from_a_table(tmp_path):

@@ -28,7 +28,7 @@ import math
 import re
 import zlib
 from bisect import bisect_left
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, groupby, pairwise
@@ -93,7 +93,7 @@ class LoggedPassage:
         entries: as `voyage.log.entries`.
         wrong: a cell that cannot be read, which makes the passage unusable.
         left_out: number of entries of this log that were dropped, within an hour of others.
-        lost: number of its rows that have no possible time and place.
+        lost: numbers of rows of its log that were dropped for another reason, by the reason.
     """
 
     name: str
@@ -106,7 +106,7 @@ class LoggedPassage:
     entries: tuple[LogEntry, ...] = ()
     wrong: EntryProblem | None = None
     left_out: int = 0
-    lost: int = 0
+    lost: tuple[tuple[str, int], ...] = ()
     unit: str = field(default='line', compare=False)
 
     def problems(self, longest_gap_days: float = LONGEST_GAP_DAYS) -> Iterator[Problem]:
@@ -159,10 +159,8 @@ class LoggedPassage:
             found.append(f'a wind of {mean:.3g} m/s in the mean: perhaps in knots')
         if self.left_out:
             found.append(f'{counted(self.left_out, "row")} within an hour of others, left out')
-        if self.lost:
-            found.append(
-                f'{counted(self.lost, "row")} of this log without a possible time and place'
-            )
+        for why, rows in self.lost:
+            found.append(f'{counted(rows, "row")} of this log {why}, left out')
         return found
 
     def section(self) -> dict[str, Any]:
@@ -471,28 +469,34 @@ class _Logs:
 
     rows: dict[Any, _Rows] = field(default_factory=dict)
     named: dict[Any, dict[str, str]] = field(default_factory=dict)
-    lost: Counter[Any] = field(default_factory=Counter)
+    lost: dict[Any, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
 
     def put(
         self,
         log: object,
         line: int,
-        day: tuple[float, float, float],
-        hour: float,
-        place: tuple[float, float],
+        day: tuple[float | None, ...],
+        hour: float | None,
+        place: tuple[float | None, float | None],
         wind: _Wind,
     ) -> None:
         """Add a row; one without a possible time and place counts as lost."""
         rows = self.rows.setdefault(log, [])
-        try:
-            year, month, date = map(int, day)
-            midnight = datetime.datetime(year, month, date)
-        except ValueError:
-            self.lost[log] += 1
-            return
         latitude, longitude = place
-        if not (0.0 <= hour < 24.0 and abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
-            self.lost[log] += 1
+        if latitude is None or longitude is None:
+            self.lost[log]['without a place'] += 1
+            return
+        if not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
+            self.lost[log]['with a place that is not on the globe'] += 1
+            return
+        try:
+            year, month, date = (int(each or 0.0) for each in day)
+            midnight = datetime.datetime(year, month, date)
+            if hour is None or not 0.0 <= hour < 24.0:
+                raise ValueError
+        except ValueError:
+            why = 'with the hour 24' if hour == 24.0 else 'without a possible time'
+            self.lost[log][why] += 1
             return
         at = midnight + datetime.timedelta(seconds=round(hour * 3600.0))
         utc = at.isoformat(timespec='minutes')
@@ -500,8 +504,12 @@ class _Logs:
 
 
 def _pieces(path: str, logs: _Logs, unit: str) -> Iterator[LoggedPassage]:
-    """Yield the passages of logs, cut at gaps and at steps that no ship makes."""
+    """Yield the passages of logs, cut at gaps and at steps that no ship makes.
+
+    A file without any is a `SceneError`, which tells what became of its rows.
+    """
     least = LEAST_ENTRIES if unit == 'line' else 2
+    empty = True
     for number, (log, rows) in enumerate(logs.rows.items(), 1):
         rows.sort(key=lambda row: row[:2])
         pieces: list[_Rows] = []
@@ -524,6 +532,7 @@ def _pieces(path: str, logs: _Logs, unit: str) -> Iterator[LoggedPassage]:
         name = words.pop('number', number)
         for piece in pieces:
             if len(piece) >= least:
+                empty = False
                 yield LoggedPassage(
                     f'{piece[0][0]:%Y%m%d}-{name}',
                     source_name(path),
@@ -531,9 +540,17 @@ def _pieces(path: str, logs: _Logs, unit: str) -> Iterator[LoggedPassage]:
                     lines=tuple(line for _, line, _ in piece),
                     entries=tuple(entry for *_, entry in piece),
                     left_out=dropped,
-                    lost=logs.lost[log],
+                    lost=tuple(logs.lost[log].items()) if log in logs.lost else (),
                     unit=unit,
                 )
+    if empty:
+        lost = sum(logs.lost.values(), Counter[str]())
+        count = sum(map(len, logs.rows.values())) + lost.total()
+        told = [f'{counted(count, unit)} of {counted(len(logs.rows), "log")}']
+        told += [f'{number} {why}' for why, number in lost.items()]
+        problem = f'has no passage of {least} entries; it has {", ".join(told)}'
+        remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give another file.'
+        raise SceneError(path, '', ABSENT, problem, remedy)
 
 
 def _number(cell: str, factor: float = 1.0) -> float | None:
@@ -557,14 +574,10 @@ def _archive(
     logs = _Logs()
     for number, line in enumerate(lines, 1):
         log = line[34:43].strip()
-        when = [_number(line[begin:end]) for begin, end in ((0, 4), (4, 6), (6, 8), (8, 12))]
+        when = [_number(line[begin:end]) for begin, end in ((0, 4), (4, 6), (6, 8))]
         where = _number(line[12:17], 0.01), _number(line[17:23], 0.01)
-        if None in when or None in where:
-            continue
-        *day, hour = (each or 0.0 for each in when)
         wind = _number(line[46:49]), _number(line[50:53], 0.1), _number(line[69:73], 0.1)
-        place = where[0] or 0.0, where[1] or 0.0
-        logs.put(log, number, (day[0], day[1], day[2]), 0.01 * hour, place, wind)
+        logs.put(log, number, tuple(when), _number(line[8:12], 0.01), where, wind)
         if log not in logs.named:
             logs.named[log] = {'number': log.lstrip('0') or '0', 'nation': line[43:45].strip()}
             if len(line) > 1100 and line[113:1100].count(';') < 20:
@@ -577,6 +590,9 @@ def _archive(
     return logs
 
 
+_UNITS = {'HR': 0.01, 'LAT': 0.01, 'LON': 0.01, 'W': 0.1}
+
+
 def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
     """Return the logs of a table of release 2.1: the fields of the archive, by their names."""
     wanted = ('YR', 'MO', 'DY', 'HR', 'LAT', 'LON', 'ID', 'D', 'W')
@@ -584,14 +600,13 @@ def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
     logs = _Logs()
     for line, cells in enumerate(rows, 2):
         if len(cells) != len(names):
+            logs.lost[None]['with more or fewer cells than the header'] += 1
             continue
-        found = [_number(cells[at[name]], 0.1 if name == 'W' else 1.0) for name in wanted]
-        if None in found[:6]:
-            continue
-        year, month, day, hour, north, east = (each or 0.0 for each in found[:6])
+        found = {name: _number(cells[at[name]], _UNITS.get(name, 1.0)) for name in wanted}
         air = _number(cells[at['AT']], 0.1) if 'AT' in at else None
-        log, place = cells[at['ID']].strip(), (round(0.01 * north, 9), round(0.01 * east, 9))
-        logs.put(log, line, (year, month, day), 0.01 * hour, place, (found[7], found[8], air))
+        log, day = cells[at['ID']].strip(), (found['YR'], found['MO'], found['DY'])
+        wind = found['D'], found['W'], air
+        logs.put(log, line, day, found['HR'], (found['LAT'], found['LON']), wind)
         if log not in logs.named:
             logs.named[log] = {'number': log.lstrip('0') or '0', **_cliwoc_words(at, cells)}
     return logs
@@ -629,17 +644,18 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
     own = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
     for line, cells in enumerate(rows, 2):
         if len(cells) != len(names):
+            logs.lost[None]['with more or fewer cells than the header'] += 1
             continue
         utc = cells[at['UTC']].strip().partition('.')[0]
         latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
-        if not (len(utc) == 10 and utc.isdecimal()) or latitude is None or longitude is None:
-            continue
+        known = len(utc) == 10 and utc.isdecimal()
+        day = tuple(map(float, (utc[:4], utc[4:6], utc[6:8]))) if known else ()
         words = cells[at['WindDirection']].strip().upper(), cells[at['WindForce']].strip().upper()
         air = _number(cells[at['ProbTair']]) if 'ProbTair' in at else None
         wind = directions.get(words[0]), forces.get(words[1]), air
         log = tuple(cells[place].strip() for place in own)
-        day = float(utc[:4]), float(utc[4:6]), float(utc[6:8])
-        logs.put(log, line, day, float(utc[8:]), (latitude, longitude), wind)
+        hour = float(utc[8:]) if known else None
+        logs.put(log, line, day, hour, (latitude, longitude), wind)
         if log not in logs.named:
             logs.named[log] = {'number': str(len(logs.named) + 1), **_cliwoc_words(at, cells)}
     return logs
@@ -674,6 +690,9 @@ def _tracks(path: str, winds: str | None) -> _Logs:
         except Exception as error:  # gpxpy's own, and those of its parsers
             problem = f'cannot be read as GPX: {error}'
             raise SceneError(path, '', None, problem, 'Correct it.') from None
+    if not tracks:
+        problem = 'has no tracks; points and routes have no times'
+        raise SceneError(path, '', ABSENT, problem, 'Give a track that was recorded.')
     logs = _Logs()
     blown = [] if winds is None else _winds(winds)
     for number, track in enumerate(tracks, 1):
