@@ -83,7 +83,7 @@ bench: setup  ## the eight clocks of the comparison, messages per second, run ti
 	.venv/bin/python benchmarks/graph_throughput.py
 	.venv/bin/python -m pip install --quiet -r benchmarks/requirements.txt
 	.venv/bin/python -m benchmarks.work_precision $(BENCH) --first --passage --page docs/speed.md \
-	  --plot docs/img/work_precision.svg --plot docs/img/work_precision.png --json \
+	  --plot docs/img/work_precision.svg --json \
 	  > benchmarks/work_precision.json.new
 	mv benchmarks/work_precision.json.new benchmarks/work_precision.json
 

@@ -48,6 +48,16 @@ def test_prose_wraps_at_one_width(page: Path) -> None:
             assert len(line) <= WIDTH or len(words) < 3, line
 
 
+LARGEST_PICTURE = 400_000
+
+
+def test_pictures_are_light() -> None:
+    """Who reads a page should not wait for it, and a repository keeps every picture for ever."""
+    sizes = {each: each.stat().st_size for each in (DOCS / 'img').rglob('*.*')}
+    assert len(sizes) > 10
+    assert not {each for each, size in sizes.items() if size > LARGEST_PICTURE}
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
     for target in re.findall(r'\]\(([^)#]+)', page.read_text(encoding='utf-8')):

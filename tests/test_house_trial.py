@@ -11,6 +11,7 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from tauto_core.ensembles import trials
 from tauto_core.ensembles.trials import Choice, Rules, Sailing, Trial, TriedClock
@@ -139,7 +140,9 @@ def test_a_trial_ended_early_is_told_as_far_as_it_went(
     page.main([str(folder), '--logs', logs])
     assert '**Sailed were 2 of the 3 passages**' in pages[0].read_text('utf-8')
     assert re.search(r'On \d of 2 passages', pages[1].read_text('utf-8'))
-    assert (tmp_path / 'trial.png').read_bytes().startswith(b'\x89PNG')
+    with Image.open(tmp_path / 'trial.png') as picture:
+        assert (picture.format, picture.mode) == ('PNG', 'P')
+        assert 'rated in harbour' in str(picture.info['Title'])
 
 
 def test_a_trial_without_a_verdict_leaves_the_page(
