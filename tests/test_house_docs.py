@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from tauto_core.ensembles.comparison import CLOCKS
 from tauto_core.results import groups
 from tauto_core.scene import shipped_scenes
 from tauto_core.wording import figure, with_sigma
+from tests.modules import module_of
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
@@ -130,12 +130,7 @@ def test_every_make_target_of_the_pages_exists() -> None:
 
 @pytest.fixture(scope='module')
 def outputs() -> ModuleType:
-    spec = importlib.util.spec_from_file_location('outputs', ROOT / 'docs' / 'outputs.py')
-    assert spec is not None
-    assert spec.loader is not None
-    outputs = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(outputs)
-    return outputs
+    return module_of(ROOT / 'docs' / 'outputs.py')
 
 
 def test_the_tutorial_shows_what_its_command_prints(outputs: ModuleType) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -18,6 +17,7 @@ from tauto_core.ensembles.trials import Choice, Rules, Sailing, Trial, TriedCloc
 from tauto_core.ensembles.workers import Crew
 from tauto_core.scene.loader import read_mapping, scene_yaml
 from tauto_core.ship.logbook import read_passages
+from tests.modules import module_of
 from tests.trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 ROOT = Path(__file__).parents[1]
@@ -27,12 +27,7 @@ ERRORS = {CLOCK: (-1200.5, 29.0, 31.0), OTHER: (3.0, 61.0, 12.0)}
 
 @pytest.fixture(scope='module')
 def page() -> ModuleType:
-    spec = importlib.util.spec_from_file_location('trial_page', ROOT / 'docs' / 'trial.py')
-    assert spec is not None
-    assert spec.loader is not None
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    return module_of(ROOT / 'docs' / 'trial.py')
 
 
 def log_of(folder: Path) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import subprocess
 import sys
 import warnings
@@ -14,6 +14,7 @@ import pytest
 from tauto_core.kernels import KernelCacheWarning, entries, marks, optimised
 from tauto_core.kernels.machine_code import compiler_versions
 from tauto_core.kernels.marks import listening
+from tests.modules import module_of
 
 LAWS = """
 from typing import NamedTuple
@@ -48,10 +49,7 @@ class Program:
         """What the kernel returns, and how many were compiled."""
         forget_sources()
         for path in (self.laws, self.kernel):
-            spec = importlib.util.spec_from_file_location(path.stem, path)
-            module = importlib.util.module_from_spec(spec)
-            sys.modules[path.stem] = module
-            spec.loader.exec_module(module)
+            module = module_of(path)
             importlib.invalidate_caches()
         self.loaded = module.run
         return self.again(x)

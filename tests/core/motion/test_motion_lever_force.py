@@ -1,7 +1,7 @@
-"""A constant force in place of the weight on the lever, against DOP853 from the Lagrangian.
+"""A constant force in place of the weight on the lever: energy, gravity, heat, and its drawing.
 
 L = ½I(θ̇ + α̇)² + ½J(β̇ + α̇)² − P AD sin β, in a case that turns by α: neither the apparent
-vertical nor the size of gravity is in it. β(θ) is found by Newton's method from the lengths.
+vertical nor the size of gravity is in it. test_motion_lever_spring.py has its motion by DOP853.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import scene_of
-from scipy.integrate import solve_ivp
 from test_motion_heat import warmed
 from thread_references import HELD, SignedReference, on_land
 
@@ -25,13 +24,10 @@ from tauto_core.plots.machine import draw_machine
 from tauto_core.scene.errors import SceneError
 
 FORCE = {'kind': 'force', 'force': 0.5}
-TIED = {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': 3e-4}
 ARC = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': 3e-4}
-PORT = {'fulcrum': 'port'}
-ROLL, PERIOD, PHASE = 0.15, 8.2, 1.0
 SEA = {
     'kind': 'components',
-    'components': [{'amplitude': ROLL, 'period': PERIOD, 'phase': PHASE}],
+    'components': [{'amplitude': 0.15, 'period': 8.2, 'phase': 1.0}],
     'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
     'height': 2.5,
 }
@@ -52,42 +48,6 @@ def lever(thread: dict[str, Any], **more: Any) -> LeverMachine:
 def reference(thread: dict[str, Any], machine: LeverMachine) -> SignedReference:
     side = -1.0 if 'fulcrum' in thread else 1.0
     return SignedReference(machine, side, arc='arc' in thread, moment=0.0, turned=3e-4)
-
-
-@pytest.mark.parametrize('ship', [None, SEA], ids=['land', 'sea'])
-@pytest.mark.parametrize(
-    'thread', [TIED, ARC, ARC | PORT], ids=['tied', 'arc', 'arc, fulcrum to port']
-)
-def test_it_sails_as_dop853_does(thread: dict[str, Any], ship: dict[str, Any] | None) -> None:
-    """Over four swings; at sea the roll turns the case, and the heave is not felt."""
-    more = {} if ship is None else {'ship': ship}
-    scene = scene_of(
-        trochlea=trochlea(thread, release_angle=1.2),
-        duration=6.0,
-        log={'interval': 0.3},
-        drag={'viscous': 1e-5},
-        **EXACT,
-        **more,
-    )
-    machine = lever(thread, release_angle=1.2)
-    geometry, omega = reference(thread, machine), math.tau / PERIOD
-    # the geometry counts the lever's angle in the sense of θ, and to port it rises against that
-    drawn = geometry.side * 0.5 * 0.15
-
-    def motion(time: float, y: np.ndarray) -> list[float]:
-        bend = 0.0 if ship is None else -ROLL * omega**2 * math.cos(omega * time + PHASE)
-        beta, first, second = geometry.geometry(float(y[0]))
-        mass = machine.inertia + 3e-4 * first * first
-        pushed = (machine.inertia + 3e-4 * first) * bend + 3e-4 * first * second * y[1] ** 2
-        pushed += drawn * math.cos(beta) * first + 1e-5 * y[1]
-        return [y[1], -pushed / mass]
-
-    found = sail(scene).samples['trochlea/joint_states']
-    times = 0.3 * np.arange(1, 21)
-    wanted = solve_ivp(motion, (0.0, 6.0), [1.2, 0.0], 'DOP853', times, rtol=1e-13, atol=1e-14)
-    assert np.ptp(found.position[:, 0]) > 1.0
-    np.testing.assert_allclose(found.position[-20:, 0], wanted.y[0], rtol=0, atol=1e-11)
-    np.testing.assert_allclose(found.velocity[-20:, 0], wanted.y[1], rtol=0, atol=1e-10)
 
 
 def test_its_energy_is_kept() -> None:
