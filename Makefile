@@ -56,6 +56,10 @@ lint: setup-dev  ## format, lint, types, layers
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
 
+# Also where the user's Python keeps no bytecode: each of the hundreds of processes that tests start
+# would compile the packages again, and pytest its assertions.
+test coverage: export PYTHONDONTWRITEBYTECODE :=
+
 # By file: what its tests share is made once, kernels above all. In the order of tests/conftest.py:
 # xdist's own begins with the files of most tests, and ends with the longest.
 test: lint  ## lint and every test

@@ -8,6 +8,12 @@ settings.register_profile('tauto', deadline=None)
 settings.load_profile('tauto')
 
 
+@pytest.fixture
+def short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let checks of scenes try a small part of each, where its errors are not asked for."""
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put files that start programs of their own first: those take long, in few tests.
 

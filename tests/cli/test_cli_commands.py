@@ -124,10 +124,9 @@ def test_lists_fit_a_terminal_of_80_columns() -> None:
         assert '...' not in said.partition('Commands:')[2], said
 
 
+@pytest.mark.usefixtures('short_trials')
 @pytest.mark.parametrize('name', shipped_scenes())
-def test_each_shipped_scene_can_sail(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    # its error is not asked for here
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
+def test_each_shipped_scene_can_sail(name: str) -> None:
     result = tauto('scene', 'check', name, '--json')
     assert result.exit_code == 0, result.stderr
     facts = json.loads(result.stdout)
@@ -446,6 +445,7 @@ def test_a_bag_was_sailed_already() -> None:
     assert '--set' in run.stderr
 
 
+@pytest.mark.usefixtures('short_trials')
 @pytest.mark.parametrize(
     'words',
     [

@@ -29,10 +29,8 @@ ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 HEAVE = {'kind': 'components', 'heave': [{'amplitude': 0.5, 'period': 9.0}]}
 
 
-@pytest.fixture(autouse=True)
-def short_trials(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Errors are tested elsewhere: here a small part of a scene is tried."""
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
+pytestmark = pytest.mark.usefixtures('short_trials')
+"""Errors are tested in test_checks_cost.py."""
 
 
 def facts(folder: Path, trochlea: dict[str, Any] | None = None, **changes: Any) -> dict[str, Any]:

@@ -26,6 +26,7 @@ def test_isochronism_shows_what_the_dial_is_regulated_for(name):
     assert rows[1]['rate_s_per_day'] == pytest.approx(0.0, abs=1e-6)
 
 
+@pytest.mark.usefixtures('short_trials')
 @pytest.mark.parametrize(
     ('name', 'why'),
     [(SCENES[0], 'the apparent gravity moves the lever'), (SCENES[1], 'the thread swings')],

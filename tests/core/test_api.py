@@ -283,6 +283,7 @@ def test_a_replay_in_hindsight_with_the_stability(sailed: tauto.Voyage, tmp_path
     assert not {'smoothed', 'stability'} & set(tauto.replay(bag).result)
 
 
+@pytest.mark.usefixtures('short_trials')
 def test_a_scene_is_checked_without_sailing() -> None:
     printed = CliRunner().invoke(app, ['scene', 'check', 'second_cam_at_sea', '--json']).stdout
     wanted, found = json.loads(printed), tauto.check('second_cam_at_sea')

@@ -198,9 +198,8 @@ def test_measured_motion_is_taken_as_it_is_within_its_pass_band():
     assert told.shortest_wave_s is None
 
 
-def test_cost_goes_with_what_is_done(monkeypatch):
-    # the errors are not wanted here
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.01)
+@pytest.mark.usefixtures('short_trials')
+def test_cost_goes_with_what_is_done():
     day, week = (expected(load_scene('portsmouth_jamaica', duration=n * 86_400.0)) for n in (1, 7))
     start = expected(load_scene('portsmouth_jamaica', duration=60.0)).run_s
     assert (week.run_s - start) / (day.run_s - start) == pytest.approx(7.0, rel=0.01)

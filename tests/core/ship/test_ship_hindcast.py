@@ -274,6 +274,7 @@ def test_the_scene_has_its_rows_and_the_same_motion_without_the_file(tmp_path):
         ShipMotion(load_scene(short, duration=100_000.0))
 
 
+@pytest.mark.usefixtures('short_trials')
 def test_a_scene_file_is_checked_and_sails(tmp_path):
     written(tmp_path / 'era5.nc', ['swh', 'pp1d', 'mwd', 't2m'])
     keys = {'duration': '60.0', 'start': '40.2, -20.3', 'end': '36.1, -13.7'}

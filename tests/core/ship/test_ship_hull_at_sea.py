@@ -295,6 +295,7 @@ def test_the_roll_of_a_hull_cannot_be_scaled(scene: Any) -> None:
         with_roll(scene(), 5.0)
 
 
+@pytest.mark.usefixtures('short_trials')
 def test_scene_check_names_the_hull_or_its_absence() -> None:
     def hull_row(name: str, *settings: str) -> str:
         result = CliRunner().invoke(app, ['scene', 'check', name, *settings])
