@@ -27,7 +27,7 @@ def test_the_exit_code_tells_whole_damaged_and_absent(tmp_path: Path) -> None:
     whole = tauto('bag', 'check', GOLDEN)
     assert (whole.exit_code, whole.stdout) == (
         0,
-        f'{GOLDEN} is whole: 1695 messages on 11 topics\n',
+        f'{GOLDEN} is whole: 1,695 messages on 11 topics\n',
     )
     bag = torn(tmp_path / 'bag')
     damaged = tauto('bag', 'check', bag)

@@ -383,11 +383,11 @@ _Row: TypeAlias = tuple[str, str, str]
 
 SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
-    'are standard deviations. Those of estimated and corrected figures are as the navigator knows '
-    'them, who sees the observations alone; that of the dial is from the slowest changes of its '
-    'rate during the run, and counts in both projections. An error in σ is the estimate less the '
-    'truth, over the standard deviation; the truth is the error of the dial, and its mean rate '
-    'over the time that the row names.'
+    'are standard deviations. The navigator finds those of estimated and corrected figures from '
+    'the observations alone. That of the dial comes from the slowest changes of its rate during '
+    'the run, and is part of both projections. An error in σ is the estimate less the truth, over '
+    'the standard deviation. The truth is the error of the dial, or its mean rate over the time '
+    'that the row names.'
 )
 
 

@@ -617,7 +617,7 @@ def check_bag(bag: BagPath, as_json: AsJson = False) -> None:
         }
         typer.echo(json.dumps(result))
     else:
-        held = f'{sum(counts.values())} messages on {len(counts)} topics'
+        held = f'{sum(counts.values()):,} messages on {len(counts)} topics'
         lines, path = [*found.damage, *found.faults], found.bag.path
         if found.cut_short:
             lines.append(f'{path}: the recording was cut short before the voyage was over')
@@ -665,6 +665,6 @@ def recover_bag(
         typer.echo(f'{made.missing} messages that the index counts cannot be read')
     span_s = (made.end_ns - made.start_ns) * 1e-9
     typer.echo(
-        f'{made.path} holds {sum(made.counts.values())} messages on {len(made.counts)} topics, '
+        f'{made.path} holds {sum(made.counts.values()):,} messages on {len(made.counts)} topics, '
         f'{span_s:g} s'
     )

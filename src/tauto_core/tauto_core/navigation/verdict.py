@@ -240,7 +240,7 @@ standard error is then too small by a factor of 1.5 at most, as for a rate of th
 """
 
 AMPLITUDE_SHARE = 0.1
-"""Share by which waves may change the amplitude of a swing that nothing holds; in the shipped
+"""Share by which waves may change the amplitude of a swing that nothing holds; in the built-in
 scenes it is 0.05 after an hour.
 """
 
@@ -248,7 +248,7 @@ LEAST_EFFECT_S_PER_DAY = 0.01
 """Effect on the rate that no longitude shows: 0.2 nmi after 81 days."""
 
 _CANNOT = 'cannot be projected: '
-_WANDERS = 'so it keeps what the waves give it, and wanders for ever'
+_WANDERS = 'so each wave changes it for good'
 
 
 def forgets_its_start(

@@ -47,6 +47,7 @@ from tauto_core.ship.sections import (
     HullWeights,
 )
 from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
+from tauto_core.wording import with_sigma
 
 # -----------------------------------------------------------------------------
 # Response amplitude operators of a ship.
@@ -442,8 +443,9 @@ def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
         remedy = 'Fit other cycles, or give natural_period and damping_ratio.'
         raise SceneError(decay.path, 'damping ratio', fit.damping_ratio, problem, remedy)
     said = (
-        f'{source_name(decay.path)}: {decay.cycles} cycles, period {period:.5g} ± {sigma:.1g} s, '
-        f'damping ratio {fit.damping_ratio:.3g} ± {fit.damping_sigma:.1g}'
+        f'{source_name(decay.path)}: {decay.cycles} cycles, '
+        f'period {with_sigma(period, sigma, signed=False)} s, '
+        f'damping ratio {with_sigma(fit.damping_ratio, fit.damping_sigma, signed=False)}'
     )
     return {
         'natural_period': period,
