@@ -513,7 +513,7 @@ def design(
         UsageError: not exactly one is left out, one is given twice, a unit is not known, or a
             number is not between 1e-30 and 1e30.
     """
-    from tauto_core.machines import design as rules
+    from tauto_core.machines.design import wheel_design
 
     sizes = {
         'period': period,
@@ -524,14 +524,13 @@ def design(
         'pull': pull,
         'base_radius': base_radius,
     }
-    given = {
-        name: size
-        if size is None or (isinstance(size, str) and in_words(size))
-        else number(name, size)
-        for name, size in sizes.items()
-    }
-    return rules.design(
-        **given,
+    return wheel_design(
+        {
+            name: size
+            if size is None or (isinstance(size, str) and in_words(size))
+            else number(name, size)
+            for name, size in sizes.items()
+        },
         disc_is_base=disc_is_base,
         length_unit=length_unit,
         weight_unit=weight_unit,

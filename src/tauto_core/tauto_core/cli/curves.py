@@ -258,15 +258,18 @@ def design(
     """
     from tauto_core.machines import design as rules
 
-    found = rules.design(
-        period=period,
-        pendulum=pendulum,
-        inertia=inertia,
-        disc_weight=disc_weight,
-        disc_radius=disc_radius,
+    sizes = {
+        'period': period,
+        'pendulum': pendulum,
+        'inertia': inertia,
+        'disc_weight': disc_weight,
+        'disc_radius': disc_radius,
+        'pull': pull,
+        'base_radius': base_radius,
+    }
+    found = rules.wheel_design(
+        sizes,
         disc_is_base=disc_is_base,
-        pull=pull,
-        base_radius=base_radius,
         length_unit=length_unit,
         weight_unit=weight_unit,
         gravity=gravity,

@@ -9,11 +9,11 @@ The historical units are rounded; `scene/units.py` has their sources.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
-from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.scene.units import (
     PARIS_FOOT_M,
     PARIS_POUND_KG,
@@ -148,35 +148,22 @@ def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, fl
     return LENGTH_UNITS_M[length_unit], newtons
 
 
-def design(
+def wheel_design(
+    sizes: Mapping[str, float | str | None],
     *,
-    period: float | str | None = None,
-    pendulum: float | str | None = None,
-    inertia: float | str | None = None,
-    disc_weight: float | str | None = None,
-    disc_radius: float | str | None = None,
-    disc_is_base: bool = False,
-    pull: float | str | None = None,
-    base_radius: float | str | None = None,
-    length_unit: str = 'm',
-    weight_unit: str = 'N',
-    gravity: float = STANDARD_GRAVITY,
+    disc_is_base: bool,
+    length_unit: str,
+    weight_unit: str,
+    gravity: float,
 ) -> WheelDesign:
-    """Return the design of which three numbers are given (Euler 1727, XIX–XXI).
+    """Return the design of which three sizes are given; see `tauto.design`.
 
-    Of period, moment of inertia, pull and base radius three give the fourth. A disc counts as two
-    numbers, weight and radius, one of which may be what is left out. A text has a unit, as `5 mm`;
-    that of a weight may be one of mass.
+    A text has a unit, as `5 mm`; that of a weight may be one of mass.
 
     Args:
-        period: period of a full swing [s].
-        pendulum: or the length of a simple pendulum that swings with it.
-        inertia: moment of inertia of the wheel [kg m2].
-        disc_weight: or its weight, if it is a uniform disc,
-        disc_radius: and its radius.
+        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius; None:
+            not given.
         disc_is_base: the radius of the disc is the base radius (XX).
-        pull: pull in the thread, without inertia.
-        base_radius: base radius of the involute; a hole's rate.
         length_unit: unit of lengths, one of `LENGTH_UNITS_M`.
         weight_unit: unit of weights and the pull, N or one of `WEIGHT_UNITS_KG`.
         gravity: acceleration of gravity [m/s2].
@@ -187,17 +174,18 @@ def design(
     """
     _check_size(gravity, Argument('gravity', repr(gravity), spaced=True))
     metres, newtons = units(length_unit, weight_unit, gravity)
-    given = {
-        'period': (period, 's', 1.0),
-        'pendulum': (pendulum, 'm', metres),
-        'inertia': (inertia, 'kg m2', 1.0),
-        'disc_weight': (disc_weight, 'N', newtons),
-        'disc_radius': (disc_radius, 'm', metres),
-        'pull': (pull, 'N', newtons),
-        'base_radius': (base_radius, 'm', metres),
+    units_of = {
+        'period': ('s', 1.0),
+        'pendulum': ('m', metres),
+        'inertia': ('kg m2', 1.0),
+        'disc_weight': ('N', newtons),
+        'disc_radius': ('m', metres),
+        'pull': ('N', newtons),
+        'base_radius': ('m', metres),
     }
-    known: dict[str, float | None] = dict.fromkeys(given)
-    for name, (value, unit, size) in given.items():
+    known: dict[str, float | None] = dict.fromkeys(units_of)
+    for name, (unit, size) in units_of.items():
+        value = sizes[name]
         if value is not None:
             number, scale = _number(name, value, unit, size, gravity)
             _check_size(number, Argument(name, repr(number), spaced=True))
