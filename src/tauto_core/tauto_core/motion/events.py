@@ -15,6 +15,7 @@ from tauto_core.motion.gauss_step import (
     Omega,
     Planes,
     Step,
+    Work,
     collocate,
     copy_planes,
     fill_integrals,
@@ -265,6 +266,37 @@ def first_holds(watch: WatchedCondition, probes: int) -> float:
                 a, b = (a, middle) if watch.holds(middle) else (middle, b)
             return b
     return 2.0
+
+
+class WatchHold(NamedTuple):
+    """The condition that friction no longer holds a system that rests at an angle in the ship."""
+
+    system: System
+    mode: Mode
+    angle: float
+    place: StepPlace
+    work: Work
+
+    def holds(self, xi: float) -> bool:
+        """Return whether it holds at a fraction of the step."""
+        place = self.place
+        at = outside_at(place.terms, place.begin + xi * place.size, self.work)
+        return self.system.breaks_loose(self.mode, self.angle, at)
+
+
+@compiled
+def ride_held(system: System, run: SteppedRun, place: StepPlace, probes: int) -> float:
+    """Move a held system with the ship; return the fraction at which it breaks loose, or 1."""
+    state, work = run.state, run.work
+    watch = WatchHold(system, mode_of(state), state.held_angle, place, work)
+    loose = first_holds(watch, probes)
+    xi = min(loose, 1.0)
+    at = outside_at(place.terms, place.begin + xi * place.size, work)
+    if loose <= 1.0:
+        system.set_off(run.omega, state.held_angle, at, state)
+    else:
+        system.rest_at(run.omega, state.held_angle, at, state)
+    return xi
 
 
 # -----------------------------------------------------------------------------

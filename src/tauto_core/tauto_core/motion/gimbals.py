@@ -18,7 +18,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.events import first_holds
+from tauto_core.motion.events import ride_held
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, load, store, width
 from tauto_core.motion.stepping import state_type
@@ -45,7 +45,6 @@ from tauto_core.motion.system import (
     column_at,
     first_below,
     nodes_of,
-    outside_at,
 )
 from tauto_core.motion.wells import term
 from tauto_core.samples import FloatArray
@@ -175,7 +174,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
         """Put the case at φ − ρ = angle, at rest in the ship: held, or about to slide."""
-        _rest_in_ship(omega, angle, at, state)
+        self.rest_at(omega, angle, at, state)
         needed = holding(self.law, angle, at)
         state.held = abs(needed) <= term(self.law.friction, 1.0)
         if state.held:
@@ -186,31 +185,17 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held case with the ship; return the fraction at which it breaks loose, or 1."""
-        state, work = run.state, run.work
-        watch = WatchCase(self.law, state.held_angle, place, work)
-        loose = first_holds(watch, 2 * width(work.fractions))
-        xi = min(loose, 1.0)
-        at = outside_at(place.terms, place.begin + xi * place.size, work)
-        if loose <= 1.0:
-            self.set_off(run.omega, state.held_angle, at, state)
-        else:
-            _rest_in_ship(run.omega, state.held_angle, at, state)
-        return xi
+        return ride_held(self, run, place, 2 * width(run.work.fractions))
 
+    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+        """Return whether the case needs more friction than there is to rest at φ − ρ = angle."""
+        return abs(holding(self.law, angle, at)) > term(self.law.friction, 1.0)
 
-class WatchCase(NamedTuple):
-    """The condition that friction no longer holds the case at φ − ρ = angle."""
-
-    law: GimbalsLaw
-    angle: float
-    place: StepPlace
-    work: Work
-
-    def holds(self, xi: float) -> bool:
-        """Return whether it holds at a fraction of the step."""
-        place = self.place
-        at = outside_at(place.terms, place.begin + xi * place.size, self.work)
-        return abs(holding(self.law, self.angle, at)) > term(self.law.friction, 1.0)
+    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+        """Put the case at rest in the ship at φ − ρ = angle."""
+        plane = state.planes[0]
+        plane.x, plane.x_rest = angle - at.tilt.value, 0.0
+        plane.y, plane.y_rest = -at.tilt.rate / omega[0], 0.0
 
 
 @compiled
@@ -222,14 +207,6 @@ def holding(law: GimbalsLaw, angle: float, at: Outside) -> float:
     phi = angle - at.tilt.value
     turned = law.pull * (at.gravity * math.sin(phi) + at.drive.value * math.cos(phi))
     return turned - at.tilt.bend
-
-
-@compiled
-def _rest_in_ship(omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
-    """Put the case at rest in the ship at φ − ρ = angle."""
-    plane = state.planes[0]
-    plane.x, plane.x_rest = angle - at.tilt.value, 0.0
-    plane.y, plane.y_rest = -at.tilt.rate / omega[0], 0.0
 
 
 class GimbalsSwing(SteppedSwing):

@@ -511,6 +511,14 @@ class System(Protocol):
         """Move the held wheel with the case; return the fraction of the step where it goes."""
         raise TypeError('friction does not hold this system')
 
+    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+        """Return whether friction does not hold the system at rest at an angle (`ride_held`)."""
+        raise TypeError('friction does not hold this system')
+
+    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+        """Put the system at rest in the ship at an angle."""
+        raise TypeError('friction does not hold this system')
+
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the motion surely leaves a kink from the beginning of the step on."""
         return True

@@ -15,7 +15,7 @@ from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import HeatFactors
 from tauto_core.motion import stepping
-from tauto_core.motion.events import BEYOND, SPARE, first_holds, is_due, phase_to
+from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to, ride_held
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
 from tauto_core.motion.gauss_step import Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
@@ -471,18 +471,18 @@ class Wheel(NamedTuple):
         The torque is looked at twice as often as a step has nodes, or at the end alone where it is
         constant.
         """
-        state, work, felt = run.state, run.work, self.felt
+        felt = self.felt
         steady = felt.line is None and felt.gravity is None and felt.heat is None
-        probes = 1 if steady else 2 * width(work.fractions)
-        watch = WatchFriction(self, mode_of(state), state.held_angle, place, work)
-        loose = first_holds(watch, probes)
-        xi = min(loose, 1.0)
-        at = outside_at(place.terms, place.begin + xi * place.size, work)
-        if loose <= 1.0:
-            set_off_or_hold(wheel_now(self, at), run.omega, state.held_angle, at, state)
-        else:
-            _place_at_rest(wheel_now(self, at), run.omega, state.held_angle, at, state)
-        return xi
+        return ride_held(self, run, place, 1 if steady else 2 * width(run.work.fractions))
+
+    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+        """Return whether the wheel needs more than c₀ to rest at θ = angle."""
+        now = wheel_now(self, at)
+        return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
+
+    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+        """Put the wheel at rest in the moving case at θ = angle."""
+        _place_at_rest(wheel_now(self, at), omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
@@ -642,24 +642,6 @@ class WithWheel:
 
 # -----------------------------------------------------------------------------
 # Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
-
-
-class WatchFriction(NamedTuple):
-    """The condition that friction no longer holds the wheel at θ = angle."""
-
-    wheel: Wheel
-    mode: Mode
-    angle: float
-    place: StepPlace
-    work: Work
-
-    def holds(self, xi: float) -> bool:
-        """Return whether it holds at a fraction of the step."""
-        place = self.place
-        at = outside_at(place.terms, place.begin + xi * place.size, self.work)
-        now = wheel_now(self.wheel, at)
-        torque = holding_torque(now, self.mode, self.angle, at)
-        return abs(torque) > term(now.per_inertia.coulomb, 1.0)
 
 
 @compiled
