@@ -11,6 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 import yaml
+from modules import module_of
 from typer.testing import CliRunner
 
 import tauto_core as tauto
@@ -19,7 +20,6 @@ from tauto_core.ensembles.comparison import CLOCKS
 from tauto_core.results import groups
 from tauto_core.scene import shipped_scenes
 from tauto_core.wording import figure, with_sigma
-from tests.modules import module_of
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'

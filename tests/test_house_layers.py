@@ -64,3 +64,9 @@ def test_an_import_inside_a_function_is_found() -> None:
 def test_core_imports_only_what_its_setup_names(module: Path) -> None:
     foreign = imports(module.read_text(encoding='utf-8')) - WELCOME - set(sys.stdlib_module_names)
     assert not foreign
+
+
+def test_tests_share_modules_by_names_that_no_library_has() -> None:
+    """Some libraries install a package `tests`, which Python takes before a folder of ours."""
+    for file in Path(__file__).parent.rglob('*.py'):
+        assert 'tests' not in imports(file.read_text('utf-8')), file

@@ -10,15 +10,15 @@ from types import ModuleType
 from typing import Any
 
 import pytest
+from modules import module_of
 from PIL import Image
+from trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 from tauto_core.ensembles import trials
 from tauto_core.ensembles.trials import Choice, Rules, Sailing, Trial, TriedClock
 from tauto_core.ensembles.workers import Crew
 from tauto_core.scene.loader import read_mapping, scene_yaml
 from tauto_core.ship.logbook import read_passages
-from tests.modules import module_of
-from tests.trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 ROOT = Path(__file__).parents[1]
 ERRORS = {CLOCK: (-1200.5, 29.0, 31.0), OTHER: (3.0, 61.0, 12.0)}

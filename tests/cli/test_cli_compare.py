@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from trial_examples import CLOCK, LOG, write_log
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
@@ -13,7 +14,6 @@ from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import comparison
 from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw_comparison, side_by_side
 from tauto_core.ensembles.workers import Ended, WorkerError
-from tests.trial_examples import CLOCK, LOG, write_log
 
 P = '17700101-1'
 

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+from trial_examples import CLOCK, OTHER, write_log
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
@@ -15,7 +16,6 @@ from tauto_core.ensembles.trial_answers import (
     WayAnswers,
 )
 from tauto_core.scene.errors import UsageError
-from tests.trial_examples import CLOCK, OTHER, write_log
 
 LIGHT = ['--set', 'log.interval=600', '--set', 'ship.rate=8', '--jobs', '1']
 

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from trial_examples import CLOCK, OTHER, write_log
 from typer.testing import CliRunner
 
 import tauto_core as tauto
@@ -26,7 +27,6 @@ from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.plots import contents
 from tauto_core.samples import Samples
-from tests.trial_examples import CLOCK, OTHER, write_log
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [

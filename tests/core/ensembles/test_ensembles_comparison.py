@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trial_examples import CLOCK, OTHER, clock, write_log
 
 from tauto_core.ensembles.comparison import (
     PIECES,
@@ -23,7 +24,6 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship.logbook import read_passages
 from tauto_core.voyage import sail
-from tests.trial_examples import CLOCK, OTHER, clock, write_log
 
 FORCE = """\
 name: {name}

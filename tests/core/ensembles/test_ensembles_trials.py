@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trial_examples import CLOCK, LOG, OTHER, clock, write_log
 
 from tauto_core import voyage
 from tauto_core.ensembles import trials, workers
@@ -29,7 +30,6 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT, SceneError, UsageError
 from tauto_core.ship.logbook import read_passages
 from tauto_core.ship.sampling import rate_for
-from tests.trial_examples import CLOCK, LOG, OTHER, clock, write_log
 
 ALL = Choice(days=(0.0, math.inf))
 

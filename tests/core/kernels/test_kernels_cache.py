@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from modules import module_of
 
 from tauto_core.kernels import KernelCacheWarning, entries, marks, optimised
 from tauto_core.kernels.machine_code import compiler_versions
 from tauto_core.kernels.marks import listening
-from tests.modules import module_of
 
 LAWS = """
 from typing import NamedTuple
