@@ -1,11 +1,13 @@
 """Steps from impulse to impulse, against DOP853 and against the driver that steps to events."""
 
+import math
+
 import numpy as np
 import pytest
 from motion_cases import SEA, WEIGHT, sampled_forcing, scene_of
 from reference_propagator import Reference
 
-from tauto_core.machines import compile_machine
+from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import (
@@ -13,10 +15,12 @@ from tauto_core.motion.free_end import (
     FreeEndCollocation,
     _joined,
     _part,
+    free_end_of,
     takes_free_ends,
 )
 from tauto_core.motion.wheel import Collocation
 from tauto_core.scene import load_scene
+from tauto_core.scene.errors import ABSENT
 from tauto_core.voyage import sail
 
 FORCE = {
@@ -292,3 +296,18 @@ def test_the_coarsest_accuracy_keeps_a_weight_in_a_winter_s_sea():
 def test_what_happens_between_impulses_is_left_to_the_driver(case):
     machine, _ = forced({'escapement': IMPULSE, **case}, duration=8.0)
     assert type(make_propagator(machine, still=False, tolerance=1e-3, sweeps=3)) is Collocation
+
+
+def test_the_length_of_a_step_on_a_cheek_is_that_of_its_swing() -> None:
+    """On land, by the quadrature of the period: within the phase at which a step is made anew."""
+    scene = load_scene('clock_cheek_weight', suspension=ABSENT)
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine)
+    settings = free_end_of(machine, 3)
+    omega = math.pi / settings.usual_s
+    for amplitude in (0.75, 0.85, 0.95, 1.05, 1.1):
+        height = float(machine.potential(amplitude))
+        larger_by = math.sqrt(2.0 * height / machine.inertia) / omega / settings.swing - 1.0
+        time = 1.0 + larger_by * (settings.slower + larger_by * settings.slower_yet)
+        half_s = 0.5 * machine.period(amplitude)
+        assert omega * abs(settings.usual_s * time - half_s) < settings.near

@@ -129,17 +129,24 @@ def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
         most = MOST_IN_ONE if machine.cam.kinked else MOST_IN_ONE - 1
         near = NEAR_BENT if sweeps <= most else NEARER
     omega = reference_frequency(machine)
-    swing, slower = 1.0, 0.0
+    usual_s = math.pi / omega
+    swing, slower, slower_yet, spent = 1.0, 0.0, 0.0, 0.0
     if machine.cam.kinked:
         swing = _greatest(machine, omega, 1.0)
-        periods = [machine.period(machine.release_angle * share) for share in NEIGHBOURS]
-        swings = [_greatest(machine, omega, share) for share in NEIGHBOURS]
-        slower = math.log(periods[1] / periods[0]) / math.log(swings[1] / swings[0])
-    return FreeEnd(sweeps, settled, error, near, close, math.pi / omega, swing, slower)
+        changes = [_greatest(machine, omega, share) / swing - 1.0 for share in NEIGHBOURS]
+        periods = [machine.period(machine.release_angle * share) for share in (*NEIGHBOURS, 1.0)]
+        slopes = [
+            (period / periods[-1] - 1.0) / change
+            for period, change in zip(periods, changes, strict=False)
+        ]
+        slower_yet = (slopes[1] - slopes[0]) / (changes[1] - changes[0])
+        slower = slopes[1] - slower_yet * changes[1]
+        spent = 0.25 * usual_s * machine.drag.viscous / machine.inertia if machine.drag else 0.0
+    return FreeEnd(sweeps, settled, error, near, close, usual_s, swing, slower, slower_yet, spent)
 
 
-NEIGHBOURS = 0.9, 1.0
-"""Swings, over the release, whose times are compared."""
+NEIGHBOURS = 0.8, 0.9
+"""Swings, over the release, whose times are compared with that of the release."""
 
 
 def _greatest(machine: Machine, omega: float, share: float) -> float:

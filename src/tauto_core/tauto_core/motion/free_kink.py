@@ -68,6 +68,9 @@ SHORT, MOST_LATE = 0.3, 0.05
 predicted length, over the length, at which a step is not made anew.
 """
 
+AT_ENDS = 1.0 / 3.0 - 2.0 / (math.pi * math.pi)
+"""Weight of gravity at the ends of half a swing, in a mean over sin² of its phase."""
+
 ONWARD_SWEEPS = 2
 """Least sweeps of such a step: it is short."""
 
@@ -94,12 +97,17 @@ def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: 
     k, x = span_at(half, free_end.usual_s)
     then, quicker = ship_at(half, k, x), 1.0
     if wheel.felt.gravity is not None:
+        # weighted as the square of the swing, largest at the turning point, up to squares of time
+        k, x = span_at(half, 0.5 * free_end.usual_s)
+        middle = ship_at(half, k, x).gravity
+        ends = 0.5 * (free.gravity + then.gravity)
         # (1 + more)^(−1/2)
-        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
+        more = (middle + AT_ENDS * (ends - middle)) / wheel.gravity - 1.0
         quicker -= more * (0.5 - more * (0.375 - more * 0.3125))
     # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
-    larger_by = quicker / (per_size * free_end.swing) - 1.0
-    half_s = free_end.usual_s * quicker * (1.0 + free_end.slower * larger_by)
+    larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
+    time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
+    half_s = free_end.usual_s * quicker * time
     reach = min(0.0, wheel.impulse + d * then.tilt.value)
     return half_s + (arc_sine(reach * per_size) - since) / run.omega[0]
 

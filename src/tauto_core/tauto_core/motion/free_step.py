@@ -74,7 +74,9 @@ class FreeEnd(NamedTuple):
         close: phase from the impulse within which the ship's motion is carried on to it [rad].
         usual_s: half a swing on land [s].
         swing: its largest Y, in the middle [rad].
-        slower: relative change of the time of half a swing over that of Y.
+        slower, slower_yet: by how much half a swing lasts longer, relative to `usual_s`, as the
+            coefficients of the first and second power of the relative change of Y.
+        spent: relative loss of Y by viscous drag in a quarter of a swing.
     """
 
     sweeps: int
@@ -85,6 +87,8 @@ class FreeEnd(NamedTuple):
     usual_s: float
     swing: float
     slower: float
+    slower_yet: float
+    spent: float
 
 
 SHORTEST, LONGEST = 0.8, 1.2
