@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from tauto_core.clockwork import SwingTally
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, compile_machine
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, Machine, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
@@ -184,6 +184,7 @@ class Summary:
     def trochlea(self) -> dict[str, float | str | None]:
         """Return the regulator's small-amplitude period, its state at the end, and its swing.
 
+        Where small swings have no period it is that of the swing as released, as `period_of` says.
         The swing is the result of `SwingTally.result`. Where the thread was slack, `slacks` is
         how often, `slack_s` for how long in all, `slack_lost_joule` what was lost in tautening.
         """
@@ -200,8 +201,10 @@ class Summary:
                 'slack_s': self._slack_s,
                 'slack_lost_joule': self._lost_joule,
             }
+        grows = isinstance(machine, Machine) and not machine.has_small_swings
         return {
             'period_s': machine.small_period,
+            **({'period_of': 'the swing as released'} if grows else {}),
             place: float(wheel.position[-1, 0]),
             speed: float(wheel.velocity[-1, 0]),
             'phase_rad': _named(phase)['phase'],
@@ -448,7 +451,8 @@ def _accuracy_rows(accuracy: _Section) -> list[_Row]:
 
 
 def _regulator_rows(trochlea: _Section) -> list[_Row]:
-    rows = [('period of small swings', significant(trochlea['period_s'], 4), 's')]
+    of = trochlea.get('period_of', 'small swings')
+    rows = [(f'period of {of}', significant(trochlea['period_s'], 4), 's')]
     if 'amplitude_rad' in trochlea:
         rows.append(('amplitude at the end', significant(trochlea['amplitude_rad']), 'rad'))
     if trochlea.get('slacks'):

@@ -72,6 +72,16 @@ def test_a_reason_has_the_causes_of_its_scene_alone(
     assert len(clauses) == sum(causes.values()), said
 
 
+def test_a_force_in_the_case_leaves_a_lever_to_the_roll() -> None:
+    """The apparent gravity acts on a weight; a force turns with the case, as the lever does."""
+    power = {'kind': 'force', 'force': 0.5}
+    keys = {'trochlea.power': power, 'trochlea.thread.inertia': 1e-6}
+    scene = load_scene('sully_lever_at_sea', **keys)
+    said = reason(scene, compile_machine(scene), 'collocation')
+    assert 'the roll and drag in a well that is not harmonic' in said
+    assert 'gravity' not in said
+
+
 # -----------------------------------------------------------------------------
 # Threads and cases that hang on the ship: response to the waves, and predicted resonances.
 

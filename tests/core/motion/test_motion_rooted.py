@@ -15,6 +15,7 @@ from motion_cases import scene_of
 from scipy.integrate import solve_ivp
 
 from tauto_core import sail
+from tauto_core.checks.facts import scene_facts
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.machines.steady_swing import NoSteadySwing, steady_swing
 
@@ -109,3 +110,15 @@ def test_a_steady_swing_is_not_computed() -> None:
     found = steady_swing(machine)
     assert isinstance(found, NoSteadySwing)
     assert 'rooted in the axle' in found.why
+
+
+def test_it_is_not_said_that_small_swings_have_a_period() -> None:
+    scene = scene_of(trochlea=ROOTED, duration=10.0)
+    machine = compile_machine(scene)
+    facts = scene_facts(scene)
+    assert facts['small_period_s'] is None
+    found = sail(scene).result['trochlea']
+    assert (found['period_s'], found['period_of']) == (
+        machine.period(1.0),
+        'the swing as released',
+    )

@@ -187,8 +187,9 @@ def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) 
     if isinstance(machine, InPlaceOfWheel):
         return machine.why_so
     still = scene.lies_still
+    tilts = '' if still else 'the roll' if scene.suspension is None else 'the swing of the case'
     if not isinstance(machine, Machine):
-        return _of_real_thread(machine, propagator, still=still)
+        return _of_real_thread(machine, propagator, tilts)
     uneven = _uneven(machine)
     if propagator == 'harmonic':
         return 'a harmonic well on a ship that lies still: any instant in closed form'
@@ -197,26 +198,27 @@ def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) 
             f'a well that is not harmonic ({uneven}), but undisturbed: any instant from its '
             'period, in closed form'
         )
-    tilts = 'the roll' if scene.suspension is None else 'the swing of the case'
     if propagator == 'forced_harmonic':
-        shakers = _and([tilts] * (not still) + ['viscous drag'] * (machine.drag is not None))
+        shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (machine.drag is not None))
         return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
-    return '; '.join(_disturbances(machine, uneven, '' if still else tilts))
+    return '; '.join(_disturbances(machine, uneven, tilts))
 
 
-def _of_real_thread(machine: AnyMachine, propagator: str, *, still: bool) -> str:
+def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
     lever = isinstance(machine, LeverMachine)
     if propagator == 'action_angle':
         return (
             'the lever makes a well that is neither harmonic nor even, but undisturbed: any '
             'instant from its period, in closed form'
         )
-    drag = machine.drag is not None
+    # a lever that a force in the case draws feels the case alone
+    weighs, drag = machine.feels_gravity, machine.drag is not None
+    shakers = _and([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
     found = {
         'the thread swings, a second degree of freedom': not lever,
-        'the apparent gravity moves the lever': lever and not still,
-        'the apparent gravity moves the weight': not lever and not still,
-        'drag in a well that is not harmonic': lever and drag,
+        'the apparent gravity moves the lever': lever and weighs and bool(tilts),
+        'the apparent gravity moves the weight': not lever and bool(tilts),
+        f'{shakers} in a well that is not harmonic': lever and bool(shakers),
         'heat and age change its numbers on the way': machine.heat.acts,
         'the escapement acts at an instant': machine.escapement is not None,
         'recoil turns round at each impulse': bool(
@@ -457,6 +459,8 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     expected = forecast(scene, machine, motion, progress)
     stepping = expected.steps_a_swing is not None
     slack = slack_thread(scene)
+    # of cheeks rooted in the axle small swings have no period
+    grows = isinstance(machine, Machine) and not machine.has_small_swings
     return {
         'scene': scene.name,
         'duration_s': scene.duration,
@@ -483,7 +487,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
-        'small_period_s': machine.small_period,
+        'small_period_s': None if grows else machine.small_period,
         'nominal_period_s': nominal_period_s(scene, machine),
         **_regulator_facts(scene, machine),
         'steady_swing': _steady_swing(scene, machine),

@@ -351,7 +351,11 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     kept = 'with' if facts['motion_kept'] else 'without'
     logged = facts['logged_samples']
     yield 'log', f'{logged:,} samples, one every {interval:g} s, {kept} the motion'
-    yield 'period of small swings', f'{facts["small_period_s"]:.9f} s'
+    small_s = facts['small_period_s']
+    yield (
+        'period of small swings',
+        'none: the smaller, the longer' if small_s is None else f'{small_s:.9f} s',
+    )
     yield 'nominal period', f'{facts["nominal_period_s"]:.9f} s'
     yield from _regulator_rows(facts)
     if swing := facts['steady_swing']:
