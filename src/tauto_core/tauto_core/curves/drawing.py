@@ -70,6 +70,7 @@ def cheeks(
             'needs, or hollow from its tip on. Use a thinner thread or another cam'
         )
     if end < reach and reach_rad is not None:
+        # the advice, rounded to six digits, must stay below the end
         raise UsageError(
             f'beyond {end:.9g} rad the cheek of {cam!r} has a radius of curvature below half the '
             f"thread's thickness, {0.5 * thread_thickness!r} m, where no thread can follow it. "

@@ -445,6 +445,7 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     before, after = change[:-2], change[2:]
     both = before + after
     slopes = 0.5 * (m[3:] + m[:-3])
+    # as in SciPy: where both weights are rounding, their ratio is none
     apart = both > 1e-9 * np.max(both)
     share = before[apart] / both[apart]
     slopes[apart] = m[1:-2][apart] + share * (m[2:-1][apart] - m[1:-2][apart])

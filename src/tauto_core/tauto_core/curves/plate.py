@@ -459,7 +459,7 @@ def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray
         made = (
             edge_lever_arm(plate, cam, angle),
             lever_arm_as_cut(plate, cam, angle),
-            arm - 1e-6,
+            arm - 1e-6,  # cut a micrometre too deep
         )
         period, *others = (_period(t, phase, amplitude, setting) for t in (arm, *made))
         rows.append([86400.0 * (period / other - 1.0) for other in others])

@@ -74,6 +74,7 @@ class OneWay:
             found = float(self._rise.roots[-1])
             if found >= root:
                 break
+            # a start at the very limit may lack some roundings of τ at the edge
             if reach == room and found < root * (1.0 - 1e-12):
                 raise DescentError(
                     f'start = {start!r} m: the body would come beyond the end of the other '
@@ -83,6 +84,7 @@ class OneWay:
                 )
             if reach == room:
                 break
+            # τ goes about as the arc; half as much again makes another turn unlikely
             reach *= 1.5 * root / found
 
     def course(self, start: float, gravity: float) -> Course:
@@ -139,6 +141,7 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
         return 0.0
     way = 1.0 if float(curve.slope(0.0)) < pull else -1.0
     edge = curve.descent_cusp if way > 0.0 else curve.ascent_cusp
+    # the bracket grows from A, so that it holds the nearest zero alone
     far = min(abs(edge), 1e-3 * curve.pendulum_length)
     while way * (float(curve.slope(way * far)) - pull) < 0.0:
         if far >= abs(edge):
@@ -147,6 +150,7 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
                 'curve; give less'
             )
         far = min(2.0 * far, abs(edge))
+    # weak friction moves the zero by next to nothing, which must be right to its own last digits
     return root_of(lambda s: float(curve.slope(s)) - pull, 0.0, way * far, 1e-300)
 
 

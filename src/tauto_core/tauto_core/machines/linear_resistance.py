@@ -160,6 +160,7 @@ class ResistedWay:
             x = 2.0 * tau - 1.0
             change = float((1.0 + chebyshev.chebval(x, way)) / chebyshev.chebval(x, speed))
             tau -= change
+            # τ is of order 1, and this a few of its roundings
             if abs(change) <= 1e-15:
                 break
         return tau * float(duration[0])

@@ -142,6 +142,7 @@ class DragKind(Kind):
             along = greatest * sine
             return float(0.5 * weights @ (law.torque(along, 1.0) * along))
 
+        # a central difference errs by about the square of this, and by rounding over this
         nearby = 1e-4 * rate
         return known + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)
 

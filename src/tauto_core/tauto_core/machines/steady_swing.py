@@ -34,9 +34,14 @@ _SETTLED = 1e-14
 _ITERATIONS = 200
 _HALVINGS = 6
 _SHORT_OF_EDGE = 1e-6
+"""Share by which swings end before the edge, where arms and slopes may have no limit."""
+
 _NUDGE = 1e-4
+"""Share by which the amplitude is changed for the slope of the loss; errors go with its square."""
+
 _SAME = 4.0 * np.finfo(float).eps
 _START_ERROR = 1e-9
+"""Relative error of the energy when it is asked whether a clock starts itself: yes or no."""
 
 
 @dataclass(frozen=True)

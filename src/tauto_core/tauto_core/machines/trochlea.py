@@ -175,6 +175,7 @@ class Machine:
         if not self.has_small_swings:
             return math.tau / self.period(self.release_angle or 1.0)
         if self.imbalance is not None:
+            # V″ by a central difference: off by the square of the step, and by 1e-12 of rounding
             rest, step = self.rest_angle, 1e-4
             below, above = self._slope(rest + np.array([-step, step])).tolist()
             return math.sqrt((above - below) / (2.0 * step * float(self.mass(rest))))

@@ -175,6 +175,7 @@ def collocate_axle(
     n = inner.shape[0]
     last = math.inf
     for sweep in range(1, most + 1):
+        # nothing moved of nothing is 0, not NaN
         arc_size = tilt_size = 1e-300
         arc_moved = tilt_moved = 0.0
         for i in range(n):
@@ -307,6 +308,7 @@ class AxleMotion:
         at, left, events = begin_s, length_s, 0
         longest = LONGEST / self.clock.fastest
         while left > 0.0:
+            # a rounding above a whole number of steps makes no further one
             size = left / max(1, math.ceil(left / longest - 1e-9))
             took = self._step(at, size, support, visit)
             events += took < size
@@ -454,6 +456,7 @@ class AxleMotion:
         before = 0.0
         for share, left in zip(_ENDS.tolist(), [*inside.tolist(), margin(1.0)], strict=True):
             if left < 0.0:
+                # where a change has just been, the margin is 0: it is asked for a little later
                 low = before if before > 0.0 else 1e-9
                 if margin(low) <= 0.0:
                     return size * low
@@ -482,6 +485,7 @@ class AxleMotion:
         if self.clock.contact != 'coulomb':
             return
         slip = float(np.ravel(self._slip(self.now.numbers[:, None], there))[0])
+        # a picometre a second is rounding of a contact that rolls
         if abs(slip) > 1e-12:
             self.now.slips = 1 if slip > 0.0 else -1
             return
@@ -530,6 +534,7 @@ def axle_table(clock: AxleClock, duration_s: float, every_s: float) -> AxleTable
     motion.settle(STILL)
     rows: list[tuple[float, ...]] = []
     ends_s, why = None, ''
+    # rounding takes no row from a duration of a whole number of intervals
     count = math.floor(duration_s / every_s * (1.0 + 1e-12))
     for k in range(count + 1):
         state = AxleState(*now.numbers)

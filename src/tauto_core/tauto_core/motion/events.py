@@ -446,6 +446,7 @@ def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
     falling = WatchEvent(-kind, step)
     if not (rises > 0.0 and falling.value(0.0) > DISCERNED * rises):
         return NOWHERE, 0.0
+    # near its lowest place the value errs by the square of the error of that place
     xi = locate(falling, 1.0, -rises, 1e-3)
     value = WatchEvent(kind, step).value(xi)
     return (xi, value) if value < 0.0 else (NOWHERE, 0.0)

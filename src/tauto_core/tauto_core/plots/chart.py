@@ -117,6 +117,7 @@ class Chart:
             if line.kind == 'band' and line.high is not None and len(line.y)
         ]
         low, high = min(float(y.min()) for y in ends), max(float(y.max()) for y in ends)
+        # a flat line needs some height
         margin = 0.05 * (high - low) or 1e-9
         return low - margin, high + margin
 

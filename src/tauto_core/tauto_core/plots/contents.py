@@ -566,6 +566,7 @@ def _spectrum(voyage: Voyage, shown: _Window, moved: Seaway) -> Chart:
         frequency, density = welch(values, rate, nperseg=segment)
         waves = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
         density = density[waves] / (2.0 * np.pi * frequency[waves]) ** power
+        # six decades: below is leakage of Welch's windows, over which the axis would stretch
         kept = density > 1e-6 * float(density.max(initial=0.0))
         line = Line('', frequency[waves][kept], density[kept], colour)  # type: ignore[arg-type]
         found = Chart(

@@ -117,6 +117,7 @@ def _newton(
     before = math.inf
     for _ in range(_ITERATIONS):
         shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
+        # imaginary parts give derivatives without a difference, so the step may be tiny
         steps = 1e-30 * np.maximum(np.abs(unknowns), 1.0)
         shifted[np.arange(count), np.arange(count)] += 1j * steps
         angles, rates, bends = _along(shifted, terms)
@@ -131,6 +132,7 @@ def _newton(
         change = np.linalg.solve(matrix, residual)
         unknowns = unknowns - change
         moved = float(np.max(np.abs(change / scale)))
+        # or rounding keeps Newton's method from halving what is left
         if moved <= _SETTLED or (moved <= 2.0**-40 and moved >= 0.5 * before):
             return unknowns
         if not math.isfinite(moved) or not unknowns[-1] > 0.0:
