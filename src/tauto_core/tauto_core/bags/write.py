@@ -57,7 +57,7 @@ _PIECE_BYTES = 1 << 20
 _ROOM_BYTES = 16 * 1024
 """Room for statistics, footer and rounding by file systems; also the step in which it grows."""
 
-_NO_STAMP_NS = 2**64 - 1
+_NO_STAMP_NS = 2**64 - 1  # the largest that MCAP has, so that any stamp is less
 
 
 class DeclaredTopic(NamedTuple):
@@ -390,13 +390,13 @@ def _record(record: McapRecord) -> bytes:
 CUT_SHORT = {'cut_short': True}
 """The metadata of a bag whose recording ended before the voyage did."""
 
-_METADATA_VERSION = 9
+_METADATA_VERSION = 9  # of Jazzy's rosbag2
 BUDGET = 'budget.json'
 """File in which the budget of a voyage's rate is kept beside it; it goes when the bag is replaced.
 """
 _OF_A_BAG = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS, BUDGET)  # .tmp: of Tauto 0.2.0
-_EMPTY_START_NS = 2**63 - 1
-_SEQUENCE_MASK = 2**32 - 1
+_EMPTY_START_NS = 2**63 - 1  # as rosbag2 writes it of a bag without messages
+_SEQUENCE_MASK = 2**32 - 1  # the field has 32 bits; a long voyage begins again at 0
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:

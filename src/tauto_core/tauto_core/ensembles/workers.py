@@ -148,12 +148,12 @@ def run_each(
     """Yield the result of each item, as runs end; they begin in the order of the items.
 
     At most `AHEAD` runs are handed on at a time. A run whose process dies is repeated on another
-    one, up to three times. While nothing runs for
-    want of workers, a TautoWarning says so. When the iterator is closed, runs that have not begun
-    are dropped, and processes on this machine end. The task is called with an item and a function
-    that reports the share done; both, and the result, are sent between processes. A scheduler that
-    cannot be reached or is lost, or one of whose workers has other versions, is a WorkerError.
-    Workers may come at any time, and each is asked for its versions at each run.
+    one, up to three times. While nothing runs for want of workers, a TautoWarning says so. When
+    the iterator is closed, runs that have not begun are dropped, and processes on this machine
+    end. The task is called with an item and a function that reports the share done; both, and the
+    result, are sent between processes. A scheduler that cannot be reached or is lost, or one of
+    whose workers has other versions, is a WorkerError. Workers may come at any time, and each is
+    asked for its versions at each run.
     """
     shares = _Shares(len(items), progress)
     if crew.jobs == 1 and crew.scheduler is None:

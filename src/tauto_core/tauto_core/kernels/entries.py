@@ -53,6 +53,7 @@ NEEDED_FLAGS = 0x0001 | 0x0100
 """C-contiguous and aligned."""
 
 WORD_FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
+# classes themselves where `isinstance` would take a bool for an int; np.float64 is a float to both
 _TESTS = {
     'float': 'not isinstance({0}, float)',
     'int': '{0}.__class__ is not int and {0}.__class__ is not int64',
@@ -247,6 +248,7 @@ def _array(kind: str, words: tuple[int, ...]) -> Any:
     data, shape = words[0], words[1:]
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     copy = np.frombuffer(bytearray(ctypes.string_at(data, size)), dtype).reshape(shape)
+    # the word before the numbers, which are aligned, is the address that malloc gave
     _LIBC.free(ctypes.c_void_p.from_address(data - 8))
     return copy
 
@@ -323,7 +325,7 @@ def write(name: str, header: dict[str, Any], code: bytes) -> None:
             with os.fdopen(handle, 'wb') as file:
                 file.write(seal + b'\n' + body)
             os.replace(draft, place / name)
-        except BaseException:
+        except BaseException:  # a signal, too, leaves no draft
             with contextlib.suppress(OSError):
                 os.unlink(draft)
             raise
