@@ -344,6 +344,25 @@ def test_a_log_interval_as_long_as_the_scene_makes_no_trial_longer():
     assert found.sampling_s > 0.0
 
 
+def test_the_bound_covers_the_jumps_of_a_case_in_rough_pivots():
+    """Where dry friction turns round, the force at the clock jumps; samples of the case's own
+    motion round that off, however fine those of the ship are. At 1000 Hz its steps are six times
+    as fine, and the reading at 4 Hz is off by a tenth of a second at an instant near a jump.
+    """
+    hung = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12, 'friction_angle': 0.02}
+    rolls = {'amplitude': 0.1, 'period': 8.0, 'phase': 0.3}, {'amplitude': 0.05, 'period': 5.1}
+    ship = {'kind': 'components', 'components': list(rolls), 'height': 3.0}
+    content = yaml.safe_load(scene_yaml(load_scene('involute_weight_at_sea', duration=15.0)))
+    content |= {'suspension': hung, 'log': {'interval': 0.5}, 'solver': {'tolerance': 1e-9}}
+
+    def at_hz(rate):
+        return parse_scene(yaml.safe_dump(content | {'ship': ship | {'rate': rate}}), 'rough')
+
+    coarse = at_hz(4.0)
+    found_s = np.max(np.abs(apart_s(readings(coarse), readings(at_hz(1000.0)))))
+    assert 0.01 < found_s < expected(coarse).error_s < 30.0 * found_s
+
+
 def test_a_step_without_divisors_is_not_tried_finer():
     """A step of a second less 63 ns is a prime number of nanoseconds."""
     prime_ns = 999_999_937

@@ -356,8 +356,16 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
 
 
 def _finer_parts(scene: Scene) -> int | None:
-    """Return into how many parts a finer run divides a step; None where that is impossible."""
-    for parts in FINER:
+    """Return into how many parts a finer run divides a step; None where that is impossible.
+
+    A case that dry friction holds does not move smoothly, and samples of its own motion round the
+    jumps off: those are made finer too.
+    """
+    hung, finer = scene.suspension, FINER
+    if hung is not None and hung.sticks:
+        least = FINER[0] * felt_parts(scene)
+        finer = tuple(range(least, 2 * least)) + FINER
+    for parts in finer:
         try:
             felt_parts(_sampled_finer(scene, parts))
         except SceneError:  # a suspended case divides the step itself

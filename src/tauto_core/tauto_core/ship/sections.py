@@ -330,11 +330,13 @@ class SuspensionKind(Kind):
         link: length e of the link between ship and case [m]; 0 where the case turns about a point
             of the ship.
         is_damped: whether anything damps the swing of the case.
+        sticks: whether dry friction holds the case in the ship at times.
         plane: the plane in which its case holds a thread, None where that is the trochlea's.
     """
 
     link: ClassVar[float] = 0.0
     is_damped: ClassVar[bool] = False
+    sticks: ClassVar[bool] = False
     plane: ClassVar[Literal['vertical'] | None] = None
     kind: str
     if TYPE_CHECKING:  # each kind has them, in its own order

@@ -61,7 +61,12 @@ class GimbalsSuspension(SuspensionKind):
     @property
     def is_damped(self) -> bool:  # type: ignore[override]
         """Whether its pivots rub."""
-        return self.damping_ratio > 0.0 or self.friction_angle > 0.0
+        return self.damping_ratio > 0.0 or self.sticks
+
+    @property
+    def sticks(self) -> bool:  # type: ignore[override]
+        """Whether its pivots rub dry."""
+        return self.friction_angle > 0.0
 
     @property
     def pull(self) -> float:
