@@ -24,6 +24,7 @@ from tauto_core.scene.tables import (
     unit_factor,
 )
 from tauto_core.ship.hull import load_hull
+from tauto_core.ship.logbook import read_passages
 
 TIME = Column('time_s', unit='s', rising='later than the time before')
 HEAT = Column('air_degc', unit='°C', least=-60.0, most=60.0, why='no sea is so')
@@ -154,6 +155,7 @@ def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
         lambda: read_draws(file, load_scene('ideal')),
         lambda: load_hull(file),
         lambda: _read_rows(file),
+        lambda: list(read_passages(str(file))),
     ]
     for refused in tries:
         with pytest.raises(TautoError) as caught:

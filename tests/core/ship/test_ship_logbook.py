@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import gzip
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -170,6 +171,21 @@ def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, tex
     with pytest.raises(SceneError, match=what) as caught:
         list(read_passages(book(tmp_path, text)))
     assert 'wind_knots' in str(caught.value) or 'knots' not in text
+
+
+@pytest.mark.parametrize('before', ['', HEADER + ROWS])
+def test_a_small_file_that_unpacks_to_a_line_without_end_is_refused(tmp_path, before):
+    file = tmp_path / 'bomb.csv.gz'
+    file.write_bytes(gzip.compress(before.encode() + b'0' * 50_000_000, 1))
+    number = 1 + before.count('\n')
+    tracemalloc.start()
+    try:
+        with pytest.raises(SceneError, match=f'line {number} has 65,536 characters or more'):
+            list(read_passages(str(file)))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert most < 20_000_000
 
 
 def test_a_passage_without_a_name_is_refused_by_its_first_row(tmp_path):

@@ -31,6 +31,7 @@ from bisect import bisect_left
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain, groupby, pairwise
 from pathlib import Path
 from typing import Any
@@ -55,9 +56,11 @@ from tauto_core.scene.tables import (
     MISSING,
     Column,
     data_path,
+    header_words,
     missing_file,
     read_table,
     source_name,
+    words_of,
 )
 from tauto_core.scene.times import DAY_S
 from tauto_core.wording import counted
@@ -283,6 +286,15 @@ def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> L
 # Reading files, row by row.
 
 
+LONGEST_LINE = 65_536
+"""A line of so many characters is of no log-book: perhaps of a file that unpacks to gigabytes."""
+
+
+def _too_long(path: str, line: int) -> SceneError:
+    problem = f'line {line} has {LONGEST_LINE:,} characters or more, which no log-book has'
+    return SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
+
+
 def read_passages(
     path: str, *, winds: str | None = None, progress: Progress | None = None
 ) -> Iterator[LoggedPassage]:
@@ -306,13 +318,18 @@ def read_passages(
             lines = io.TextIOWrapper(stream, encoding='utf-8-sig', errors=_LATIN, newline='')
 
             def told() -> Iterator[str]:
-                for count, line in enumerate(lines):
+                for count, line in enumerate(iter(partial(lines.readline, LONGEST_LINE), '')):
+                    if len(line) == LONGEST_LINE:
+                        raise _too_long(path, count + 2)
                     if progress is not None and count % 4096 == 0:
                         progress(raw.tell() / size)
                     yield line
 
-            beginning = lines.readline().rstrip('\r\n')
+            beginning = lines.readline(LONGEST_LINE)
             is_track = beginning.lstrip().startswith('<')
+            if len(beginning) == LONGEST_LINE and not is_track:
+                raise _too_long(path, 1)
+            beginning = beginning.rstrip('\r\n')
             if winds is not None and not is_track:
                 problem = 'go with tracks in GPX; this log-book has its winds already'
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
@@ -331,8 +348,7 @@ def read_passages(
             elif ours:
                 yield from _ours(path, names, rows)
             else:
-                shown = ', '.join(names[:12])[:300] or 'nothing'
-                problem = f'is not a known log-book; it begins with {shown}'
+                problem = f'is not a known log-book; its columns are {header_words(names)}'
                 raise SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
     except (OSError, EOFError, zlib.error) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
@@ -688,7 +704,7 @@ def _tracks(path: str, winds: str | None) -> _Logs:
         try:
             tracks = gpxpy.parse(stream).tracks
         except Exception as error:  # gpxpy's own, and those of its parsers
-            problem = f'cannot be read as GPX: {error}'
+            problem = f'cannot be read as GPX: {words_of(error)}'
             raise SceneError(path, '', None, problem, 'Correct it.') from None
     if not tracks:
         problem = 'has no tracks; points and routes have no times'
