@@ -13,13 +13,13 @@ import pytest
 from tauto_core.kernels import entry, machine_code
 from tauto_core.kernels.entries import structure_of, unpacker
 from tauto_core.kernels.translation import Program
-from tauto_core.motion.lanes import combined, fma, largest, load, square_root, store, total
+from tauto_core.motion.lanes import combined, fma, largest, row_of, square_root, store, total
 
 numba = pytest.importorskip('numba')
 
 
 def of_lanes(rows: Any, x: float) -> Any:
-    a, b = load(rows, 0), load(rows, 1)
+    a, b = row_of(rows, 0), row_of(rows, 1)
     c = fma(a, x, square_root(b * b + 1.0) / (a - 3.0))
     store(rows, 1, c)
     return total(c), largest(c), total(combined(rows, 0, a))

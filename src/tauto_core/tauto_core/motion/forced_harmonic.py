@@ -33,7 +33,7 @@ from tauto_core.motion.forcing import (
     no_motion,
     released_beyond,
 )
-from tauto_core.motion.lanes import SIZE, lane, larger, largest, load, splat
+from tauto_core.motion.lanes import SIZE, lane, larger, largest, row_of, splat
 from tauto_core.motion.linear import (
     B_IM,
     B_RE,
@@ -320,7 +320,7 @@ def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
     values, rates = u.values, u.rates
     value, rate, whole = splat(0.0), splat(0.0), len(values) // SIZE
     for i in range(whole):
-        value, rate = larger(value, load(values, i)), larger(rate, load(rates, i))
+        value, rate = larger(value, row_of(values, i)), larger(rate, row_of(rates, i))
     most, fastest = largest(value), largest(rate)
     for i in range(whole * SIZE, len(values)):
         most, fastest = max(most, abs(values[i])), max(fastest, abs(rates[i]))

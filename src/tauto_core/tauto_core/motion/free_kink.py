@@ -42,7 +42,7 @@ from tauto_core.motion.gauss_step import (
 )
 from tauto_core.motion.lanes import (
     fma,
-    load,
+    row_of,
     store,
 )
 from tauto_core.motion.passages import count_step, signs_at_nodes
@@ -145,8 +145,8 @@ def _solve(
         if n == 0:
             start_stages(step)
             if turns:
-                store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
-                store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
+                store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
+                store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
         if not settle(step, least, settled * abs(plane.y)):
             break
         k, x = span_at(half, h)

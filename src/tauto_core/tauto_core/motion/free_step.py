@@ -30,7 +30,7 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    load,
+    row_of,
     store,
     total,
 )
@@ -216,8 +216,8 @@ def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
     if pieces.hot is not None:
         terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
         u = pieces.hot.begin[k] + pieces.hot.size[k] * x
-        all_ = fma(load(terms, row + 3), u, load(terms, row + 2))
-        all_ = fma(fma(all_, u, load(terms, row + 1)), u, load(terms, row))
+        all_ = fma(row_of(terms, row + 3), u, row_of(terms, row + 2))
+        all_ = fma(fma(all_, u, row_of(terms, row + 1)), u, row_of(terms, row))
         hot = HotNumbers(
             lane(all_, 0),
             lane(all_, 1),
@@ -255,7 +255,7 @@ def span_at(half: FreeHalfSwing, time: float) -> tuple[int, float]:
 def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
     """Store values at the nodes of the first span, or at those that come later."""
     if not first:
-        value = chosen(later, load(row), value)
+        value = chosen(later, row_of(row), value)
     store(row, 0, value)
 
 
@@ -263,7 +263,7 @@ def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
 def fill_from_spans(half: FreeHalfSwing, h: float, work: Work) -> None:
     """Fill the forcing at the nodes of a step of length h, each from its span."""
     spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
-    seconds, none = load(work.fractions) * h, filled(work.fractions, 0.0)
+    seconds, none = row_of(work.fractions) * h, filled(work.fractions, 0.0)
     wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
     felt = wheel.felt
     store(nodes.line_bend, 0, filled(none, half.bend))
@@ -374,13 +374,13 @@ def given_by_impulse(
 def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
     """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in few terms."""
     nodes = work.nodes
-    angle = load(work.fractions) * (omega[0] * h - math.pi)
+    angle = row_of(work.fractions) * (omega[0] * h - math.pi)
     square = angle * angle
     sine, versine = filled(angle, SINE[6]), filled(angle, COSINE[6])
     for j in range(5, -1, -1):
         sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
     sine, versine = sine * angle, versine * square
-    cosine_0, sine_0 = load(nodes.half_cosine), load(nodes.half_sine)
+    cosine_0, sine_0 = row_of(nodes.half_cosine), row_of(nodes.half_sine)
     store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
     store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
     # these rows are not those of a step that `gauss_step` has made
@@ -425,10 +425,10 @@ class StepEnd(NamedTuple):
 @inlined
 def end_of(run: SteppedRun, h: float) -> StepEnd:
     """Return the end of the step last collocated."""
-    work, start, weights = run.work, run.state.planes[0], load(run.work.quadrature)
+    work, start, weights = run.work, run.state.planes[0], row_of(run.work.quadrature)
     cosine, sine = _turn(run, h)
-    u = start.x + h * total(weights * load(work.k1))
-    v = start.y + h * total(weights * load(work.k2))
+    u = start.x + h * total(weights * row_of(work.k1))
+    v = start.y + h * total(weights * row_of(work.k2))
     return StepEnd(u, v, cosine, sine)
 
 
@@ -442,10 +442,10 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
     eta, plane = late / h, end.plane
     d1, d2 = drift.x - w * plane.y, drift.y / w + w * plane.x
     k1, k2 = end.cosine * d1 - end.sine * d2, end.sine * d1 + end.cosine * d2
-    weights = fma(load(nodes.third), eta, load(nodes.second))
-    weights = fma(weights, eta, load(nodes.first)) * (eta * eta * h)
-    u = end.u + (late * k1 + total(weights * load(work.k1)))
-    v = end.v + (late * k2 + total(weights * load(work.k2)))
+    weights = fma(row_of(nodes.third), eta, row_of(nodes.second))
+    weights = fma(weights, eta, row_of(nodes.first)) * (eta * eta * h)
+    u = end.u + (late * k1 + total(weights * row_of(work.k1)))
+    v = end.v + (late * k2 + total(weights * row_of(work.k2)))
     cosine, sine = _turn(run, h + late)
     return StepEnd(u, v, cosine, sine).plane
 
@@ -454,8 +454,8 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
 def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
     wheel, omega, work = half.wheel, run.omega, run.work
-    tail, start = load(work.tail), run.state.planes[0]
-    last = max(abs(total(tail * load(work.k1))), abs(total(tail * load(work.k2)))) * h
+    tail, start = row_of(work.tail), run.state.planes[0]
+    last = max(abs(total(tail * row_of(work.k1))), abs(total(tail * row_of(work.k2)))) * h
     size = math.sqrt(start.x * start.x + start.y * start.y)
     if not step_error(run.tolerance.factor, last / size, False) <= error:
         return False
@@ -480,11 +480,11 @@ def settle(step: Step, least: int, floor: float) -> bool:
         evaluate(step)
         if n >= least and change * change <= floor * (before - change):
             return True
-        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, load(work.k1), load(work.k2))
+        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, row_of(work.k1), row_of(work.k2))
         u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
         if n >= least - 2:
             before = change
-            change = largest(larger(u - load(work.u), v - load(work.v)))
+            change = largest(larger(u - row_of(work.u), v - row_of(work.v)))
         store(work.u, 0, u)
         store(work.v, 0, v)
     return False
@@ -508,8 +508,8 @@ def to_impulse(
         fill_from_spans(half, h, work)
         _fill_rotations(omega, h, work)
         if n == 0:
-            store(work.u, 0, fma(load(work.nodes.land_u), plane.y, plane.x))
-            store(work.v, 0, fma(load(work.nodes.land_v), plane.y, plane.y))
+            store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
+            store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
         if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
             return MISSES, 0.0

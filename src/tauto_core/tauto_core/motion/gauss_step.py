@@ -36,7 +36,7 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    load,
+    row_of,
     store,
     total,
     width,
@@ -421,7 +421,7 @@ def fill_rotations(step: Step) -> None:
         return
     for p in range(len(omega)):
         over, angle = work.rotations[first + p], omega[p] * h
-        c, s = rotation(load(work.fractions) * angle)
+        c, s = rotation(row_of(work.fractions) * angle)
         store(work.cosine, first + p, c)
         store(work.sine, first + p, s)
         over.h = h
@@ -446,14 +446,14 @@ def evaluate(step: Step) -> None:
     system, mode, omega, _, kind, _, work = step
     first = kind * len(omega)
     for p in range(len(omega)):
-        c, s = load(work.cosine, first + p), load(work.sine, first + p)
-        u, v = load(work.u, p), load(work.v, p)
+        c, s = row_of(work.cosine, first + p), row_of(work.sine, first + p)
+        u, v = row_of(work.u, p), row_of(work.v, p)
         store(work.x, p, fma(c, u, s * v))
         store(work.y, p, fma(c, v, -(s * u)))
     system.disturb(mode, omega, work)
     for p in range(len(omega)):
-        c, s = load(work.cosine, first + p), load(work.sine, first + p)
-        d1, d2 = load(work.d1, p), load(work.d2, p)
+        c, s = row_of(work.cosine, first + p), row_of(work.sine, first + p)
+        d1, d2 = row_of(work.d1, p), row_of(work.d2, p)
         store(work.k1, p, fma(c, d1, -(s * d2)))
         store(work.k2, p, fma(s, d1, c * d2))
 
@@ -464,13 +464,13 @@ def _move_stages(step: Step) -> float:
     _, _, omega, h, _, planes, work = step
     change = filled(work.u, 0.0)
     for p in range(len(omega)):
-        k1, k2 = load(work.k1, p), load(work.k2, p)
+        k1, k2 = row_of(work.k1, p), row_of(work.k2, p)
         if width(work.u) == WIDE_SIZE:
             u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1 + 2 * p, k1, k2)
         else:
             u, v = combined_both(work.coefficients, 0, k1, k2)
         u, v = fma(u, h, planes[p].x), fma(v, h, planes[p].y)
-        moved = larger(u - load(work.u, p), v - load(work.v, p))
+        moved = larger(u - row_of(work.u, p), v - row_of(work.v, p))
         change = larger(change, moved)
         store(work.u, p, u)
         store(work.v, p, v)
@@ -482,7 +482,7 @@ def largest_stage(omega: Omega, work: Work) -> float:
     """Return the largest |U_i| or |V_i|."""
     size = filled(work.u, 0.0)
     for p in range(len(omega)):
-        size = larger(larger(size, load(work.u, p)), load(work.v, p))
+        size = larger(larger(size, row_of(work.u, p)), row_of(work.v, p))
     return largest(size)
 
 
@@ -551,7 +551,7 @@ def _rows_of(
 def _slope(r: int, omega: Omega, work: Work) -> Lanes:
     """Return the slope of unknown r at the stages."""
     rows, p = _rows_of(r, omega, work.k1, work.k2)
-    return load(rows, p)
+    return row_of(rows, p)
 
 
 @compiled
@@ -562,7 +562,7 @@ def _fill_matrix(step: Step) -> None:
     side = unknowns * stages
     for column in range(unknowns):
         rows, p = _rows_of(column, omega, work.u, work.v)
-        there = load(rows, p)
+        there = row_of(rows, p)
         # near the cube root of a rounding, at which truncation and rounding err alike
         away = 1e-6 * (largest(there) + 1e-9)
         store(rows, p, there + away)
@@ -573,7 +573,7 @@ def _fill_matrix(step: Step) -> None:
         sweep(step, 0.0, 0)
         store(rows, p, there)
         for r in range(unknowns):
-            slope = (load(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
+            slope = (row_of(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
             for i in range(stages):
                 for j in range(stages):
                     a = work.coefficients[j * stages + i] * h * lane(slope, j)
@@ -627,7 +627,7 @@ def newton(step: Step) -> tuple[bool, float]:
             rows, p = _rows_of(r, omega, work.u, work.v)
             begin = planes[p].x if r < len(omega) else planes[p].y
             moved = combined(work.coefficients, 0, _slope(r, omega, work))
-            wanted = fma(moved, h, begin) - load(rows, p)
+            wanted = fma(moved, h, begin) - row_of(rows, p)
             for i in range(stages):
                 right[r * stages + i] = lane(wanted, i)
         change = _eliminate(unknowns * stages, work.matrix, right)
@@ -670,7 +670,7 @@ def collocate(step: Step, settled: float) -> tuple[float, bool]:
     last = 0.0
     for slopes in (work.k1, work.k2):
         for p in range(len(omega)):
-            coefficient = h * total(load(work.tail) * load(slopes, p))
+            coefficient = h * total(row_of(work.tail) * row_of(slopes, p))
             if not math.isfinite(coefficient):
                 return math.inf, needs_newton
             last = max(last, abs(coefficient))
@@ -698,14 +698,14 @@ def finish(step: Step) -> None:
     U₁ = U₀ + h Σ b_i U̇_i and V₁ likewise, rotated by ωh: X₁ = cU₁ + sV₁, Y₁ = cV₁ − sU₁.
     """
     _, _, omega, h, kind, planes, work = step
-    weights = load(work.quadrature)
+    weights = row_of(work.quadrature)
     for p in range(len(omega)):
         over, begin, end = work.rotations[kind * len(omega) + p], planes[p], work.end[p]
         cosine, sine = (over.cos, over.cos_rest), (over.sin, over.sin_rest)
         minus = -sine[0], -sine[1]
         u, v = (begin.x, begin.x_rest), (begin.y, begin.y_rest)
-        add_u = h * total(weights * load(work.k1, p))
-        add_v = h * total(weights * load(work.k2, p))
+        add_u = h * total(weights * row_of(work.k1, p))
+        add_v = h * total(weights * row_of(work.k2, p))
         end.x, end.x_rest = _rotated(cosine, sine, u, v, add_u, add_v)
         end.y, end.y_rest = _rotated(cosine, minus, v, u, add_v, add_u)
 
@@ -722,8 +722,8 @@ def copy_planes(omega: Omega, source: Planes, target: Planes) -> None:
 def fill_integrals(omega: Omega, work: Work) -> None:
     """Fill f1 and f2, the stage polynomials' integrals in powers, which `inside` evaluates."""
     for p in range(len(omega)):
-        store(work.f1, p, combined(work.expansion, 0, load(work.k1, p)))
-        store(work.f2, p, combined(work.expansion, 0, load(work.k2, p)))
+        store(work.f1, p, combined(work.expansion, 0, row_of(work.k1, p)))
+        store(work.f2, p, combined(work.expansion, 0, row_of(work.k2, p)))
 
 
 @compiled

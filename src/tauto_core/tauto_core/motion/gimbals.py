@@ -20,7 +20,7 @@ import numpy as np
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import ride_held
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, load, store, width
+from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, row_of, store, width
 from tauto_core.motion.stepping import state_type
 from tauto_core.motion.suspended_case import (
     OVER,
@@ -130,22 +130,22 @@ class GimbalsCase(_GimbalsNumbers, System):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the plane; d1 stays zero."""
         nodes: GimbalsNodes = work.nodes
-        phi, rate = load(work.x), omega[0] * load(work.y)
-        sliding = rate - load(nodes.roll_rate)
-        sway, lift = load(nodes.sway), load(nodes.lift)
+        phi, rate = row_of(work.x), omega[0] * row_of(work.y)
+        sliding = rate - row_of(nodes.roll_rate)
+        sway, lift = row_of(nodes.sway), row_of(nodes.lift)
         bend = gimbals_bend(self.law, phi, sliding, mode.direction, sway, lift)
         # Ẏ = −ωX + d₂, so d₂ = φ̈/ω + ωX
         store(work.d2, 0, fma(bend, 1.0 / omega[0], omega[0] * phi))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the case turns over."""
-        x = load(work.x)
+        x = row_of(work.x)
         edge = first_below(OVER - larger(x, x), work)
         return Beyond(edge, NOWHERE, edge > 1.0, OVER)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return φ at the nodes."""
-        return load(work.x)
+        return row_of(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return φ."""

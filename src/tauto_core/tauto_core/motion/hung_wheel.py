@@ -21,7 +21,17 @@ from tauto_core.motion.events import BEYOND, is_due, phase_to
 from tauto_core.motion.forcing import Forcing, lifted_off, turned_over
 from tauto_core.motion.gauss_step import Omega, Work
 from tauto_core.motion.gimbals import GIMBALS_NODES, GimbalsLaw, gimbals_bend
-from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, largest, load, lowest, store
+from tauto_core.motion.lanes import (
+    SIZE,
+    Lanes,
+    Numeric,
+    fma,
+    larger,
+    largest,
+    lowest,
+    row_of,
+    store,
+)
 from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import ERROR_OF_LAST_STRONG, Moved, tolerance_of
 from tauto_core.motion.suspended_case import OVER, AxleNumbers, contact_force
@@ -134,7 +144,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes."""
         wheel, nodes = wheel_at_nodes(self.wheel, work), work.nodes
-        x, w = load(work.x, 0), omega[0] * load(work.y, 0)
+        x, w = row_of(work.x, 0), omega[0] * row_of(work.y, 0)
         case = case_at_nodes(self, omega, work)
         t, _, drawn = lever_arm(wheel.lever, mode.side, x)
         pull = pull_of(wheel.per_inertia, drawn, 0.0)
@@ -144,30 +154,30 @@ class HungWheel(_HungNumbers, WithWheel, System):
             pushed = pushed - wheel.per_inertia.growth * w
         store(work.d1, 0, -case.phi_rate)
         store(work.d2, 0, pushed * (1.0 / omega[0]))
-        sway, lift = load(nodes.sway), load(nodes.lift)
+        sway, lift = row_of(nodes.sway), row_of(nodes.lift)
         turning = on_case(wheel.per_inertia, pull * t + against)
-        bends = case_bends(self, case, turning, sway, lift, load(nodes.roll_rate))
+        bends = case_bends(self, case, turning, sway, lift, row_of(nodes.roll_rate))
         # Ẏ = −ωX + d₂ and q̈ = ωẎ, so d₂ = q̈/ω + ωX
-        store(work.d2, 1, fma(bends.first, 1.0 / omega[1], omega[1] * load(work.x, 1)))
+        store(work.d2, 1, fma(bends.first, 1.0 / omega[1], omega[1] * row_of(work.x, 1)))
         if isinstance(self.case, AxleNumbers):
-            store(work.d2, 2, fma(bends.second, 1.0 / omega[2], omega[2] * load(work.x, 2)))
+            store(work.d2, 2, fma(bends.second, 1.0 / omega[2], omega[2] * row_of(work.x, 2)))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the wheel leaves the cam, the case turns over, or its axle lifts off."""
         wheel, nodes = wheel_at_nodes(self.wheel, work), work.nodes
-        x = load(work.x, 0)
+        x = row_of(work.x, 0)
         reach, case = largest(x), case_at_nodes(self, omega, work)
         edge = first_below(wheel.range - larger(x, x), work) if reach > wheel.range else NOWHERE
         over = larger(case.phi - case.theta, case.theta)
         edge, slack = min(edge, first_below(OVER - over, work)), NOWHERE
         if isinstance(self.case, AxleNumbers):
-            rate = omega[0] * load(work.y, 0) - case.phi_rate
+            rate = omega[0] * row_of(work.y, 0) - case.phi_rate
             t, _, drawn = lever_arm(wheel.lever, mode.side, x)
             turning = pull_of(wheel.per_inertia, drawn, 0.0) * t
             turning = on_case(
                 wheel.per_inertia, turning + resistance(wheel.per_inertia, rate, mode)
             )
-            sway, lift = load(nodes.sway), load(nodes.lift)
+            sway, lift = row_of(nodes.sway), row_of(nodes.lift)
             # the roll rate enters in gimbals alone, so on an axle any value serves
             bends = case_bends(self, case, turning, sway, lift, 0.0 * x)
             slack = first_below(bends.contact, work)
@@ -176,7 +186,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
 
     def coordinates(self, work: Work) -> Lanes:
         """Return ϑ at the nodes."""
-        return load(work.x, 0)
+        return row_of(work.x, 0)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return ϑ."""
@@ -273,7 +283,7 @@ class HungWheel(_HungNumbers, WithWheel, System):
     def leaves_kink(self, mode: Mode, omega: Omega, planes: object, work: Work) -> bool:
         """Return whether the rate of the wheel keeps its sign throughout, away from the kink."""
         case = case_at_nodes(self, omega, work)
-        return lowest(mode.side * (omega[0] * load(work.y, 0) - case.phi_rate)) > 0.0
+        return lowest(mode.side * (omega[0] * row_of(work.y, 0) - case.phi_rate)) > 0.0
 
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
@@ -311,9 +321,9 @@ def of_case(system: HungWheel, x: Numeric, y: Numeric, u: Numeric, v: Numeric) -
 @inlined
 def case_at_nodes(system: HungWheel, omega: Omega, work: Work) -> CaseState:
     """Return the case at the nodes of a step."""
-    x, y = load(work.x, 1), omega[1] * load(work.y, 1)
+    x, y = row_of(work.x, 1), omega[1] * row_of(work.y, 1)
     if isinstance(system.case, AxleNumbers):
-        return of_case(system, x, y, load(work.x, 2), omega[2] * load(work.y, 2))
+        return of_case(system, x, y, row_of(work.x, 2), omega[2] * row_of(work.y, 2))
     return of_case(system, x, y, x, y)
 
 

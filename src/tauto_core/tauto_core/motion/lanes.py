@@ -47,7 +47,7 @@ def _loaded(out: Emission, rows: Any, number: Any) -> Any:
 
 
 @intrinsic
-def load(out: Emission, array: Any, row: Any = 0) -> Any:
+def row_of(out: Emission, array: Any, row: Any = 0) -> Any:
     """Return row `row` of a C-contiguous float array, or of a field."""
     return out.as_lanes(_loaded(out, array, out.int(row)))
 

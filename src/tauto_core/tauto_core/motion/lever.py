@@ -13,7 +13,7 @@ from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, load, lowest, store
+from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, lowest, row_of, store
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
@@ -300,13 +300,13 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the terms of (P.3) beyond the rotation of the plane."""
-        s, p = load(work.x), omega[0] * load(work.y)
+        s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes: LeverNodes = work.nodes
         hot, at = _at_nodes(self, work), _near_nodes(self.shape, s)
-        alpha_rate = load(nodes.alpha_rate)
+        alpha_rate = row_of(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
-        gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
+        gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
         # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
         pushed = (omega[0] * omega[0]) * s - (hot.kappa * at.w) * gravity
         more = pushed + _turned(self, at, speed, alpha_rate)
@@ -318,21 +318,21 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the geometry, or the thread goes slack."""
-        s, p = load(work.x), omega[0] * load(work.y)
+        s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes: LeverNodes = work.nodes
         at = _near_nodes(self.shape, s)
         a = fma(self.root_j, at.w, at.n)
-        speed = p - load(nodes.alpha_rate) * a
-        gravity = load(nodes.g_up) * at.cosine + load(nodes.g_across) * at.sine
+        speed = p - row_of(nodes.alpha_rate) * a
+        gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
         hot = _at_nodes(self, work)
-        _, tension, _ = _pushed(hot, mode, at, a, speed, load(nodes.alpha_bend), gravity)
+        _, tension, _ = _pushed(hot, mode, at, a, speed, row_of(nodes.alpha_bend), gravity)
         whole = self.shape.whole
         x = (s - whole.middle) * (1.0 / whole.half)
         return beyond_by(tension, 1.0 - x * x, s, work)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return s at the nodes."""
-        return load(work.x)
+        return row_of(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return s."""
@@ -348,7 +348,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether s² + y² exceeds that at all nodes."""
-        x, y = load(work.x), load(work.y)
+        x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from tauto_core.curves.numerics import gauss_rule
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.motion.forcing import Polynomials
-from tauto_core.motion.lanes import SIZE, fma, load, splat, store
+from tauto_core.motion.lanes import SIZE, fma, row_of, splat, store
 from tauto_core.motion.phase import PHASE_DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray
 
@@ -72,7 +72,7 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
         rest[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
     rows = len(turns) // SIZE
     for i in range(rows):
-        c, s = short_cosine_sine(load(rest, i))
+        c, s = short_cosine_sine(row_of(rest, i))
         store(cosine, i, c)
         store(sine, i, s)
     for i in range(SIZE * rows, len(turns)):
@@ -428,11 +428,11 @@ def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
     one, two = splat(0.0), splat(0.0)
     if begin >= 0:
         for i in range(points):
-            one = fma(load(rows, row + i), values[begin + i], one)
-            two = fma(load(rows, row + points + i), rates[begin + i], two)
+            one = fma(row_of(rows, row + i), values[begin + i], one)
+            two = fma(row_of(rows, row + points + i), rates[begin + i], two)
     else:
         for j in range(fitted.shape[1]):
-            one = fma(load(rows, row + j), fitted[-1 - begin, j], one)
+            one = fma(row_of(rows, row + j), fitted[-1 - begin, j], one)
     return one + two
 
 
@@ -461,7 +461,7 @@ def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
     begins = first[k], first[k + 1], first[k + 2], first[k + 3]
     of_values = of_rates = zero, zero, zero, zero
     for i in range(points):
-        by_value, by_rate = load(rows, row + i), load(rows, row + points + i)
+        by_value, by_rate = row_of(rows, row + i), row_of(rows, row + points + i)
         more_values: tuple[Any, ...] = ()
         more_rates: tuple[Any, ...] = ()
         for j in FOUR:

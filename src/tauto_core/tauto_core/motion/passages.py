@@ -21,9 +21,9 @@ from tauto_core.motion.lanes import (
     fma,
     lane,
     largest,
-    load,
     negative,
     ones,
+    row_of,
     splat,
     width,
     with_lane,
@@ -176,7 +176,7 @@ def passages(
     # a wheel at rest in the middle leaves it, and does not pass it
     leaving = abs(old.angle) < AT_REST and abs(old.rate) < AT_REST
     turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
-    last, fractions = 0.0, load(work.fractions)
+    last, fractions = 0.0, row_of(work.fractions)
     for i in range(width(fractions) + 1):
         ends = i == width(fractions)
         xi = min(stop, 1.0) if ends else lane(fractions, min(i, width(fractions) - 1))
@@ -206,7 +206,7 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -
     whether the coordinate was below zero at the beginning of the step.
     """
     # bit i is node i; shifted by one, `less` has the sign at the node before
-    seen, less = negative(load(work.fractions) - before), negative(coordinates)
+    seen, less = negative(row_of(work.fractions) - before), negative(coordinates)
     crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
     count_seen = ones(seen)
     if count_seen > 0:

@@ -31,7 +31,7 @@ from tauto_core.motion.lanes import (
     filled,
     lane,
     largest,
-    load,
+    row_of,
     store,
     width,
     with_lane,
@@ -136,33 +136,33 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
         nodes: ThreadNodes = work.nodes
-        w = omega[0] * load(work.y, 0)
-        rate = w - load(nodes.alpha_rate)
+        w = omega[0] * row_of(work.y, 0)
+        rate = w - row_of(nodes.alpha_rate)
         against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, rate, w)
-        store(work.d2, 0, omega[0] * load(work.x, 0) - against * (1.0 / omega[0]))
-        sine, versine = sine_versine(whole_turns_off(load(nodes.vertical)))
-        fall = load(nodes.gravity) * (1.0 / (self.thread.length * omega[1]))
-        store(work.d2, 1, omega[1] * load(work.x, 1) + fall * sine)
-        store(work.d2, 2, omega[2] * load(work.x, 2) - fall * (1.0 - versine))
+        store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
+        sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
+        fall = row_of(nodes.gravity) * (1.0 / (self.thread.length * omega[1]))
+        store(work.d2, 1, omega[1] * row_of(work.x, 1) + fall * sine)
+        store(work.d2, 2, omega[2] * row_of(work.x, 2) - fall * (1.0 - versine))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the thread tautens in the step, or the weight comes up to the wheel."""
-        gap = margin = filled(load(work.x), 0.0)
+        gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
             radius = self.thread.radius
             if self.on_wheel.heat is not None:
-                radius = lane(load(work.nodes.carried), i)
-            psi = lane(load(work.x, 0), i)
-            x, y = lane(load(work.x, 1), i), lane(load(work.x, 2), i)
+                radius = lane(row_of(work.nodes.carried), i)
+            psi = lane(row_of(work.x, 0), i)
+            x, y = lane(row_of(work.x, 1), i), lane(row_of(work.x, 2), i)
             hangs = _hangs_at(self.thread, radius, psi, x, y)
             gap = with_lane(gap, i, _gap(self.thread, hangs))
             margin = with_lane(margin, i, _margin(self.thread, hangs))
         edge, slack = first_below(margin, work), first_below(gap, work)
-        return Beyond(edge, slack, False, largest(load(work.x, 0)), near_zero(gap))
+        return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
     def coordinates(self, work: Work) -> Lanes:
         """Return u at the nodes; passages are not counted by it."""
-        return load(work.x, 0)
+        return row_of(work.x, 0)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return u."""
@@ -327,33 +327,33 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
         nodes: LeverNodes = work.nodes
-        root_j, alpha_rate = self.lever.root_j, load(nodes.alpha_rate)
-        w, kappa = omega[0] * load(work.y, 0), self.lever.kappa + 0.0 * alpha_rate
+        root_j, alpha_rate = self.lever.root_j, row_of(nodes.alpha_rate)
+        w, kappa = omega[0] * row_of(work.y, 0), self.lever.kappa + 0.0 * alpha_rate
         if self.on_wheel.heat is not None:
-            kappa = load(work.nodes.weight)
+            kappa = row_of(work.nodes.weight)
         against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, w - alpha_rate, w)
         store(work.d1, 0, -alpha_rate)
-        store(work.d2, 0, omega[0] * load(work.x, 0) - against * (1.0 / omega[0]))
-        height = load(work.x, 1)
+        store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
+        height = row_of(work.x, 1)
         sine, versine = sine_versine(whole_turns_off(height * (1.0 / root_j)))
-        gravity = load(nodes.g_up) * (1.0 - versine) + load(nodes.g_across) * sine
+        gravity = row_of(nodes.g_up) * (1.0 - versine) + row_of(nodes.g_across) * sine
         store(work.d1, 1, -(root_j * alpha_rate))
         store(work.d2, 1, omega[1] * height - kappa * gravity * (1.0 / omega[1]))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the thread tautens in the step, or the geometry ends."""
-        gap = margin = filled(load(work.x), 0.0)
+        gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
-            held = _held_at(self.lever, lane(load(work.x, 0), i))
-            height = lane(load(work.x, 1), i)
+            held = _held_at(self.lever, lane(row_of(work.x, 0), i))
+            height = lane(row_of(work.x, 1), i)
             gap = with_lane(gap, i, _above(self.lever, held, height))
             margin = with_lane(margin, i, _within(self.lever, held, height))
         edge, slack = first_below(margin, work), first_below(gap, work)
-        return Beyond(edge, slack, False, largest(load(work.x, 0)), near_zero(gap))
+        return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
     def coordinates(self, work: Work) -> Lanes:
         """Return θ, of the sign of s, at the nodes."""
-        return load(work.x, 0)
+        return row_of(work.x, 0)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return θ, of the sign of s."""

@@ -29,7 +29,7 @@ from tauto_core.motion.gauss_step import (
     fill_integrals,
     inside,
 )
-from tauto_core.motion.lanes import Lanes, larger, largest, load, store, width
+from tauto_core.motion.lanes import Lanes, larger, largest, row_of, store, width
 from tauto_core.motion.slack import ROUNDING, LooseSystem, Tautened, rounding_of
 from tauto_core.motion.system import (
     NOWHERE,
@@ -94,7 +94,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         """Fill the disturbances of the planes' rotation."""
         wheel = wheel_at_nodes(self.wheel, work)
         felt, nodes, per_inertia = self.wheel.felt, work.nodes, wheel.per_inertia
-        x, w = load(work.x, 0), omega[0] * load(work.y, 0)
+        x, w = row_of(work.x, 0), omega[0] * row_of(work.y, 0)
         line_rate = row_or_zero(felt.line, nodes.line_rate)
         gravity = row_or_zero(felt.gravity, nodes.gravity)
         rate = w - line_rate + row_or_zero(felt.tilt, nodes.tilt_rate)
@@ -108,7 +108,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         # no thread pulls the wheel back: ωX cancels the rotation of the plane
         store(work.d2, 0, omega[0] * x - against * (1.0 / omega[0]))
         if self.scale is not None and per_inertia.carried is not None:
-            height = load(work.x, 1)
+            height = row_of(work.x, 1)
             fall = pull_of(per_inertia, height * (1.0 / self.scale), gravity)
             fall = fall * (self.scale / per_inertia.carried)
             store(work.d2, 1, omega[1] * height - fall * (1.0 / omega[1]))
@@ -116,7 +116,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step leaves the cam, or the thread tautens in it."""
         wheel, felt = wheel_at_nodes(self.wheel, work), self.wheel.felt
-        x = load(work.x, 0)
+        x = row_of(work.x, 0)
         reach, edge = largest(x), NOWHERE
         if reach > wheel.range:
             edge = first_below(wheel.range - larger(x, x), work)
@@ -126,7 +126,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             gravity = row_or_zero(felt.gravity, work.nodes.gravity)
             gap = 0.0 * x - pull_of(wheel.per_inertia, lift, gravity) + self.pull_rounding
         else:
-            height = load(work.x, 1)
+            height = row_of(work.x, 1)
             gap = height - self.scale * lift + rounding_of(reach, largest(height))
         return Beyond(edge, first_below(gap, work), False, reach, near_zero(gap))
 
@@ -137,7 +137,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
 
     def coordinates(self, work: Work) -> Lanes:
         """Return ϑ at the nodes."""
-        return load(work.x, 0)
+        return row_of(work.x, 0)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return ϑ."""
@@ -287,8 +287,8 @@ class HeldWheel(_HeldNumbers):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
         self.free.disturb(mode, omega, work)
-        store(work.d1, 0, -(omega[0] * load(work.y, 0)))
-        store(work.d2, 0, omega[0] * load(work.x, 0))
+        store(work.d1, 0, -(omega[0] * row_of(work.y, 0)))
+        store(work.d2, 0, omega[0] * row_of(work.x, 0))
 
 
 class WatchHeld(NamedTuple):

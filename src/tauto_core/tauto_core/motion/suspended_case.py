@@ -26,7 +26,7 @@ from tauto_core.motion.lanes import (
     fma,
     lane,
     larger,
-    load,
+    row_of,
     splat,
     store,
 )
@@ -271,12 +271,12 @@ class SuspendedCase(AxleNumbers, System):
         D = c (B − B′).
         """
         e, c, k, B, B_prime = self
-        q, other = load(work.x, 0), load(work.x, 1)
+        q, other = row_of(work.x, 0), row_of(work.x, 1)
         nodes: CaseNodes = work.nodes
-        rate, other_rate = load(work.y, 0), load(work.y, 1)
+        rate, other_rate = row_of(work.y, 0), row_of(work.y, 1)
         theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
-        sway, lift = load(nodes.sway), load(nodes.lift)
+        sway, lift = row_of(nodes.sway), row_of(nodes.lift)
         contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
             (e, c, k), theta, delta, rates, sway, lift
         )
@@ -297,13 +297,13 @@ class SuspendedCase(AxleNumbers, System):
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the case turns over, or its axle lifts off."""
         nodes: CaseNodes = work.nodes
-        margin = OVER - larger(load(nodes.theta), load(nodes.delta))
-        edge, slack = first_below(margin, work), first_below(load(nodes.contact), work)
+        margin = OVER - larger(row_of(nodes.theta), row_of(nodes.delta))
+        edge, slack = first_below(margin, work), first_below(row_of(nodes.contact), work)
         return Beyond(edge, slack, edge > 1.0, OVER)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return φ at the nodes."""
-        return load(work.nodes.theta) + load(work.nodes.delta)
+        return row_of(work.nodes.theta) + row_of(work.nodes.delta)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return φ."""
@@ -578,9 +578,9 @@ def _move_modes(
             for i in range(parts[p]):
                 driven, lifted, row = splat(0.0), splat(0.0), (table.first[p] + i) * width
                 for j in range(sway.shape[1]):
-                    driven = fma(load(rows, row + j), sway[p, j], driven)
+                    driven = fma(row_of(rows, row + j), sway[p, j], driven)
                 for j in range(lift.shape[1]):
-                    lifted = fma(load(rows, row + j), lift[p, j], lifted)
+                    lifted = fma(row_of(rows, row + j), lift[p, j], lifted)
                 y = add_up(y, frame[0, m], frame[1, m], lane(driven, 0), lane(driven, 1))
                 z = add_up(z, other[0, m], other[1, m], lane(driven, 2), lane(driven, 3))
                 m += 1

@@ -19,8 +19,8 @@ from tauto_core.motion.lanes import (
     filled,
     fma,
     lane,
-    load,
     lowest,
+    row_of,
     store,
     width,
 )
@@ -215,8 +215,8 @@ def outside_at(terms: int, x: float, work: Work) -> Outside:
     """
     even, odd, square = filled(work.piece, 0.0), filled(work.piece, 0.0), x * x
     for j in range(terms - 2, -1, -2):
-        odd = fma(odd, square, load(work.piece, j + 1))
-        even = fma(even, square, load(work.piece, j))
+        odd = fma(odd, square, row_of(work.piece, j + 1))
+        even = fma(even, square, row_of(work.piece, j))
     all_ = fma(odd, x, even)
     hot = None
     if width(work.piece) > SIZE:
@@ -241,7 +241,7 @@ def outside_at(terms: int, x: float, work: Work) -> Outside:
 @inlined
 def nodes_of(place: StepPlace, work: Work) -> Lanes:
     """Return x at the nodes of a step."""
-    return load(work.fractions) * place.size + place.begin
+    return row_of(work.fractions) * place.size + place.begin
 
 
 @inlined
@@ -291,13 +291,13 @@ def hot_at_nodes(work: Work) -> HotNumbers:
     """Return the machine's numbers at the nodes of a step, after `fill_hot`."""
     rows = work.nodes
     return HotNumbers(
-        load(rows.carried),
-        load(rows.force),
-        load(rows.stiffness),
-        load(rows.weight),
-        load(rows.viscous),
-        load(rows.share),
-        load(rows.growth),
+        row_of(rows.carried),
+        row_of(rows.force),
+        row_of(rows.stiffness),
+        row_of(rows.weight),
+        row_of(rows.viscous),
+        row_of(rows.share),
+        row_of(rows.growth),
     )
 
 
@@ -613,5 +613,5 @@ def first_below(values: Lanes, work: Work) -> float:
         return NOWHERE
     for i in range(width(values)):
         if not lane(values, i) > 0.0:
-            return lane(load(work.fractions), i)
+            return lane(row_of(work.fractions), i)
     return NOWHERE

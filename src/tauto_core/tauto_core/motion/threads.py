@@ -15,8 +15,8 @@ from tauto_core.motion.lanes import (
     NumericPair,
     fma,
     largest,
-    load,
     lowest,
+    row_of,
     store,
 )
 from tauto_core.motion.passages import CLEAR
@@ -279,7 +279,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi_bend, delta_bend)
         for p in range(len(omega)):
-            store(work.d2, p, omega[p] * load(work.x, p) + bends[p] * (1.0 / omega[p]))
+            store(work.d2, p, omega[p] * row_of(work.x, p) + bends[p] * (1.0 / omega[p]))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the step winds up the whole thread, or the thread goes slack."""
@@ -288,7 +288,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     def coordinates(self, work: Work) -> Lanes:
         """Return u = ψ − δ at the nodes."""
-        psi, delta = _angles(self, load(work.x, 0), load(work.x, 1))
+        psi, delta = _angles(self, row_of(work.x, 0), row_of(work.x, 1))
         return psi - delta
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
@@ -416,8 +416,8 @@ def _angles(system: Hanging, first: Numeric, second: Numeric) -> NumericPair:
 @inlined
 def _stages(system: Hanging, omega: Omega, work: Work) -> tuple[NumericPair, NumericPair]:
     """Return ψ, δ and their rates at the stages."""
-    angles = _angles(system, load(work.x, 0), load(work.x, 1))
-    return angles, _angles(system, omega[0] * load(work.y, 0), omega[1] * load(work.y, 1))
+    angles = _angles(system, row_of(work.x, 0), row_of(work.x, 1))
+    return angles, _angles(system, omega[0] * row_of(work.y, 0), omega[1] * row_of(work.y, 1))
 
 
 @inlined
@@ -477,12 +477,12 @@ def _at_stages(
     if system.on_wheel.heat is not None:
         system = _with_numbers(system, hot_at_nodes(work))
     nodes: ThreadNodes = work.nodes
-    lean = delta - load(nodes.vertical)
+    lean = delta - row_of(nodes.vertical)
     sine, versine = sine_versine(lean)
-    alpha_rate, gravity = load(nodes.alpha_rate), load(nodes.gravity)
+    alpha_rate, gravity = row_of(nodes.alpha_rate), row_of(nodes.gravity)
     down, across = gravity * (1.0 - versine), gravity * sine
     if system.spring is not None:
-        sine, versine = sine_versine(lean + load(nodes.tilt))
+        sine, versine = sine_versine(lean + row_of(nodes.tilt))
         drawn = system.spring * _risen(system, psi - delta, sine, versine)
         down, across = down + drawn * (1.0 - versine), across + drawn * sine
     drag = drag_on_wheel(system.on_wheel, mode, rates[0] - alpha_rate)

@@ -26,8 +26,8 @@ from tauto_core.motion.lanes import (
     fma,
     larger,
     largest,
-    load,
     lowest,
+    row_of,
     store,
     width,
 )
@@ -182,7 +182,7 @@ def _with_numbers(wheel: Wheel, hot: HotNumbers) -> Wheel:
 @inlined
 def row_or_zero(channel: bool | None, row: FloatArray) -> Lanes:
     """Return a row of the nodes; 0 where its channel is absent."""
-    return 0.0 if channel is None else load(row)
+    return 0.0 if channel is None else row_of(row)
 
 
 # -----------------------------------------------------------------------------
@@ -203,13 +203,13 @@ def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
     exceeds the largest μ|t|·(|γ̈| + resistance) and, where the lever arm shortens, μ|t′|ϑ̇². |ϑ| is
     at most the largest |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
     """
-    per_inertia, felt, x = wheel.per_inertia, wheel.felt, load(work.x)
+    per_inertia, felt, x = wheel.per_inertia, wheel.felt, row_of(work.x)
     zeros = 0.0 * x
     reach = largest(x)
     line_rate = largest(zeros + row_or_zero(felt.line, work.nodes.line_rate))
     line_bend = largest(zeros + row_or_zero(felt.line, work.nodes.line_bend))
     tilt_rate = largest(zeros + row_or_zero(felt.tilt, work.nodes.tilt_rate))
-    rate = omega[0] * largest(load(work.y)) + line_rate + tilt_rate
+    rate = omega[0] * largest(row_of(work.y)) + line_rate + tilt_rate
     pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
     against = line_bend + resistance(per_inertia, rate, ALL_AGAINST)
     if per_inertia.imbalance is not None:
@@ -233,13 +233,15 @@ def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
     """Return whether the step leaves the range: by rough bounds if they are enough."""
     edge, slack, near = NOWHERE, NOWHERE, False
     wheel = wheel_at_nodes(cold, work)
-    reach = largest(load(work.x))
+    reach = largest(row_of(work.x))
     within = reach <= SURELY_WITHIN * wheel.range
     if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
         return Beyond(edge, slack, within, reach)
     felt, nodes = wheel.felt, work.nodes
     line_rate = row_or_zero(felt.line, nodes.line_rate)
-    q, speed = angle_and_speed(wheel, load(work.x), omega[0] * load(work.y), line_rate, mode.side)
+    q, speed = angle_and_speed(
+        wheel, row_of(work.x), omega[0] * row_of(work.y), line_rate, mode.side
+    )
     if largest(q) > wheel.range:
         edge = first_below(wheel.range - larger(q, q), work)
     if wheel.has_weight:
@@ -343,7 +345,7 @@ class Wheel(NamedTuple):
         per_inertia = wheel_at_nodes(self, work).per_inertia
         felt, nodes = self.felt, work.nodes
         square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
-        x, w = load(work.x), omega[0] * load(work.y)
+        x, w = row_of(work.x), omega[0] * row_of(work.y)
         line_rate = row_or_zero(felt.line, nodes.line_rate)
         tilt_rate = row_or_zero(felt.tilt, nodes.tilt_rate)
         gravity = row_or_zero(felt.gravity, nodes.gravity)
@@ -376,7 +378,7 @@ class Wheel(NamedTuple):
 
     def coordinates(self, work: Work) -> Lanes:
         """Return ϑ, or the arc, at the nodes."""
-        return load(work.x)
+        return row_of(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return ϑ, or the arc."""
@@ -408,7 +410,7 @@ class Wheel(NamedTuple):
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether x² + y² exceeds that at all nodes."""
-        x, y = load(work.x), load(work.y)
+        x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
@@ -490,7 +492,7 @@ class Wheel(NamedTuple):
         Then ϑ̇ points away from the kink at the beginning, and passes zero once in a step at most.
         """
         line_rate = row_or_zero(self.felt.line, work.nodes.line_rate)
-        fastest = largest(0.0 * load(work.x) + line_rate)
+        fastest = largest(0.0 * row_of(work.x) + line_rate)
         return mode.side * (omega[0] * planes[0].y) > fastest
 
     def strike(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry
-from tauto_core.motion.lanes import SIZE, load, splat, store, with_lane
+from tauto_core.motion.lanes import SIZE, row_of, splat, store, with_lane
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.ship.kernels import LANES
 
@@ -142,11 +142,11 @@ def fit_values(
         _take(values, first, done, newton, size)
         # two levels of differences in one pass
         for k in range(1, size, 2):
-            before = load(newton, k)
-            one = before - load(newton, k - 1)
+            before = row_of(newton, k)
+            one = before - row_of(newton, k - 1)
             store(newton, k, one)
             for i in range(k + 1, size):
-                now = load(newton, i)
+                now = row_of(newton, i)
                 one_before, one = one, now - before
                 store(newton, i, one - one_before)
                 before = now
@@ -179,24 +179,24 @@ def fit_hermite(
         _take(rates, first, done, ones, points)
         for r in range(SIZE):
             steps[0, r] = step_s[min(done + r, len(rows) - 1)]
-        step, before = load(steps, 0), load(twos, 0)
+        step, before = row_of(steps, 0), row_of(twos, 0)
         store(newton, 0, before)
         for i in range(points):
-            store(ones, i, load(ones, i) * step)
+            store(ones, i, row_of(ones, i) * step)
         for i in range(points - 1):
-            now = load(twos, i + 1)
+            now = row_of(twos, i + 1)
             store(twos, i, now - before)
             before = now
         for k in range(1, size):
-            store(newton, k, load(ones, 0))
+            store(newton, k, row_of(ones, 0))
             per_one, per_two = 1.0 / ((k + 1) // 2), 1.0 / ((k + 2) // 2)
             left = points - (k + 2) // 2
             for i in range(left):
-                one, two = load(ones, i), load(twos, i)
+                one, two = row_of(ones, i), row_of(twos, i)
                 store(ones, i, (two - one) * per_one)
-                store(twos, i, (load(ones, i + 1) - two) * per_two)
+                store(twos, i, (row_of(ones, i + 1) - two) * per_two)
             if k % 2 == 0:
-                store(ones, left, (load(twos, left) - load(ones, left)) * per_one)
+                store(ones, left, (row_of(twos, left) - row_of(ones, left)) * per_one)
         _to_powers(basis, size, newton, powers, done, rows, result)
 
 
@@ -237,14 +237,14 @@ def _to_powers(
         i = j + 1
         left, right = splat(0.0), splat(0.0)
         for k in range(max(fours, j), size):
-            n = load(newton, k)
+            n = row_of(newton, k)
             left, right = left + basis[j, k] * n, right + basis[i, k] * n
         for back in range((fours - j + 3) // 4):
             k = fours - 4 - 4 * back
             b0, b1, b2, b3 = basis[j, k], basis[j, k + 1], basis[j, k + 2], basis[j, k + 3]
             c0, c1, c2, c3 = basis[i, k], basis[i, k + 1], basis[i, k + 2], basis[i, k + 3]
-            n0, n1 = load(newton, k), load(newton, k + 1)
-            n2, n3 = load(newton, k + 2), load(newton, k + 3)
+            n0, n1 = row_of(newton, k), row_of(newton, k + 1)
+            n2, n3 = row_of(newton, k + 2), row_of(newton, k + 3)
             left = left + ((b3 * n3 + b2 * n2) + (b1 * n1 + b0 * n0))
             right = right + ((c3 * n3 + c2 * n2) + (c1 * n1 + c0 * n0))
         store(powers, j, left)

@@ -18,9 +18,9 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    load,
     lowest,
     negative,
+    row_of,
     splat,
     square_root,
     store,
@@ -136,8 +136,8 @@ def _accumulate(
     n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
     for i in range(n):
         one, two = 2 * (strip * n + i), 2 * ((strip + 1) * n + i)
-        c, s = load(table, one), load(table, one + 1)
-        d, t = load(table, two), load(table, two + 1)
+        c, s = row_of(table, one), row_of(table, one + 1)
+        d, t = row_of(table, two), row_of(table, two + 1)
         if value is not None:
             x = _added(x, c, s, d, t, factors[i, 0], factors[i, 1])
         if rate is not None:
@@ -286,7 +286,7 @@ def eight(channel: FloatArray, i: int) -> Any:
     """Return the eight samples from 8 i on, zeros beyond the last."""
     begin, x = SIZE * i, splat(0.0)
     if begin + SIZE <= len(channel):
-        return load(channel, i)
+        return row_of(channel, i)
     for r in range(len(channel) - begin):
         x = with_lane(x, r, channel[begin + r])
     return x
@@ -359,7 +359,7 @@ def vectors(array: FloatArray, i: int, places: tuple[int, ...]) -> tuple[Any, ..
     rows: tuple[Any, ...] = ()
     found: tuple[Any, ...] = ()
     for k in places:
-        rows = (*rows, load(array, len(places) * i + k))
+        rows = (*rows, row_of(array, len(places) * i + k))
     for k in places:
         found = (*found, strided(rows, k, len(places)))
     return found
@@ -457,11 +457,11 @@ def planar_roll(
     """
     rows = len(angle) // SIZE
     for i in range(rows):
-        s, c = half_angles(0.5 * load(angle, i))
+        s, c = half_angles(0.5 * row_of(angle, i))
         # 0.0 replaces the other terms of quaternion and angular velocity
         _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
         if rate is not None:
-            store(rate, i, load(turning, i) + 0.0)
+            store(rate, i, row_of(turning, i) + 0.0)
     s, c = half_angles(0.5 * eight(angle, rows))
     for r in range(len(angle) - SIZE * rows):
         x, w = lane(s, r), lane(c, r)
@@ -574,13 +574,13 @@ def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
     narrow, whole, reach = abs(last) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
     rows = len(angle) // SIZE
     for i in range(rows):
-        reach = larger(reach, load(angle, i))
+        reach = larger(reach, row_of(angle, i))
     for i in range(SIZE * rows, len(angle)):
         narrow &= abs(angle[i]) < 0.5 * math.pi
     if narrow and largest(reach) < 0.5 * math.pi and len(angle):
         last = angle[-1]
         for i in range(rows):
-            store(angle, i, load(angle, i) + whole)
+            store(angle, i, row_of(angle, i) + whole)
         for i in range(SIZE * rows, len(angle)):
             angle[i] += whole
         return turns, last

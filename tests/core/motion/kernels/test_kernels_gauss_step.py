@@ -25,7 +25,7 @@ from tauto_core.motion.gauss_step import (
     finish,
     make_work,
 )
-from tauto_core.motion.lanes import filled, load, store
+from tauto_core.motion.lanes import filled, row_of, store
 
 OMEGA = 1.0, 1.7
 
@@ -39,14 +39,14 @@ class Coupled(NamedTuple):
     def disturb(self, mode: Any, omega: Any, work: Any) -> None:
         planes = len(omega)
         last = planes - 1
-        first_x, last_x = load(work.x), load(work.x, last)
+        first_x, last_x = row_of(work.x), row_of(work.x, last)
         for p in range(planes):
             slope = filled(work.x, 0.0)
             if p == 0:
                 slope = slope + (2.0 * self.coupling) * (first_x * last_x)
             if p == last:
                 slope = slope + self.coupling * (first_x * first_x - last_x * last_x)
-            resisted = self.damping * load(work.y, p)
+            resisted = self.damping * row_of(work.y, p)
             store(work.d1, p, filled(work.d1, 0.0))
             store(work.d2, p, -(resisted + slope / omega[p]))
 

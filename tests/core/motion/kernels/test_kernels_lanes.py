@@ -20,10 +20,10 @@ from tauto_core.motion.lanes import (
     lane,
     larger,
     largest,
-    load,
     lowest,
     negative,
     ones,
+    row_of,
     splat,
     square_root,
     store,
@@ -43,7 +43,7 @@ OPERATORS = {
 @compiled
 def _operate(rows, x, n, out):
     """Every operator of rows 0 and 1 with each other, the float x and the integer n."""
-    a, b = load(rows, 0), load(rows, 1)
+    a, b = row_of(rows, 0), row_of(rows, 1)
     store(out, 0, a + b)
     store(out, 1, a + x)
     store(out, 2, x + a)
@@ -70,7 +70,7 @@ def _operate(rows, x, n, out):
 @compiled
 def _rearrange(rows, x, i, out, numbers):
     """All that is no operator; `numbers` takes what is one float."""
-    a, b, c = load(rows, 0), load(rows, 1), load(rows, 2)
+    a, b, c = row_of(rows, 0), row_of(rows, 1), row_of(rows, 2)
     store(out, i, c)
     store(out, 16, filled(a, x))
     store(out, 17, with_lane(a, i, x))
@@ -95,7 +95,7 @@ def _rearrange(rows, x, i, out, numbers):
 def _fold(rows, out):
     """Rows of a matrix, then two of weights, then room for two more."""
     many = width(rows) // 2 + 1
-    both = folded_both(rows, 0, many + 2, load(rows, many), load(rows, many + 1))
+    both = folded_both(rows, 0, many + 2, row_of(rows, many), row_of(rows, many + 1))
     store(out, 0, both[0])
     store(out, 1, both[1])
 
@@ -103,11 +103,11 @@ def _fold(rows, out):
 @compiled
 def _tell(rows, numbers, counts):
     """What is told of lanes in whole numbers."""
-    counts[0] = negative(load(rows, 0))
+    counts[0] = negative(row_of(rows, 0))
     counts[1] = ones(counts[0])
     counts[2] = width(rows)
     numbers[0] = rows[width(rows) + 1]
-    store(rows, 1, load(rows, 0) + 1.0)
+    store(rows, 1, row_of(rows, 0) + 1.0)
 
 
 @entry
@@ -153,7 +153,7 @@ def tell_wide(record, numbers, counts):
 @entry
 def fill_eight(x, out):
     store(out, 0, splat(x))
-    store(out, 1, load(out) + 1.0)
+    store(out, 1, row_of(out) + 1.0)
 
 
 def of_record(kernel, out_at):

@@ -18,7 +18,7 @@ from tauto_core.motion.gauss_step import (
     sum_exactly,
     twofold_rotation,
 )
-from tauto_core.motion.lanes import load, store
+from tauto_core.motion.lanes import row_of, store
 
 
 @entry
@@ -38,10 +38,10 @@ def twofold(rate, time, out):
 def functions(angle, angles, out, lanes):
     out[0], out[1] = sine_versine(angle)
     out[2], out[3] = rotation(2.0 * angle)
-    s, v = sine_versine(load(angles, 0))
+    s, v = sine_versine(row_of(angles, 0))
     store(lanes, 0, s)
     store(lanes, 1, v)
-    c, s = rotation(2.0 * load(angles, 0))
+    c, s = rotation(2.0 * row_of(angles, 0))
     store(lanes, 2, c)
     store(lanes, 3, s)
 
