@@ -13,8 +13,10 @@ text a quotient ends where the reader sees it. Words stay words. */
   const escape = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
   const row = (inner) => '<mrow>' + inner + '</mrow>';
   const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet][alphabet.indexOf(c)]).join('');
+  // Euler writes products without signs, such as zzdz
+  const isProduct = (run) => /^[a-hkmnpqstvxz]+$/.test(run) && /d[dpstxz]|(.)\1|mn/.test(run);
   const isWords = (text) => !/[=√∫]/.test(text) &&
-    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
+    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word) && !isProduct(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
 
   // the end of a bracket that opens at a place
   const closing = (text, open) => {
@@ -38,12 +40,12 @@ text a quotient ends where the reader sees it. Words stay words. */
     const atom = () => {
       const letter = /^[A-Za-z\u0370-\u03ff]/.test(text[k]);
       if (letter) {
-        const word = take(/^(?:or|at|as|the|of|to|from|with|day|rad)(?![A-Za-z\u0300-\u036f(_^])/);
+        const word = take(/^(?:or|at|as|the|of|to|from|with|by|for|here|day|rad)(?![A-Za-z\u0300-\u036f(_^])/);
         if (word) return '<mtext>' + word + '</mtext>';
         const run = text.slice(k).match(/^[A-Za-z]+/)?.[0] ?? '';
         const name = [...FUNCTIONS].find((each) => run === each);
         if (name) { k += name.length; return '<mi>' + name + '</mi>'; }
-        if (run.length > 3) { k += run.length; return '<mtext>' + run + '</mtext>'; }
+        if (run.length > 3 && !isProduct(run)) { k += run.length; return '<mtext>' + run + '</mtext>'; }
         if (run === 'dln') { k += 3; return '<mi>d</mi><mspace width="0.1em"/><mi>ln</mi>'; }
         const base = '<mi>' + text[k++] + '</mi>';
         const over = ACCENTS[text[k]];
@@ -124,7 +126,8 @@ text a quotient ends where the reader sees it. Words stay words. */
 
   for (const marked of document.querySelectorAll('.md-typeset em')) {
     const text = marked.textContent;
-    if (isWords(text) || /^[a-z]{2,}\.?$/.test(text)) continue;
+    if (isWords(text) || /^(?:as|at|be|by|do|in|is|it|no|of|on|or|to)$/.test(text)) continue;
+    if (/^[a-z]{3,}\.?$/.test(text) && !isProduct(text)) continue;
     const formula = document.createElement('span');
     formula.className = 'formula';
     formula.innerHTML = pieces(text).map((piece) => math(piece, false)).join(' ');

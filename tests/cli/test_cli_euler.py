@@ -20,7 +20,7 @@ def test_json_holds_every_claim_in_order() -> None:
     assert result.exit_code == 0, result.stderr
     printed = json.loads(result.stdout)['claims']
     claims = all_claims()
-    assert [each['claim'] for each in printed] == [claim.claim for claim in claims]
+    assert [each['claim'] for each in printed] == [claim.said for claim in claims]
     assert [each['paper'] for each in printed] == sorted(each['paper'] for each in printed)
     for each, claim in zip(printed, claims, strict=True):
         assert each['verdict'] == claim.expected
@@ -40,8 +40,8 @@ def test_the_words_keep_corrections_and_reasons(monkeypatch: pytest.MonkeyPatch)
     assert f'claims: {count["holds"]} hold as they stand, {count["corrected"]} once cor' in text
     assert 'none were compared' in text
     for claim in all_claims():
-        assert ' '.join(claim.claim.split()) in text
-        assert ' '.join(claim.because.split()) in text
+        assert ' '.join(claim.said.split()) in text
+        assert ' '.join(claim.reason.split()) in text
         assert ' '.join(claim.must.split()) in text
     assert 'B §23, 31' in text
 

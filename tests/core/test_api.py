@@ -373,7 +373,7 @@ def test_a_bag_is_checked_and_recovered(sailed: tauto.Voyage, tmp_path: Path) ->
 def test_claims_are_those_of_the_command() -> None:
     found = tauto.claims()
     printed = json.loads(CliRunner().invoke(app, ['euler', '--json']).stdout)['claims']
-    assert [each.claim for each in found] == [each['claim'] for each in printed]
+    assert [each.said for each in found] == [each['claim'] for each in printed]
     assert [each.verdict for each in found] == [each['verdict'] for each in printed]
 
 

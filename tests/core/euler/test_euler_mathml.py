@@ -7,11 +7,19 @@ from xml.etree import ElementTree
 
 import pytest
 
+from tauto_core.euler.figures import PLATES
 from tauto_core.euler.mathml import mathml
-from tauto_core.euler.page import all_claims
+from tauto_core.euler.page import EDITIONS, all_claims
 
 FORMULAS = sorted({each for c in all_claims() for each in (c.stands, c.must, c.adds) if each})
-DIGITS = str.maketrans('²³⁴⁵⁶⁷⁸⁹', '23456789')
+DIGITS = str.maketrans('⁰¹²³⁴⁵⁶⁷⁸⁹', '0123456789')
+SENTENCES = [
+    *(each for c in all_claims() for each in (c.claim, c.because)),
+    *(words for e in EDITIONS for p in e.paragraphs for words in (p.argues, p.found, p.lacks)),
+    *(figure.caption for edition in EDITIONS for figure in edition.figures),
+    *(plate.caption for plate in PLATES),
+]
+INLINE = sorted({each for words in SENTENCES for each in words.split('*')[1::2]})
 
 
 def _letters(text: str) -> str:
@@ -20,9 +28,22 @@ def _letters(text: str) -> str:
 
 
 def test_every_letter_of_every_formula_is_there_in_its_order() -> None:
-    for formula in FORMULAS:
-        found = ''.join(_read(formula).itertext())
+    for formula in (*FORMULAS, *INLINE):
+        found = ''.join(_read(formula).itertext()).replace('¨', '\u0308')
+        # ẅ is one character, θ̈ two
         assert _letters(found) == _letters(formula), formula
+
+
+def test_formulas_in_sentences_are_marked() -> None:
+    """Greek letters, roots, signs, powers and single letters but a and I give them away."""
+    assert len(INLINE) > 150
+    for words in SENTENCES:
+        pieces = words.split('*')
+        assert len(pieces) % 2 == 1, words
+        left = '0'.join(pieces[::2])
+        # Euler's paragraphs have Roman numerals, and quantities units
+        left = re.sub(r'^[IVXLC–-]+[:,]|Tab\. [IV]+|(?<=[\d.]) (?:s|m|g)\b|s a day', '', left)
+        assert not re.findall(r"[α-ωϑΓ-Ω√∫²³⁴=]|(?<![\w’'])[b-hj-zB-HJ-Z]\b", left), words
 
 
 @pytest.mark.parametrize(

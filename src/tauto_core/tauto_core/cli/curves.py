@@ -379,8 +379,8 @@ def euler(
     wrong = [claim for claim in claims if claim.verdict != claim.expected]
     for claim in wrong:
         typer.echo(
-            f'tauto: {claim.paper} §{claim.paragraph}, {claim.claim}: {claim.verdict} (off by '
-            f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
+            f'tauto: {claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} '
+            f'(off by {claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
             f'{claim.expected}. Look for the fault in what was computed',
             err=True,
         )
@@ -393,7 +393,7 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
     return {
         'paper': claim.paper,
         'paragraph': claim.paragraph,
-        'claim': claim.claim,
+        'claim': claim.said,
         'stands': claim.stands or None,
         'value': claim.value if math.isfinite(claim.value) else None,
         'computed': claim.computed,
@@ -404,14 +404,15 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
         'must': claim.must or None,
         'must_value': claim.must_value,
         'adds': claim.adds or None,
-        'because': claim.because or None,
+        'because': claim.reason or None,
     }
 
 
 def claim_lines(claim: Claim, width: int) -> list[str]:
     """Return a claim in lines: words and verdict, the formula as it stands, and its fault."""
     head = f'{claim.paper} §{claim.paragraph}'
-    lines = wrap(f'{head:<12} {claim.verdict:<9} {claim.claim}', width, subsequent_indent=_INDENT)
+    words = f'{head:<12} {claim.verdict:<9} {claim.said}'
+    lines = wrap(words, width, subsequent_indent=_INDENT)
     value = f' = {claim.value:.9g}' if math.isfinite(claim.value) else ''
     said = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
     if claim.must:
@@ -421,6 +422,6 @@ def claim_lines(claim: Claim, width: int) -> list[str]:
     said.append(f'computed: {claim.computed:.9g}')
     if math.isfinite(claim.difference):
         said.append(f'off by {claim.difference:.1e}')
-    for words in ('; '.join(said), claim.because):
+    for words in ('; '.join(said), claim.reason):
         lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
     return lines

@@ -208,14 +208,14 @@ def _equations() -> list[Claim]:
             'cos. θ = (x − (a − b) cos. θ)/c',
             math.cos(THETA), (float(centre.real) - E * math.cos(THETA)) / C, TIGHT,
             'cos. Φ = (x − (a − b) cos. θ)/c', math.cos(PHI),
-            'the angle of the body is Φ; θ is that of the contact', 'corrected',
+            'the angle of the body is *Φ*; *θ* is that of the contact', 'corrected',
         ),
         _claim(
-            '8-10', 'the equations of motion are exact at any angles: θ̈ far from rest',
+            '8-10', 'the equations of motion are exact at any angles: *θ̈* far from rest',
             'ddx sin. θ − ddy cos. θ = 2gdt² sin. θ', float(euler[0]), float(true[0]), TIGHT,
         ),
         _claim(
-            '8-10', 'and Φ̈',
+            '8-10', 'and *Φ̈*',
             'c sin. (Φ − θ)(ddx cos. θ + ddy sin. θ) = kkddΦ + 2gcdt² cos. θ sin. (Φ − θ)',
             float(euler[1]), float(true[1]), TIGHT,
         ),
@@ -225,11 +225,11 @@ def _equations() -> list[Claim]:
             float(centre.real), TIGHT,
         ),
         _claim(
-            '12-13', 'small swings: θ̈', '(eddθ + cddΦ)/dt² = −2gθ',
+            '12-13', 'small swings: *θ̈*', '(eddθ + cddΦ)/dt² = −2gθ',
             (-G * theta - C * bend) / E, turn, TIGHT,
         ),
         _claim(
-            '12-13', 'small swings: Φ̈', 'kkddΦ/dt² = −2gc(Φ − θ)',
+            '12-13', 'small swings: *Φ̈*', 'kkddΦ/dt² = −2gc(Φ − θ)',
             -G * C * (phi - theta) / K**2, bend, TIGHT,
         ),
     ]  # fmt: skip
@@ -244,18 +244,18 @@ def _first_solution() -> list[Claim]:
     shifted = ((a - b * C) * THETA + b * C * PHI) / d
     z = (E * THETA * (f + root) + (own + C * root) * PHI) / tied
     z_prime = (E * THETA * (f - root) + (own - C * root) * PHI) / tied
-    lost_c = 'a length is added to an area; §16 has the c before the root'
+    lost_c = 'a length is added to an area; §16 has the *c* before the root'
     quarter = 0.5 * time_to_rest(true.B)
     rising = float(quad(lambda x: 1.0 / math.sqrt(1.0 - x * x), 0.0, 0.5, epsrel=1e-13)[0])
     return [
         _claim(
-            '15', 'θ from Dz = (A − Bc)θ + BcΦ', 'θ = Dz/A − BcΦ/Bc',
+            '15', '*θ* from *Dz = (A − Bc)θ + BcΦ*', 'θ = Dz/A − BcΦ/Bc',
             d * shifted / a - PHI, THETA, TIGHT,
             'θ = Dz/(A − Bc) − BcΦ/(A − Bc)', (d * shifted - b * C * PHI) / (a - b * C),
-            'the divisor A − Bc is torn in two', 'corrected',
+            'the divisor *A − Bc* is torn in two', 'corrected',
         ),
         _claim(
-            '17-20', 'length of the slow mode, first solution, 2f = c + e − kk/c',
+            '17-20', 'length of the slow mode, first solution, *2f = c + e − kk/c*',
             'b = ekk/(kk + cf − √(ff + kk))',
             tied / (own - root), true.b, TIGHT,
             'b = ekk/(kk + cf − c√(ff + kk))', tied / (own - C * root), lost_c, 'corrected',
@@ -266,13 +266,13 @@ def _first_solution() -> list[Claim]:
             'b′ = ekk/(kk + cf + c√(ff + kk))', tied / (own + C * root), lost_c, 'corrected',
         ),
         _claim(
-            '19', 'the sum of both solutions, as an equation for θ',
+            '19', 'the sum of both solutions, as an equation for *θ*',
             'θ + Φ(ef + kk)/ef = (cΦ/f)(kk/z′)(z + z′)',
             C * PHI / f * K * K / z_prime * (z + z_prime) - PHI * (E * f + K * K) / (E * f),
             THETA, TIGHT,
             'θ + Φ(cf + kk)/ef = (kk/2f)(z + z′)',
             K * K / (2.0 * f) * (z + z_prime) - PHI * (C * f + K * K) / (E * f),
-            'e for c, and a garbled factor', 'corrected',
+            '*e* for *c*, and a garbled factor', 'corrected',
         ),
         _claim(
             '19', 'their difference, likewise', 'θ + cΦ/e = kk(z − z′)/2√(ff + kk)',
@@ -292,12 +292,12 @@ def _first_solution() -> list[Claim]:
             '20', 'element of time, here from the middle to the end of a swing',
             'gdz²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / (0.5 * G)), quarter,
             CLOSE, '2gdt²/b = dz²/(αα − zz)', 0.5 * math.pi * math.sqrt(true.b / G),
-            'the 2 of 2g is lost, and dz² stands for dt²', 'corrected',
+            'the 2 of *2g* is lost, and *dz²* stands for *dt²*', 'corrected',
         ),
         _claim(
-            '20', 'its integral, here up to z = α/2 with α = 1', 't√(2g/b) = α sin. z/α',
+            '20', 'its integral, here up to *z = α/2* with *α = 1*', 't√(2g/b) = α sin. z/α',
             math.sin(0.5), rising, TIGHT, 't√(2g/b) = arc. sin. z/α', math.asin(0.5),
-            'the sine is taken of t√(2g/b), as in the next line', 'corrected',
+            'the sine is taken of *t√(2g/b)*, as in the next line', 'corrected',
         ),
         _claim(
             '21', 'frequency of the fast mode', 'z′ = α′ sin. (t√(2g′/b′) + δ′)',
@@ -320,16 +320,16 @@ def _second_solution() -> list[Claim]:
             '23', 'angular acceleration of the contact', '(eddθ + cddΦ)/gdt² = −θ',
             (-0.5 * G * theta - C * bend) / E, turn, TIGHT,
             '(eddθ + cddΦ)/2gdt² = −θ', (-G * theta - C * bend) / E,
-            'the 2 of 2g is lost; §13 has it', 'corrected',
+            'the 2 of *2g* is lost; §13 has it', 'corrected',
         ),
         _claim(
             '23', 'angular acceleration of the body', 'kkddΦ/gdt² = −cΦ + eθ',
             0.5 * G * (E * theta - C * phi) / K**2, bend, TIGHT,
             'kkddΦ/2gdt² = −cΦ + cθ', G * (C * theta - C * phi) / K**2,
-            'e for c, and the 2 of 2g is lost; §13 has both', 'corrected',
+            '*e* for *c*, and the 2 of *2g* is lost; §13 has both', 'corrected',
         ),
         _claim(
-            '27', 'tilt of the body in the slow mode, f = (kk + cc − ce)/2c',
+            '27', 'tilt of the body in the slow mode, *f = (kk + cc − ce)/2c*',
             'B = f + √(ff + ce)', f + root, true.B, TIGHT,
         ),
         _claim(
@@ -374,7 +374,7 @@ def _from_rest() -> list[Claim]:
             '32', 'angular velocity of the body', 'ν = −R√(2g/b) + α′B′√(2g/b′)',
             math.nan, SPIN, TIGHT,
             'ν = αB√(2g/b) + α′B′√(2g/b′)', alpha * true.B * slow + other * true.B_prime * fast,
-            'R for αB; the next line has αB', 'corrected',
+            '*R* for *αB*; the next line has *αB*', 'corrected',
         ),
         _claim(
             '32', 'the push, divided between the modes: slow',
@@ -397,15 +397,15 @@ def _regular() -> list[Claim]:
     point, simple = true_modes(E, C, 0.0), np.linalg.eigvals(np.array([[0.0, C], [0.0, C]]))
     return [
         _claim(
-            '33-35', 'a motion in one mode stays in that mode: Φ after half a period',
+            '33-35', 'a motion in one mode stays in that mode: *Φ* after half a period',
             '', -float(start[1]), float(linear_motion(E, start, time)[1]), CLOSE,
             adds='Φ : θ = B : c always',
         ),
-        _claim('36', 'a simple pendulum, k = e = 0', 'b = c', C, float(np.max(simple)), TIGHT),
+        _claim('36', 'a simple pendulum, *k = e = 0*', 'b = c', C, float(np.max(simple)), TIGHT),
         _claim(
-            '36', 'f of a body without extent, k = 0', 'f = c/2 = e', 0.5 * C,
+            '36', '*f* of a body without extent, *k = 0*', 'f = c/2 = e', 0.5 * C,
             0.5 * (point.B + point.B_prime), TIGHT,
-            'f = (c − e)/2', 0.5 * (C - E), 'the minus has become =', 'corrected',
+            'f = (c − e)/2', 0.5 * (C - E), 'the minus has become *=*', 'corrected',
         ),
         _claim('36', 'and its length', 'b = c + e', C + E, point.b, TIGHT),
     ]  # fmt: skip
@@ -418,18 +418,18 @@ def _plane() -> list[Claim]:
     drift = small_motion(body, AxleState(0.0, 0.0, 0.2, 0.0), 3.0)
     return [
         _claim(
-            '37', 'on a plane, e → ∞: the term of k in ff, over f = e/2, is the length of the '
-                  'fast mode', 'ekkk/2c',
-            K**3 / C, fast, TIGHT, 'ekk/2c', K**2 / C, 'one k too many', 'corrected',
+            '37', 'on a plane, *e → ∞*: the term of *k* in *ff*, over *f = e/2*, is the length '
+                  'of the fast mode', 'ekkk/2c',
+            K**3 / C, fast, TIGHT, 'ekk/2c', K**2 / C, 'one *k* too many', 'corrected',
         ),
-        _claim('37', 'on a nearly flat support, e = 10 km', 'b = c + e', 1e4 + C, far.b, 1e-8),
+        _claim('37', 'on a nearly flat support, *e = 10* km', 'b = c + e', 1e4 + C, far.b, 1e-8),
         _claim(
-            '37', 'on a plane a push moves the axle on without swinging: s = eθ after 3 s', '',
+            '37', 'on a plane a push moves the axle on without swinging: *s = eθ* after 3 s', '',
             0.6, float(np.asarray(drift.arc)), TIGHT, adds='s = nt, Φ = 0',
         ),
         _claim('38', 'length of the fast mode on a plane', 'b = kk/c', K * K / C, fast, TIGHT),
         _claim(
-            '38', 'the same on a nearly flat support, to first order in c/e', '',
+            '38', 'the same on a nearly flat support, to first order in *c/e*', '',
             K * K / C * (1.0 - C / 1e4), far.b_prime, 1e-8,
             expected='added', adds='b′ = (kk/c)(1 − c/e)', euler=False,
         ),
@@ -455,7 +455,7 @@ def _periods() -> list[Claim]:
             math.pi * math.sqrt(b_prime / G), time_to_rest(true.B_prime), CLOSE,
         ),
         _claim(
-            '42', 'both lengths without f: the slow mode',
+            '42', 'both lengths without *f*: the slow mode',
             'b = (kk + cc + ce)/2c + (1/2c)√(k⁴ + 2ckk(c − e) + cc(c + e)²)',
             b, true.b, TIGHT,
         ),
@@ -479,16 +479,16 @@ def _any_motion() -> list[Claim]:
     path = E * C * float(np.sum(pushed * np.sin(rates * TIME)))
     return [
         _claim(
-            '43', 'any small motion is the sum of both modes: Φ after half a second',
+            '43', 'any small motion is the sum of both modes: *Φ* after half a second',
             'Φ = α(b − e) sin. (t√(2g/b) + δ) + α′(b′ − e) sin. (t√(2g/b′) + δ′)',
             float(shapes[1] @ swung), float(after[1]), CLOSE,
         ),
         _claim(
-            '44', 'path of the axle, s = eθ, after a push from equilibrium',
+            '44', 'path of the axle, *s = eθ*, after a push from equilibrium',
             's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = ae′, β′ = a′e',
             math.nan, E * float(pushed_motion(TIME)[0]), CLOSE,
             's = βc sin. t√(2g/b) + β′c sin. t√(2g/b′), β = αe, β′ = α′e', path,
-            'a for α, and a misplaced prime', 'corrected',
+            '*a* for *α*, and a misplaced prime', 'corrected',
         ),
     ]  # fmt: skip
 
@@ -497,12 +497,12 @@ def _convex() -> list[Claim]:
     i = 0.5
     true = true_modes(-i, C, K)
     as_stands, right = _lengths(-i, C, K, 2), _lengths(-i, C, K)
-    fourth = 'k² under the root is no area squared; §42 has k⁴'
+    fourth = '*k²* under the root is no area squared; §42 has *k⁴*'
     rate, ratio = math.sqrt(-G / right[1]), (right[1] + i) / C
     after = linear_motion(-i, np.array([0.0, 0.0, 1e-3 * rate, 1e-3 * rate * ratio]), TIME)
     return [
         _claim(
-            '45', 'on a convex support of radius i, −i for e: the mode that swings',
+            '45', 'on a convex support of radius *i*, *−i* for *e*: the mode that swings',
             'b = (kk + cc − ci)/2c + (1/2c)√(k² + 2ckk(c + i) + cc(c − i)²)',
             as_stands[0], max(true.b, true.b_prime), TIGHT,
             'b = (kk + cc − ci)/2c + (1/2c)√(k⁴ + 2ckk(c + i) + cc(c − i)²)', right[0],
@@ -521,7 +521,7 @@ def _convex() -> list[Claim]:
             1.0, part_that_falls(), 0.0, adds='bb′ = −ikk/c < 0: it is certain',
         ),
         _claim(
-            '47', 'how it falls: s/i half a second after a push', '',
+            '47', 'how it falls: *s/i* half a second after a push', '',
             1e-3 * math.sinh(rate * TIME), float(after[0]), CLOSE,
             expected='added', adds='α′c sinh t√(−2g/b′)', euler=False,
         ),
@@ -533,11 +533,11 @@ def _cradle() -> list[Claim]:
     true = true_modes(e, c, k)
     above = np.linalg.eigvals(np.array([[e, -c], [e, -c - k * k / c]]))
     as_stands, right = _lengths(e, c, k, 2), _lengths(e, c, k)
-    fourth = 'k² under the root is no area squared, and h stands for b; §42 has k⁴'
+    fourth = '*k²* under the root is no area squared, and *h* stands for *b*; §42 has *k⁴*'
     return [
         _claim(
-            '49', 'a cradle with its centre of gravity above C, the centre of its rockers, does '
-                  'not rock: one of its lengths is negative', '',
+            '49', 'a cradle with its centre of gravity above *C*, the centre of its rockers, '
+                  'does not rock: one of its lengths is negative', '',
             min(_lengths(e, -c, k)), float(np.min(above)), TIGHT, adds='§42 with −c for c',
         ),
         _claim(

@@ -265,22 +265,23 @@ _K = Control('k, m', (0.05, 0.1, 0.15, 0.2), begin=2)
 FIGURES = (
     EulerFigure(
         'Tab. IV, 3',
-        'The body from the front: the axle AABB on its two supports, the mass EDF, the centre of '
-        'gravity G at the distance c from the axis, and IK through G.',
+        'The body from the front: the axle *AABB* on its two supports, the mass *EDF*, the '
+        'centre of gravity *G* at the distance *c* from the axis, and *IK* through *G*.',
         _figure_3,
         (_C,),
     ),
     EulerFigure(
         'Tab. IV, 4',
-        'At rest, seen along the axle: the hollow support MAN about O with the radius a, the axle '
-        'AB of the radius b = 50 mm about C. Dashed: the circle of gyration about G.',
+        'At rest, seen along the axle: the hollow support *MAN* about *O* with the radius *a*, '
+        'the axle *AB* of the radius *b = 50* mm about *C*. Dashed: the circle of gyration about'
+        ' *G*.',
         _figure_4,
         (Control('e, m', (0.01, 0.03, 0.1, 0.2, 0.3), begin=2), _C, _K),
     ),
     EulerFigure(
         'Tab. IV, 5',
-        'In motion: c is the centre of the axle, a the contact, g the centre of gravity; gc meets '
-        'the vertical in h. e = 0.1 m, c = 0.3 m, k = 0.15 m.',
+        'In motion: *c* is the centre of the axle, *a* the contact, *g* the centre of gravity; '
+        '*gc* meets the vertical in *h*. *e = 0.1* m, *c = 0.3* m, *k = 0.15* m.',
         _figure_5,
         (
             Control('motion', (0.0, 1.0, 2.0), begin=0, names=_MOTIONS),
@@ -289,7 +290,8 @@ FIGURES = (
     ),
     EulerFigure(
         'Tab. IV, 6',
-        'On a plane without friction: the axle is aside by ac, g stays in the vertical of A.',
+        'On a plane without friction: the axle is aside by *ac*, *g* stays in the vertical of '
+        '*A*.',
         _figure_6,
         (
             Control('Φ, rad', tuple(round(0.15 * each, 2) for each in range(-4, 5)), begin=6),
@@ -299,15 +301,15 @@ FIGURES = (
     ),
     EulerFigure(
         'Tab. V, 1',
-        'The convex support MAN about O, below the axle: OC = i. The axle is drawn where it falls '
-        'from the support, in the mode b′.',
+        'The convex support *MAN* about *O*, below the axle: *OC = i*. The axle is drawn where '
+        'it falls from the support, in the mode *b′*.',
         _figure_v_1,
         (Control('i, m', (0.15, 0.2, 0.25), begin=1), _C, _K),
     ),
     EulerFigure(
         'Tab. V, 2',
-        'The cradle on a hollow floor MAN about O; C is the centre of its rockers, here of the '
-        'radius 0.5 m. A negative c has the centre of gravity above C.',
+        'The cradle on a hollow floor *MAN* about *O*; *C* is the centre of its rockers, here of'
+        ' the radius 0.5 m. A negative *c* has the centre of gravity above *C*.',
         _figure_v_2,
         (
             Control('e, m', (0.4, 0.7, 1.0), begin=1),
@@ -341,8 +343,8 @@ _PARAGRAPHS = (
     Paragraph(
         '1',
         'A pendulum is made of a cylindrical axle and a body of any shape fixed to its middle. '
-        'What matters are the distance c of the centre of gravity from the axis, the mass M, and '
-        'the moment of inertia Mkk about the line IK through that centre.',
+        'What matters are the distance *c* of the centre of gravity from the axis, the mass *M*,'
+        ' and the moment of inertia *Mkk* about the line *IK* through that centre.',
         (_OWN,),
         ('Tab. IV, 3',),
     ),
@@ -355,29 +357,30 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '3',
-        'At rest the axle, of the radius b, lies at the lowest point A of a hollow support with '
-        'the centre O and the radius a. The centre of gravity then lies below O, C and A.',
+        'At rest the axle, of the radius *b*, lies at the lowest point *A* of a hollow support '
+        'with the centre *O* and the radius *a*. The centre of gravity then lies below *O*, *C* '
+        'and *A*.',
         (_OWN,),
         ('Tab. IV, 4',),
     ),
     Paragraph(
         '4',
-        'A push gives the centre of gravity a small velocity n and the body a small angular '
-        'velocity ν. The motion that follows is sought.',
+        'A push gives the centre of gravity a small velocity *n* and the body a small angular '
+        'velocity *ν*. The motion that follows is sought.',
         (_PUSHED,),
     ),
     Paragraph(
         '5',
-        'After a time t the contact is at a, seen from O at the angle θ, and the body is tilted '
-        'by Φ. Four equations join these angles with the coordinates x and y of the centre of '
-        'gravity.',
+        'After a time *t* the contact is at *a*, seen from *O* at the angle *θ*, and the body is'
+        ' tilted by *Φ*. Four equations join these angles with the coordinates *x* and *y* of '
+        'the centre of gravity.',
         (_LARGE,),
         ('Tab. IV, 5',),
     ),
     Paragraph(
         '6',
-        'Gravity acts at the centre of gravity, downwards. The support presses on the axle along '
-        'the line from a through c to O, because there is no friction.',
+        'Gravity acts at the centre of gravity, downwards. The support presses on the axle along'
+        ' the line from *a* through *c* to *O*, because there is no friction.',
         (_OWN,),
     ),
     Paragraph(
@@ -400,20 +403,20 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '10',
-        'Two differential equations and two conditions determine x, y, θ and Φ. In general they '
-        'are too difficult, but for small angles they become simple.',
+        'Two differential equations and two conditions determine *x*, *y*, *θ* and *Φ*. In '
+        'general they are too difficult, but for small angles they become simple.',
         (_LARGE,),
     ),
     Paragraph(
         '11',
-        'With e for a − b everything can be expressed by the two angles. So x and y are sums of '
-        'the projections of e and c.',
+        'With *e* for *a − b* everything can be expressed by the two angles. So *x* and *y* are '
+        'sums of the projections of *e* and *c*.',
         (_LARGE,),
     ),
     Paragraph(
         '12',
-        'For small angles x is constant and the pressure is the weight. Two linear equations for '
-        'θ and Φ are left.',
+        'For small angles *x* is constant and the pressure is the weight. Two linear equations '
+        'for *θ* and *Φ* are left.',
         (_OWN,),
     ),
     Paragraph(
@@ -424,77 +427,77 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '14',
-        'The first equation times A and the second times B are added. A and B are chosen so that '
-        'both sides contain the same combination z of the angles.',
+        'The first equation times *A* and the second times *B* are added. *A* and *B* are chosen'
+        ' so that both sides contain the same combination *z* of the angles.',
         (_OWN,),
     ),
     Paragraph(
         '15',
-        'Comparing the two expressions of θ gives a quadratic equation for A to B. Its two roots '
-        'are equally good.',
+        'Comparing the two expressions of *θ* gives a quadratic equation for *A* to *B*. Its two'
+        ' roots are equally good.',
         (_OWN,),
     ),
     Paragraph(
         '16',
-        'Each root has its own coefficient D. So there are two solutions.',
+        'Each root has its own coefficient *D*. So there are two solutions.',
         (_OWN,),
     ),
     Paragraph(
         '17',
-        'The first solution joins θ and Φ with z, and z obeys the equation of a pendulum. Its '
-        'coefficient contains the root with one sign.',
+        'The first solution joins *θ* and *Φ* with *z*, and *z* obeys the equation of a '
+        'pendulum. Its coefficient contains the root with one sign.',
         (_OWN,),
     ),
     Paragraph(
         '18',
-        'The second solution has another variable z′. It differs by the sign of the root.',
+        'The second solution has another variable *z′*. It differs by the sign of the root.',
         (_OWN,),
     ),
     Paragraph(
         '19',
-        'From z and z′ both angles follow by sum and difference. Each angle is a combination of '
-        'both.',
+        'From *z* and *z′* both angles follow by sum and difference. Each angle is a combination'
+        ' of both.',
         (_OWN,),
     ),
     Paragraph(
         '20',
-        'The equation for z is integrated: z is a sine of the time. Its length of pendulum is '
-        'called b.',
+        'The equation for *z* is integrated: *z* is a sine of the time. Its length of pendulum '
+        'is called *b*.',
         (_OWN,),
     ),
     Paragraph(
         '21',
-        'In the same way z′ is a sine with the length b′. The coefficients of both must be small, '
-        'because the angles must be.',
+        'In the same way *z′* is a sine with the length *b′*. The coefficients of both must be '
+        'small, because the angles must be.',
         (_OWN,),
     ),
     Paragraph(
         '22',
-        'A second, neater solution begins with θ and Φ as sums of multiples of z and z′. Each of '
-        'them is to swing like a simple pendulum.',
+        'A second, neater solution begins with *θ* and *Φ* as sums of multiples of *z* and *z′*.'
+        ' Each of them is to swing like a simple pendulum.',
         (_OWN,),
     ),
     Paragraph(
         '23',
-        'Put into the two equations this must hold for all times. The letters A, B, A′, B′, b and '
-        'b′ are free for it.',
+        'Put into the two equations this must hold for all times. The letters *A*, *B*, *A′*, '
+        '*B′*, *b* and *b′* are free for it.',
         (_OWN,),
     ),
     Paragraph(
         '24',
-        'Since z and z′ do not depend on each other, their coefficients vanish one by one. Four '
-        'equations result.',
+        'Since *z* and *z′* do not depend on each other, their coefficients vanish one by one. '
+        'Four equations result.',
         (_OWN,),
     ),
     Paragraph(
         '25',
-        'Dividing them in pairs eliminates the lengths. The ratios of A to B and of A′ to B′ '
-        'remain.',
+        'Dividing them in pairs eliminates the lengths. The ratios of *A* to *B* and of *A′* to '
+        '*B′* remain.',
         (_OWN,),
     ),
     Paragraph(
         '26',
-        'The equation for A to B is quadratic. With A = c it gives B.',
+        'The equation for *A* to *B* is quadratic. With *A = c* it gives *B*.',
         (_OWN,),
     ),
     Paragraph(
@@ -505,8 +508,8 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '28',
-        'Both lengths follow, and reduce to a sum of e, f and the root. They differ only by the '
-        'sign of the root.',
+        'Both lengths follow, and reduce to a sum of *e*, *f* and the root. They differ only by '
+        'the sign of the root.',
         (_OWN,),
     ),
     Paragraph(
@@ -521,14 +524,14 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '31',
-        'The velocity n of the centre of gravity gives one equation between the amplitudes. It '
-        'becomes short, because e and B add up to b.',
+        'The velocity *n* of the centre of gravity gives one equation between the amplitudes. It'
+        ' becomes short, because *e* and *B* add up to *b*.',
         (_PUSHED,),
     ),
     Paragraph(
         '32',
-        'The angular velocity ν gives another. Both amplitudes follow, and with them the whole '
-        'motion.',
+        'The angular velocity *ν* gives another. Both amplitudes follow, and with them the whole'
+        ' motion.',
         (_PUSHED,),
     ),
     Paragraph(
@@ -546,13 +549,13 @@ _PARAGRAPHS = (
     Paragraph(
         '35',
         'Both velocities then vanish at the same moments, at the ends of each swing. A swing '
-        'takes as long as that of a pendulum of the length b.',
+        'takes as long as that of a pendulum of the length *b*.',
         (_OWN,),
     ),
     Paragraph(
         '36',
         'Without extent and on a knife-edge the body is the simple pendulum. A mass without '
-        'extent on a real axle swings as if it hung from O.',
+        'extent on a real axle swings as if it hung from *O*.',
         (
             'tauto axle --support concave --support-radius 0.01 --depth 0.3 --gyration-radius '
             '0.02 --release-tilt 0.1',
@@ -562,21 +565,21 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '37',
-        'The shape of the support matters much. On a level plane e is infinite and so is b: the '
-        'body can be moved aside and does not come back.',
+        'The shape of the support matters much. On a level plane *e* is infinite and so is *b*: '
+        'the body can be moved aside and does not come back.',
         (f'tauto axle {_BODY} --push-speed 0.2',),
     ),
     Paragraph(
         '38',
-        'The other root still gives a swing on the plane, with the length kk/c. In it the centre '
-        'of gravity keeps to its vertical, and the axle goes to and fro.',
+        'The other root still gives a swing on the plane, with the length *kk/c*. In it the '
+        'centre of gravity keeps to its vertical, and the axle goes to and fro.',
         (_PLANE,),
         ('Tab. IV, 6',),
     ),
     Paragraph(
         '39',
         'The case of a vanishing first amplitude is the other regular motion. It has the length '
-        'b′.',
+        '*b′*.',
         (_OWN,),
     ),
     Paragraph(
@@ -592,30 +595,31 @@ _PARAGRAPHS = (
     Paragraph(
         '41',
         'Where both amplitudes are there the motion is very irregular. It is composed of two '
-        'swings of the lengths b and b′, in endless variety.',
+        'swings of the lengths *b* and *b′*, in endless variety.',
         (_LARGE, _SAIL),
     ),
     Paragraph(
         '42',
-        'Both lengths are written out with c, e and k alone. They differ by the sign of one root.',
+        'Both lengths are written out with *c*, *e* and *k* alone. They differ by the sign of '
+        'one root.',
         (_OWN,),
     ),
     Paragraph(
         '43',
-        'Since B is b − e, both angles follow from the two lengths. With their velocities the '
-        'motion is determined completely.',
+        'Since *B* is *b − e*, both angles follow from the two lengths. With their velocities '
+        'the motion is determined completely.',
         (_PUSHED, 'tauto sail suspended_weight_at_sea'),
     ),
     Paragraph(
         '44',
-        'For a distant O, or one below the axle, the arc s of the axle is better than θ. All '
-        'formulas are written with s.',
+        'For a distant *O*, or one below the axle, the arc *s* of the axle is better than *θ*. '
+        'All formulas are written with *s*.',
         (_PUSHED,),
     ),
     Paragraph(
         '45',
-        'On a convex support O lies below the axle, at the distance i. The formulas hold with −i '
-        'for e.',
+        'On a convex support *O* lies below the axle, at the distance *i*. The formulas hold '
+        'with *−i* for *e*.',
         (_CONVEX,),
         ('Tab. V, 1',),
     ),
@@ -626,8 +630,8 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '47',
-        'The formulas hold only where b and b′ are positive. Where one is not, the body cannot '
-        'swing and slides off the support, which is to be feared for b′ here.',
+        'The formulas hold only where *b* and *b′* are positive. Where one is not, the body '
+        'cannot swing and slides off the support, which is to be feared for *b′* here.',
         (_CONVEX,),
         found='It is certain. One of the two lengths is negative for every body on a convex '
         'support, so that without friction it always falls.',
@@ -640,33 +644,33 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '49',
-        'The axle becomes the body of the cradle, and C is the centre of its rockers. Its centre '
-        'of gravity must be below C, or it would not rock.',
+        'The axle becomes the body of the cradle, and *C* is the centre of its rockers. Its '
+        'centre of gravity must be below *C*, or it would not rock.',
         (_CRADLE, _TIPS),
         ('Tab. V, 2',),
     ),
     Paragraph(
         '50',
-        'The displaced cradle touches the floor on the line from O through c. Only the base need '
-        'be round, for the swings are small.',
+        'The displaced cradle touches the floor on the line from *O* through *c*. Only the base '
+        'need be round, for the swings are small.',
         (_CRADLE,),
     ),
     Paragraph(
         '51',
-        'A cradle has infinitely more motions than the regular ones found before. And the floor '
-        'may be curved.',
+        'A cradle has infinitely more motions than the regular ones found before. *And* the '
+        'floor may be curved.',
         (_CRADLE,),
     ),
     Paragraph(
         '52',
-        'Three numbers describe a cradle. They are the distance e of both centres, the depth c of '
-        'the centre of gravity, and the square of k.',
+        'Three numbers describe a cradle. They are the distance *e* of both centres, the depth '
+        '*c* of the centre of gravity, and the square of *k*.',
         (_CRADLE,),
     ),
     Paragraph(
         '53',
-        'From them both lengths follow, and the path and tilt at any time. On a convex floor −i '
-        'replaces e, as before.',
+        'From them both lengths follow, and the path and tilt at any time. On a convex floor '
+        '*−i* replaces *e*, as before.',
         (_CRADLE, _CONVEX),
     ),
 )

@@ -25,6 +25,11 @@ G = 9.81
 Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added']
 
 
+def plain(words: str) -> str:
+    """Return a sentence without the asterisks that mark its formulas."""
+    return words.replace('*', '')
+
+
 @dataclass(frozen=True)
 class Claim:
     """A claim, its formula as it stands and as it must be, and a value computed independently.
@@ -32,7 +37,8 @@ class Claim:
     Attributes:
         paper: A: E6, the trochlea; B: E13, the fluid; C: the axle.
         paragraph: Euler's, in his numerals: 'XIX', '26-27'.
-        claim: the claim, in a line of words.
+        claim: the claim, in a line of words, whose formulas stand between asterisks; so do those
+            of `because`, and of the sentences and captions of an edition.
         stands: the formula or number as it stands in the text, letter by letter; empty where the
             text states it in words, or omits it.
         value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
@@ -62,6 +68,16 @@ class Claim:
     expected: Verdict = 'holds'
     adds: str = ''
     euler: bool = True
+
+    @property
+    def said(self) -> str:
+        """The claim in plain text."""
+        return plain(self.claim)
+
+    @property
+    def reason(self) -> str:
+        """`because` in plain text."""
+        return plain(self.because)
 
     @property
     def difference(self) -> float:

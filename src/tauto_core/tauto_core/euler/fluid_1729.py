@@ -141,8 +141,8 @@ def _of_the_acta() -> list[Claim]:
     return [
         _in_words(
             '2-5',
-            'on the curve of the Acta of 1726 only the descent from the arc S that it is made '
-            'for takes (π/2)√(f/g)',
+            'on the curve of the Acta of 1726 only the descent from the arc *S* that it is made '
+            'for takes *(π/2)√(f/g)*',
             'γf dx/ds = s + κ(S² − s²)',
             _QUARTER,
             descent_time(curve, G, S),
@@ -158,7 +158,7 @@ def _motion() -> list[Claim]:
     return [
         _holds(
             '12',
-            'speed along the curve; here and in §13 of a globe, with 4a/3 for a',
+            'speed along the curve; here and in §13 of a globe, with *4a/3* for *a*',
             'dv = nvds : ma − (m − n)dx : m',
             pull - (M - N) / M * p,
             rate,
@@ -170,12 +170,12 @@ def _motion() -> list[Claim]:
             ('dv  vds/ma − (m − n)dx/m', NOTHING),
             rate,
             ('dv − nvds/ma = −(m − n)dx/m', pull - (M - N) / M * p),
-            'signs and n are lost; the equation before it has them',
+            'signs and *n* are lost; the equation before it has them',
             FAIR,
         ),
         _holds(
             '13',
-            'height of fall v of the speed',
+            'height of fall *v* of the speed',
             'v = c^{ns/ma}(b − t), t = ((m − n)/m)∫c^{−ns/ma}dx',
             math.exp(N * S / (M * A * 4.0 / 3.0)) * (B - check.fallen(S)),
             v,
@@ -197,23 +197,23 @@ def _cylinder() -> list[Claim]:
     return [
         _corrected(
             '14',
-            'the time does not depend on b, the value of v at A: its element',
+            'the time does not depend on *b*, the value of *v* at *A*: its element',
             ('dt√e : √(bt − it)', NOTHING),
             math.pi,
             ('dt√e : √(bt − tt)', _time_of_any_fall()),
-            'i has no meaning: the square of t is meant',
+            '*i* has no meaning: the square of *t* is meant',
             adds='∫dt/√(bt − tt) = π for any b',
         ),
         _holds(
             '14',
-            'length of the simple pendulum: a quarter swing takes (π/2)√(2e/g)',
+            'length of the simple pendulum: a quarter swing takes *(π/2)√(2e/g)*',
             '2e',
             0.5 * math.pi * math.sqrt(2.0 * E / G),
             check.quarter(S),
         ),
         _holds(
             '15',
-            'the curve for a cylinder, by t',
+            'the curve for a cylinder, by *t*',
             '(m²a²/n²)(1 − c^{−ns/2ma})² = et',
             M**2 * A**2 / N**2 * (1.0 - q) ** 2 / E,
             check.fallen(S, k),
@@ -227,7 +227,7 @@ def _cylinder() -> list[Claim]:
                 '(ma/n)(1 − c^{−ns/2ma})c^{−ns/2ma}ds = edt',
                 M * A / N * (1.0 - q) * q / E,
             ),
-            'the differential of the square needs ma/n; the equation after it has it',
+            'the differential of the square needs *ma/n*; the equation after it has it',
             FAIR,
         ),
     ]
@@ -244,15 +244,15 @@ def _cylinder_by_height() -> list[Claim]:
     return [
         _corrected(
             '16',
-            'the curve for a cylinder, by x',
+            'the curve for a cylinder, by *x*',
             ('(2m^{3/2}aa/n)c^{ns/2ma} − mmads − 2m^{3/2}aa/n = (m − n)nex', NOTHING),
             x,
             ('(2m³aa/n)c^{ns/2ma} − mmas − 2m³aa/n = (m − n)nex', right),
-            'a differential is left after the integration, and m^{3/2} does not match mm · a',
+            'a differential is left after the integration, and *m^{3/2}* does not match *mm · a*',
         ),
         _corrected(
             '16',
-            'its logarithm, solved for s',
+            'its logarithm, solved for *s*',
             (
                 'ns/2ma = l(m^{3/2}nas + 2m^{3/2}aa + (m − n)n^{2/2}ex) − l 2m^{3/2}aa',
                 (lost - math.log(2.0 * M**1.5 * A**2)) * 2.0 * M * A / N,
@@ -262,7 +262,7 @@ def _cylinder_by_height() -> list[Claim]:
                 'ns/2ma = l(m²nas + 2m³aa + (m − n)n²ex) − l 2m³aa',
                 (mended - math.log(2.0 * M**3 * A**2)) * 2.0 * M * A / N,
             ),
-            'broken exponents: all three terms have the powers of m³a² · n⁰',
+            'broken exponents: all three terms have the powers of *m³a² · n⁰*',
         ),
         _holds(
             '16-17',
@@ -287,7 +287,7 @@ def _globe() -> list[Claim]:
     return [
         _holds(
             '17',
-            'a globe is resisted like a cylinder of 4/3 of its diameter',
+            'a globe is resisted like a cylinder of *4/3* of its diameter',
             '4a/3 for a',
             N / (2.0 * M * (4.0 * A / 3.0)),
             _drag_of_globe(A, N),
@@ -302,11 +302,11 @@ def _globe() -> list[Claim]:
         ),
         _corrected(
             '17, 26',
-            'the same, with e = f/2',
+            'the same, with *e = f/2*',
             ('8m²asds + 3(m − n)nfxdx = 8(m − n)mafdx', NOTHING),
             slope,
             ('8m²asds + 3(m − n)nfxds = 8(m − n)mafdx', by_f / (8.0 * (M - N) * M * A * F)),
-            'the equation before it, and §29, have xds',
+            'the equation before it, and §29, have *xds*',
         ),
         _holds(
             '18',
@@ -336,11 +336,12 @@ def _ascent() -> list[Claim]:
         ),
         _corrected(
             '20-21',
-            'the branch of ascent, −s in place of s',
+            'the branch of ascent, *−s* in place of *s*',
             ('8m²asds − 3(m − n)nbxds = 8(m − n)mabdx', slope(B)),
             rise,
             ('8m²asds − 3(m − n)nhxds = 8(m − n)mahdx', slope(H)),
-            'b is the height of fall at A; the pendulum length, f of the descent, is h here',
+            '*b* is the height of fall at *A*; the pendulum length, *f* of the descent, is *h* '
+            'here',
         ),
     ]
 
@@ -353,16 +354,16 @@ def _both() -> list[Claim]:
     return [
         _corrected(
             '21',
-            'pendulum of the composed oscillation, down f and up h',
+            'pendulum of the composed oscillation, down *f* and up *h*',
             ('(f + 2√fb + b)/4', 0.25 * (F + 2.0 * math.sqrt(F * B) + B)),
             G * (time / math.pi) ** 2,
             ('(f + 2√fh + h)/4', 0.25 * (F + 2.0 * math.sqrt(F * H) + H)),
-            'b for h, as in §20',
+            '*b* for *h*, as in §20',
         ),
         _in_words(
             '22',
-            'f = h gives one continuous curve, on which every half swing, down and up, takes as '
-            'long',
+            '*f = h* gives one continuous curve, on which every half swing, down and up, takes '
+            'as long',
             'π√(f/g)',
             2.0 * _QUARTER,
             check.swing(S)[0],
@@ -371,14 +372,15 @@ def _both() -> list[Claim]:
             'B',
             '22',
             'perhaps swings in the other direction, down the branch of ascent, take as long too '
-            f'(q = 1 − c^(−κs) = {q:g} at the start)',
+            f'(*q = 1 − c^(−κs) = {q:g}* at the start)',
             '',
             1.0,
             check.swing(-start)[0] / (2.0 * _QUARTER),
             CLOSE,
-            because='w = (c^{κs} − 1)/κ obeys ẅ = −(g/f)(w + κw²): T = 1 + 5q²/12 − 5q³/18 + …, '
-            '1.00395 at q = 0.1, 1.0984 at 0.5, 1.538 at 0.9, without bound; the errors of the '
-            'two quarters, ±4q/3π, cancel, so that it fails only at second order',
+            because='*w = (c^{κs} − 1)/κ* obeys *ẅ = −(g/f)(w + κw²)*: *T = 1 + 5q²/12 − 5q³/18 '
+            '+ …*, 1.00395 at *q = 0.1*, 1.0984 at 0.5, 1.538 at 0.9, without bound; the'
+            ' errors of the two quarters, *±4q/3π*, cancel, so that it fails only at '
+            'second order',
             expected='fails',
             adds='T : π√(f/g) = 1',
         ),
@@ -397,14 +399,14 @@ def _globe_by_height() -> list[Claim]:
     return [
         _corrected(
             '23, 31',
-            'height of the cylinder that is equivalent to a globe, checked by x of its curve',
+            'height of the cylinder that is equivalent to a globe, checked by *x* of its curve',
             (
                 '2a/3 for a',
                 (math.expm1(weak * S) - weak * S) / (GAMMA * weak * weak * F),
             ),
             x,
             ('4a/3 for a', right),
-            '§17 has 4/3, and only 4/3 gives 64, 24, 9 and 3n/8ma',
+            '§17 has *4/3*, and only *4/3* gives 64, 24, 9 and *3n/8ma*',
         ),
         _holds(
             '23',
@@ -419,7 +421,7 @@ def _globe_by_height() -> list[Claim]:
             ('8m²asds + 3(m − n)nfcds = 8(m − n)mafdx', NOTHING),
             slope,
             ('8m²asds + 3(m − n)nfxds = 8(m − n)mafdx', by_f / (8.0 * (M - N) * M * A * F)),
-            'c for x',
+            '*c* for *x*',
         ),
         _corrected(
             '23, 28',
@@ -430,7 +432,7 @@ def _globe_by_height() -> list[Claim]:
             ),
             u,
             ('64m³aac^{−3nt/8ma} − 64m³aa + 24m²nat = 9(m − n)n²hu', falling),
-            's has become −t, also in the exponent; b for h; §28 has m for n²',
+            '*s* has become *−t*, also in the exponent; *b* for *h*; §28 has *m* for *n²*',
         ),
     ]
 
@@ -447,7 +449,7 @@ def _series() -> list[Claim]:
     return [
         _holds(
             '24',
-            'the curve of descent with k = 3n/8m',
+            'the curve of descent with *k = 3n/8m*',
             'a²c^{ks/a} − aa − kas = (1 − 8k/3)k²fx',
             (A**2 * math.expm1(k * S / A) - k * A * S) / (gain * k**2 * F),
             check.height(S),
@@ -464,12 +466,12 @@ def _series() -> list[Claim]:
                 'k²ss/1·2 + k³s³/a·1·2·3 + k⁴s⁴/a²·1·2·3·4 + etc = (1 − 8k/3)k²fx',
                 down / (gain * F),
             ),
-            's² for s³; all terms of an exponential are positive',
+            '*s²* for *s³*; all terms of an exponential are positive',
             _LEFT_OUT,
         ),
         _corrected(
             '24',
-            'the same, divided by kk',
+            'the same, divided by *kk*',
             (
                 'ss/1·2 + k³s²/a·1·2·3 + k⁴s⁴/a²·1·2·3·4 − etc = (1 − 8k/3)fx',
                 after / (gain * F),
@@ -488,7 +490,7 @@ def _series() -> list[Claim]:
             ),
             u,
             ('tt/1·2 − kt³/a·1·2·3 + k²t⁴/a²·1·2·3·4 − etc = (1 − 8k/3)hu', up / (gain * F)),
-            'f is no arc, the term is of third order, and its sign changes with that of t',
+            '*f* is no arc, the term is of third order, and its sign changes with that of *t*',
             _LEFT_OUT,
         ),
         _corrected(
@@ -498,11 +500,11 @@ def _series() -> list[Claim]:
             ('ka', 4.0),
             _drag_of_globe(2.0 * A, 2.0 * N) / _drag_of_globe(A, N),
             ('k : a', 1.0),
-            'the sentence after it has 3n : 8ma',
+            'the sentence after it has *3n* : *8ma*',
         ),
         _in_words(
             '25',
-            'both branches become cycloids as 3n/8ma tends to 0',
+            'both branches become cycloids as *3n/8ma* tends to 0',
             'x = s²/2γf, γ left as it is',
             S * S / (2.0 * GAMMA * F),
             check.height(S, kappa=1e-11),
@@ -517,7 +519,7 @@ def _cusp() -> list[Claim]:
     return [
         _holds(
             '26',
-            'the curve turns back where ds = dx',
+            'the curve turns back where *ds = dx*',
             '8m²as + 3(m − n)nfx = 8(m − n)maf',
             (8.0 * M**2 * A * s + 3.0 * (M - N) * N * F * x) / (8.0 * (M - N) * M * A * F),
             1.0,
@@ -531,14 +533,14 @@ def _cusp() -> list[Claim]:
         ),
         _corrected(
             '26',
-            'the same, solved for s',
+            'the same, solved for *s*',
             (
                 's = (8ma + 8m²a + 3(m − n)nf)/8mma − (8ma/3n)(1 + 3(m − n)nf/8mma)',
                 NOTHING,
             ),
             s,
             ('s = (8ma/3n) l(1 + 3(m − n)nf/8mma)', _LONG * math.log1p(_CUSP)),
-            'the l of the logarithm is lost, and two steps run together',
+            'the *l* of the logarithm is lost, and two steps run together',
         ),
         _corrected(
             '26',
@@ -579,7 +581,7 @@ def _height_of_cusp() -> list[Claim]:
             ('s = (8ms/3n)(1 + 3(m − n)nf/8mma)', 8.0 * M * s / (3.0 * N) * (1.0 + _CUSP)),
             s,
             ('s = (8ma/3n) l(1 + 3(m − n)nf/8mma)', _LONG * math.log1p(_CUSP)),
-            's for a; the l of the logarithm is lost',
+            '*s* for *a*; the *l* of the logarithm is lost',
         ),
         _corrected(
             '27',
@@ -593,11 +595,11 @@ def _height_of_cusp() -> list[Claim]:
                 'x = 8ma/3n − (64m³aa/9(m − n)n²f) l(1 + 3(m − n)nf/8mma)',
                 _LONG - area * math.log1p(_CUSP),
             ),
-            'the l of the logarithm is lost',
+            'the *l* of the logarithm is lost',
         ),
         _corrected(
             '27',
-            'series of the logarithm (κ = 0.01)',
+            'series of the logarithm (*κ = 0.01*)',
             (
                 '3(m − n)nf/8mma − 9(m − n)n²ff/2·64m⁴aa + 27(m − n)n²f³/3·512m⁶a³ − …',
                 lost,
@@ -612,7 +614,7 @@ def _height_of_cusp() -> list[Claim]:
         ),
         _corrected(
             '27',
-            'series of the height (κ = 0.01)',
+            'series of the height (*κ = 0.01*)',
             (
                 'x = (m − n)f/2m − 3(m − n)²nff/3·8m³a + 9(m − n)³n²j²/4·64m⁵aa − …',
                 NOTHING,
@@ -622,7 +624,7 @@ def _height_of_cusp() -> list[Claim]:
                 'x = (m − n)f/2m − 3(m − n)²nff/3·8m³a + 9(m − n)³n²f³/4·64m⁵aa − …',
                 first - second + third,
             ),
-            'there is no j; the powers of f rise',
+            'there is no *j*; the powers of *f* rise',
             2.0 * _THIN**3,
         ),
     ]
@@ -644,7 +646,7 @@ def _ascent_cusp() -> list[Claim]:
     return [
         _in_words(
             '28',
-            'arc to the cusp of the ascent, h = f',
+            'arc to the cusp of the ascent, *h = f*',
             't = −(8ma/3n) l(1 − 3(m − n)nh/8mma)',
             -math.log1p(-BETA) / GLOBE,
             t,
@@ -660,7 +662,7 @@ def _ascent_cusp() -> list[Claim]:
         ),
         _corrected(
             '28',
-            'series of the height (κ = 0.01, h = f)',
+            'series of the height (*κ = 0.01*, *h = f*)',
             (
                 'u = (m − n)b/2m + 3(m − n)²nff/3·8m³a + 9(m − n)³n²b²/4·64m⁵aa etc',
                 series(B, F**2, B**2),
@@ -670,7 +672,7 @@ def _ascent_cusp() -> list[Claim]:
                 'u = (m − n)h/2m + 3(m − n)²nhh/3·8m³a + 9(m − n)³n²h³/4·64m⁵aa etc',
                 series(F, F**2, F**3),
             ),
-            'b and f for h, and b² for its cube',
+            '*b* and *f* for *h*, and *b²* for its cube',
             2.0 * _THIN**3,
         ),
         _in_words(
@@ -682,12 +684,12 @@ def _ascent_cusp() -> list[Claim]:
         ),
         _corrected(
             '28',
-            'a long branch of ascent has no cusp; its slope then only tends to 8mma/3(m − n)nh '
-            '(h = 3 m, κt = 40)',
+            'a long branch of ascent has no cusp; its slope then only tends to *8mma/3(m − n)nh*'
+            ' (*h = 3 m*, *κt = 40*)',
             ('3(m − n)nf ≥ 8mma', 8.0 * M**2 * A / (3.0 * (M - N) * N * F)),
             -check.slope(-40.0 / GLOBE, length=long),
             ('3(m − n)nh ≥ 8mma', 8.0 * M**2 * A / (3.0 * (M - N) * N * long)),
-            'f for h',
+            '*f* for *h*',
         ),
     ]
 
@@ -710,16 +712,16 @@ def _by_slope() -> list[Claim]:
     return [
         _corrected(
             '29',
-            'the differential equation differentiated once more, ds constant',
+            'the differential equation differentiated once more, *ds* constant',
             ('8mmasds² + 3(m − n)nfdxds = 8(m − n)mafdx', NOTHING),
             check.derivative(check.slope, S),
             ('8mmads² + 3(m − n)nfdxds = 8(m − n)mafddx', double),
-            's is differentiated, and the second differential is meant',
+            '*s* is differentiated, and the second differential is meant',
             FAIR,
         ),
         _holds(
             '29',
-            'the same by p = ds/dx',
+            'the same by *p = ds/dx*',
             '8m²appdx + 3(m − n)nfpdx + 8(m − n)mafdp : p = 0',
             right,
             rate,
@@ -727,11 +729,11 @@ def _by_slope() -> list[Claim]:
         ),
         _corrected(
             '29',
-            'the same, solved for dx',
+            'the same, solved for *dx*',
             ('dx = −8(m − n)mafdp/(8m²ap² + 3(m − n)nfp)', lost),
             rate,
             ('dx = −8(m − n)mafdp/(8m²ap³ + 3(m − n)nfp²)', right),
-            'the factor 1/p of "dp : p" is lost',
+            'the factor *1/p* of "*dp : p*" is lost',
             FAIR,
         ),
         _holds(
@@ -756,7 +758,7 @@ def _curvature() -> list[Claim]:
     return [
         _holds(
             '30',
-            'the ascent by the equation of the descent: its height at the arc S',
+            'the ascent by the equation of the descent: its height at the arc *S*',
             '−a for +a',
             turned / _HEIGHT,
             check.height(-S),
@@ -770,16 +772,16 @@ def _curvature() -> list[Claim]:
                 '(m − n)fdy/mc^{3ns : 8ma}ds',
                 (M - N) * F * level / (M * math.exp(3.0 * N * S / (8.0 * M * A))),
             ),
-            'the exponential has become the denominator 3ns',
+            'the exponential has become the denominator *3ns*',
             FAIR,
         ),
         _corrected(
             '30',
-            'radius of curvature at A (f = 0.64 m)',
+            'radius of curvature at *A* (*f = 0.64* m)',
             ('(m − nf)/m', (M - N * H) / M),
             1.0 / at_lowest,
             ('(m − n)f/m', (M - N) * H / M),
-            'a number times a density cannot be subtracted from one; it is γf',
+            'a number times a density cannot be subtracted from one; it is *γf*',
             FAIR,
         ),
         _corrected(
@@ -788,7 +790,7 @@ def _curvature() -> list[Claim]:
             ('BD, ED', NOTHING),
             width,
             ('BD, CE', cusps[0] - cusps[1]),
-            'the arc at the other cusp, C, is meant',
+            'the arc at the other cusp, *C*, is meant',
         ),
     ]
 
@@ -818,7 +820,7 @@ def _speeds() -> list[Claim]:
                 '64m³aac^{3ns/8ma} − 64m³aa − 24m²nas = 9(m − n)n²fx',
                 (_CUBE * math.expm1(GLOBE * S) - rest) / _HEIGHT,
             ),
-            'n³ for m³; §23 has m³',
+            '*n³* for *m³*; §23 has *m³*',
         ),
         _holds(
             '31',
@@ -829,7 +831,7 @@ def _speeds() -> list[Claim]:
         ),
         _holds(
             '32',
-            'the t of §13',
+            'the *t* of §13',
             't = (32m²aa/9n²f)(1 − c^{−3ns/8ma})²',
             scale * (1.0 - 1.0 / grown) ** 2,
             fallen,
@@ -846,41 +848,41 @@ def _speeds() -> list[Claim]:
                 't = (32m²aa/9n²f)c^{−3ns/4ma}(c^{3ns/8ma} − 1)²',
                 scale * (1.0 - 1.0 / grown) ** 2,
             ),
-            't must stay below 32m²aa/9n²f, which is 1/2κ²f',
+            '*t* must stay below *32m²aa/9n²f*, which is *1/2κ²f*',
         ),
         _corrected(
             '32',
-            'the exponential by s and x',
+            'the exponential by *s* and *x*',
             ('c^{3ns/8ma} − 1 = (24m²nas + 9(m − n)nf²s)/64m²aa', by_fs),
             math.expm1(GLOBE * S),
             ('c^{3ns/8ma} − 1 = (24m²nas + 9(m − n)n²fx)/64m³aa', by_x),
-            '§23 has n²fx and m³',
+            '§23 has *n²fx* and *m³*',
         ),
         _corrected(
             '32',
-            't by s and x',
+            '*t* by *s* and *x*',
             (
                 't = (8m²as + 3(m − n)nf²s)²/128m⁴aafc^{3ns/4ma}',
                 lost / grown**2,
             ),
             fallen,
             ('t = (8m²as + 3(m − n)nfx)²/128m⁴aafc^{3ns/4ma}', square / grown**2),
-            'f²s for fx',
+            '*f²s* for *fx*',
         ),
         _holds(
             '32',
-            'height of fall v of the speed at the arc s from A',
+            'height of fall *v* of the speed at the arc *s* from *A*',
             'v = bc^{3ns/4ma} − (32m²aa/9n²f)(c^{3ns/8ma} − 1)²',
             start - scale * (grown - 1.0) ** 2,
             v,
         ),
         _corrected(
             '32',
-            'the same by s and x',
+            'the same by *s* and *x*',
             ('v = bc^{3ns/4ma} − (8m²as + 3(m − n)nf²s)²/128m⁴aaf', start - lost),
             v,
             ('v = bc^{3ns/4ma} − (8m²as + 3(m − n)nfx)²/128m⁴aaf', start - square),
-            'f²s for fx',
+            '*f²s* for *fx*',
         ),
     ]
 
@@ -897,7 +899,7 @@ def _arcs() -> list[Claim]:
     return [
         _holds(
             '33',
-            'change of v along the arc',
+            'change of *v* along the arc',
             'dv = (3nb/4ma)c^{3ns/4ma}ds − (8ma/3nf)(c^{3ns/8ma} − 1)c^{3ns/8ma}ds',
             3.0 * N * B / (4.0 * M * A) * grown**2 - _LONG / F * (grown - 1.0) * grown,
             check.derivative(check.speed_height, S),
@@ -905,7 +907,7 @@ def _arcs() -> list[Claim]:
         ),
         _holds(
             '33',
-            'arc before A at which the descent is fastest',
+            'arc before *A* at which the descent is fastest',
             's = (8ma/3n) log 32m²a²/(32m²a² − 9n²bf)',
             _LONG * math.log(32.0 * M**2 * A**2 / (32.0 * M**2 * A**2 - 9.0 * N**2 * B * F)),
             fastest,
@@ -916,7 +918,7 @@ def _arcs() -> list[Claim]:
             ('s = (8ma/3n)(1 − 9n²bf/32m²a²)', _LONG * (1.0 - part)),
             fastest,
             ('s = −(8ma/3n) l(1 − 9n²bf/32m²a²)', -_LONG * math.log1p(-part)),
-            'sign and l are lost; the formula before it has the logarithm',
+            'sign and *l* are lost; the formula before it has the logarithm',
         ),
         _holds(
             '33',
@@ -927,7 +929,7 @@ def _arcs() -> list[Claim]:
         ),
         _corrected(
             '33',
-            'the same, solved for s',
+            'the same, solved for *s*',
             (
                 '(8ma/3n) log (1 − 3n√½bf)/4ma',
                 _LONG * math.log((1.0 - loss) / (4.0 * M * A)),
@@ -951,7 +953,7 @@ def _arcs() -> list[Claim]:
                 'totus arcus ascensus = (8ma/3n) l(1 + 3n√½bf/4ma)',
                 _LONG * math.log1p(loss / (4.0 * M * A)),
             ),
-            'the + belongs to the ascent, which resistance makes shorter; 1 over 4ma, as in §33',
+            'the + belongs to the ascent, which resistance makes shorter; 1 over *4ma*, as in §33',
         ),
         _in_words(
             '34',
@@ -993,7 +995,7 @@ def _small_arcs() -> list[Claim]:
                 '2√½bf + 3n(½bf)/2·2ma + 9nn(½bf)^{3/2}/3·8m²a² + 27n³(½bf)²/4·32m³a³ etc',
                 series(1.0, 1.0, 1.5, 2.0),
             ),
-            'the powers of √½bf rise by one',
+            'the powers of *√½bf* rise by one',
             1e-8,
         ),
         _corrected(
@@ -1008,12 +1010,12 @@ def _small_arcs() -> list[Claim]:
                 '2√½bf − 3n(½bf)/2·2ma + 9n²(½bf)^{3/2}/3·8m²a² − 27n³(½bf)²/4·32m³a³ etc',
                 series(-1.0, 1.0, 1.5, 2.0),
             ),
-            'the powers of √½bf rise by one',
+            'the powers of *√½bf* rise by one',
             1e-8,
         ),
         _holds(
             '34',
-            'difference of both arcs, for a small b',
+            'difference of both arcs, for a small *b*',
             '3nbf/4ma',
             3.0 * N * small * F / (4.0 * M * A),
             arc - other,
@@ -1021,7 +1023,7 @@ def _small_arcs() -> list[Claim]:
         ),
         _holds(
             '34',
-            'sum of both arcs, for a small b',
+            'sum of both arcs, for a small *b*',
             '2√2bf',
             2.0 * math.sqrt(2.0 * small * F),
             arc + other,
@@ -1039,11 +1041,12 @@ def _friction() -> list[Claim]:
     return [
         _corrected(
             '35',
-            'for an additional constant resistance, what stands for x (g negative on the descent)',
+            'for an additional constant resistance, what stands for *x* (*g* negative on the '
+            'descent)',
             ('x + gr', NOTHING),
             check.slope(S) + mu,
             ('x + gs', check.derivative(with_friction, S)),
-            'the resistance acts along the arc s; there is no r',
+            'the resistance acts along the arc *s*; there is no *r*',
             FAIR,
         ),
         _in_words(

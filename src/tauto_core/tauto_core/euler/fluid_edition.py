@@ -196,27 +196,28 @@ _LENGTHS = (0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1)
 FIGURES = (
     EulerFigure(
         '1',
-        'The curve CMA with its vertical axis AP, and the release E; P and M, p and m are '
-        'neighbours. Here f = 1 m, γ = 0.9 and AE = 0.55 m.',
+        'The curve *CMA* with its vertical axis *AP*, and the release *E*; *P* and *M*, *p* and '
+        '*m* are neighbours. Here *f = 1* m, *γ = 0.9* and *AE = 0.55* m.',
         _figure_1,
         (_KAPPAS, Control('AM : AE', (0.2, 0.35, 0.5, 0.65, 0.8, 0.95), begin=3)),
     ),
     EulerFigure(
         '2',
-        'The branch AM for the descent, of a pendulum f, and AN for the ascent, of a pendulum h. '
-        'A body released at M gets to N.',
+        'The branch *AM* for the descent, of a pendulum *f*, and *AN* for the ascent, of a '
+        'pendulum *h*. A body released at *M* gets to *N*.',
         _figure_2,
         (Control('f, m', _LENGTHS, begin=6), Control('h, m', _LENGTHS, begin=3)),
     ),
     EulerFigure(
         '3',
-        'The auxiliary curve AMB: above AP = x the distance PM is the arc s of the tautochrone.',
+        'The auxiliary curve *AMB*: above *AP = x* the distance *PM* is the arc *s* of the '
+        'tautochrone.',
         _figure_3,
         (_KAPPAS,),
     ),
     EulerFigure(
         '4',
-        'The same for the ascent: AQ = u, QN = t.',
+        'The same for the ascent: *AQ = u*, *QN = t*.',
         _figure_4,
         (
             Control(
@@ -226,8 +227,8 @@ FIGURES = (
     ),
     EulerFigure(
         '5',
-        'The whole curve: BA for the descent, AC for the ascent, and its continuation in BD and '
-        'CE, dashed.',
+        'The whole curve: *BA* for the descent, *AC* for the ascent, and its continuation in '
+        '*BD* and *CE*, dashed.',
         _figure_5,
         (Control('κ, 1/m', (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9), begin=5),),
     ),
@@ -300,64 +301,64 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '8',
-        'Let the body descend from E to A, and let b be the height of fall of its speed at A. '
-        'Seen backwards this is an ascent in which the resistance drives.',
+        'Let the body descend from *E* to *A*, and let *b* be the height of fall of its speed at'
+        ' *A*. Seen backwards this is an ascent in which the resistance drives.',
         ('tauto plot globe_in_oil machine',),
         ('1',),
     ),
     Paragraph(
         '9',
-        'The body is a cylinder of the height a that moves along its axis, and m is to n as its '
-        'density to that of the fluid. At M, with the arc s and the height x, its speed is that '
-        'of a fall from the height v.',
+        'The body is a cylinder of the height *a* that moves along its axis, and *m* is to *n* '
+        'as its density to that of the fluid. At *M*, with the arc *s* and the height *x*, its '
+        'speed is that of a fall from the height *v*.',
         ('tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.body=cylinder',),
     ),
     Paragraph(
         '10',
-        'Only the excess of its weight over that of the displaced fluid drives the body. This is '
-        'm − n parts of m, and changes v in this proportion to the height.',
+        'Only the excess of its weight over that of the displaced fluid drives the body. This is'
+        ' *m − n* parts of *m*, and changes *v* in this proportion to the height.',
         ('tauto isochronism globe_in_oil --amplitudes 0.1 --set regulator.fluid_density=1500',),
     ),
     Paragraph(
         '11',
         'The resistance is taken as the weight of a column of the fluid with the base of the '
-        'cylinder and the height v. So it is to the weight of the body as nv to ma.',
+        'cylinder and the height *v*. So it is to the weight of the body as *nv* to *ma*.',
         ('tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.body=cylinder',),
     ),
     Paragraph(
         '12',
-        'Both together give a differential equation for v, which is linear. An exponential of the '
-        'arc as factor makes it integrable.',
+        'Both together give a differential equation for *v*, which is linear. An exponential of '
+        'the arc as factor makes it integrable.',
         (_LAND,),
     ),
     Paragraph(
         '13',
-        'With t for an integral that the curve decides, v is the exponential times b − t. The '
-        'speed vanishes where t equals b.',
+        'With *t* for an integral that the curve decides, *v* is the exponential times *b − t*. '
+        'The speed vanishes where *t* equals *b*.',
         ('tauto euler --page claims',),
     ),
     Paragraph(
         '14',
-        'The time is an integral over t, and must not depend on b. That is so where its element '
-        'has no dimension, which decides s as a function of t.',
+        'The time is an integral over *t*, and must not depend on *b*. That is so where its '
+        'element has no dimension, which decides *s* as a function of *t*.',
         (_LAND,),
     ),
     Paragraph(
         '15',
-        'Integrating gives the root of t as an exponential of the arc. With the meaning of t this '
-        'becomes a differential equation between the arc and the height.',
+        'Integrating gives the root of *t* as an exponential of the arc. With the meaning of *t*'
+        ' this becomes a differential equation between the arc and the height.',
         (_CAM,),
     ),
     Paragraph(
         '16',
         'It can be integrated once more. Without the exponential it becomes an equation of the '
-        'first order between s and x.',
+        'first order between *s* and *x*.',
         (_CAM,),
     ),
     Paragraph(
         '17',
-        'A cylinder of the height a descends on this curve in equal times from anywhere. A globe '
-        'of the diameter a needs the same curve with four thirds of a for a.',
+        'A cylinder of the height a descends on this curve in equal times from anywhere. A globe'
+        ' of the diameter a needs the same curve with four thirds of *a* for *a*.',
         (
             _LAND,
             'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.body=cylinder',
@@ -377,14 +378,14 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '20',
-        'The same follows where the arc s becomes negative. So the tautochrone of the ascent is '
-        'that of the descent with −s for s, and may have another length of pendulum.',
+        'The same follows where the arc *s* becomes negative. So the tautochrone of the ascent '
+        'is that of the descent with *−s* for *s*, and may have another length of pendulum.',
         (_TWO,),
     ),
     Paragraph(
         '21',
         'Joined at their lowest points, the two branches make whole swings equal. Such a swing '
-        'takes half the time of a pendulum f and half that of a pendulum h.',
+        'takes half the time of a pendulum *f* and half that of a pendulum *h*.',
         (_TWO, 'tauto sail globe_in_oil --set regulator.ascent_length=0.7'),
         ('2',),
     ),
@@ -403,8 +404,8 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '24',
-        'The exponential becomes a series, and with k for 3n/8m so do both curves. Their first '
-        'term is that of the cycloid.',
+        'The exponential becomes a series, and with *k* for *3n/8m* so do both curves. Their '
+        'first term is that of the cycloid.',
         (_CAM,),
     ),
     Paragraph(
@@ -418,9 +419,9 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '26',
-        'An auxiliary curve has the arcs s as distances from its axis. It bends one way for ever, '
-        'like a parabola, and the tautochrone turns back where its element equals that of the '
-        'axis.',
+        'An auxiliary curve has the arcs *s* as distances from its axis. It bends one way for '
+        'ever, like a parabola, and the tautochrone turns back where its element equals that of '
+        'the axis.',
         (_CAM,),
         ('3',),
     ),
@@ -440,34 +441,34 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '29',
-        'With p for ds/dx both coordinates become integrals over p. So the curve can be '
+        'With *p* for *ds/dx* both coordinates become integrals over *p*. So the curve can be '
         'constructed by quadratures.',
         ('tauto cam globe_in_oil --csv globe_in_oil.csv',),
     ),
     Paragraph(
         '30',
-        'The ascent needs only the opposite sign of a, and the radius of curvature at A is the '
-        'length of a pendulum in this fluid. Beyond its two points of return the curve continues '
-        'in equal arcs.',
+        'The ascent needs only the opposite sign of *a*, and the radius of curvature at *A* is '
+        'the length of a pendulum in this fluid. Beyond its two points of return the curve '
+        'continues in equal arcs.',
         (_CAM, 'tauto plot globe_in_oil machine'),
         ('5',),
     ),
     Paragraph(
         '31',
-        'How does a globe move on the curve, if its speed at A is that of a fall from b? The '
-        'formula for v is joined with the equation of the curve.',
+        'How does a globe move on the curve, if its speed at *A* is that of a fall from *b*? The'
+        ' formula for *v* is joined with the equation of the curve.',
         ('tauto euler --page claims',),
     ),
     Paragraph(
         '32',
-        'The integral t becomes a square, and v is found by the arc alone. With s and x the '
-        'exponential disappears.',
+        'The integral *t* becomes a square, and *v* is found by the arc alone. With *s* and *x* '
+        'the exponential disappears.',
         ('tauto euler --page claims',),
     ),
     Paragraph(
         '33',
-        'The globe is fastest before it gets to A, and the arc between grows with bf. The whole '
-        'arc of the descent follows where v vanishes.',
+        'The globe is fastest before it gets to *A*, and the arc between grows with *bf*. The '
+        'whole arc of the descent follows where *v* vanishes.',
         ('tauto euler --page claims',),
     ),
     Paragraph(
@@ -478,17 +479,17 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         '35',
-        'For other powers of the speed the method fails, because the speed cannot be expressed. A '
-        'resistance that is constant, as Newton has it for the tenacity of fluids, only adds a '
-        'multiple of the arc to x.',
+        'For other powers of the speed the method fails, because the speed cannot be expressed. '
+        'A resistance that is constant, as Newton has it for the tenacity of fluids, only adds a'
+        ' multiple of the arc to *x*.',
         (
             'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.friction=0.02',
             'tauto sail globe_in_oil --set regulator.friction=0.02',
             'tauto isochronism globe_in_oil --amplitudes 0.1,0.3 --set regulator.viscous=0.3',
         ),
-        lacks='A term linear in the speed beside the square leaves the half swings forward equal '
-        'on the same curve: z is then a damped harmonic swing. Other powers have no tautochrone '
-        'here, for the reason that Euler gives.',
+        lacks='A term linear in the speed beside the square leaves the half swings forward equal'
+        ' on the same curve: *z* is then a damped harmonic swing. Other powers have no '
+        'tautochrone here, for the reason that Euler gives.',
     ),
 )
 EDITION = Edition(

@@ -35,11 +35,12 @@ _TOKEN = re.compile(
     r'(?P<word>(?<![A-Za-z²³])(?:'
     + '|'.join(map(re.escape, (*_PHRASES, *_FUNCTIONS)))
     + r')(?![A-Za-z]))'
-    r'|(?P<number>\d+)|(?P<half>½)|(?P<power>[²³⁴⁵⁶⁷⁸⁹]+)|(?P<letter>[^\W\d_]′*)'
+    r'|(?P<number>\d+(?:\.\d+)?)|(?P<half>½)|(?P<power>[⁰¹²³⁴⁵⁶⁷⁸⁹]+)'
+    r'|(?P<letter>[^\W\d_]\u0308?′*)'
     r'|(?P<open>[({])|(?P<close>[)}])|(?P<space>\s+)|(?P<raise>\^)|(?P<root>√)|(?P<over>/)'
     r'|(?P<dot>[.·](?=\S))|(?P<other>.)'
 )
-_DIGITS = str.maketrans('²³⁴⁵⁶⁷⁸⁹', '23456789')
+_DIGITS = str.maketrans('⁰¹²³⁴⁵⁶⁷⁸⁹', '0123456789')
 
 
 class _Item(NamedTuple):
@@ -50,8 +51,10 @@ class _Item(NamedTuple):
     inner: str = ''
 
 
-def mathml(formula: str) -> str:
+def mathml(formula: str, *, flat: bool = False) -> str:
     """Return a formula of a claim as `math` elements; an empty one as an empty string.
+
+    A flat one keeps its slashes, so that a line of text is no higher for it.
 
     Browsers break no line within an element. So one ends before each sign between spaces that
     stands in no bracket.
@@ -65,7 +68,7 @@ def mathml(formula: str) -> str:
         if depth == 0 and beside == ['space', 'other', 'space']:
             lines.append([])
         lines[-1].append((kind, text))
-    return '<wbr/>'.join(f'<math>{_row(line, 0)[0]}</math>' for line in lines if line)
+    return '<wbr/>'.join(f'<math>{_row(line, 0, flat=flat)[0]}</math>' for line in lines if line)
 
 
 def _row(tokens: list[tuple[str, str]], at: int, *, flat: bool = False) -> tuple[str, int]:
@@ -111,9 +114,11 @@ def _single(kind: str, text: str) -> _Item:
     if kind == 'space':
         return _Item(kind, '<mspace width="0.25em"></mspace>')
     if kind == 'letter':
-        markup = f'<mi>{text[0]}</mi>'
-        if text[1:]:
-            markup = f'<msup>{markup}<mo>{text[1:]}</mo></msup>'
+        markup, rest = f'<mi>{text[0]}</mi>', text[1:]
+        if rest.startswith('\u0308'):
+            markup, rest = f'<mover accent="true">{markup}<mo>¨</mo></mover>', rest[1:]
+        if rest:
+            markup = f'<msup>{markup}<mo>{rest}</mo></msup>'
     elif kind == 'word':
         element = 'mi' if text in _FUNCTIONS else 'mtext'
         markup = f'<{element}>{escape(text)}</{element}>'

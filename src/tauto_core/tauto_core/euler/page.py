@@ -6,6 +6,7 @@ Numbers are rounded to so few digits that the text is the same on every machine.
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
@@ -73,8 +74,9 @@ value, relative to the latter, or absolute where that is 0.
 
 A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees: the
 fault may be Euler's, the printer's or the transcription's. It *fails* if the claim itself is
-wrong. *Added* is what the paper does not claim. Examples are in SI units unless a claim says
-otherwise. Euler writes xx for x², and in paper B l for the natural logarithm and c for its base.
+wrong. A claim that is not in the paper is *added*. Examples are in SI units unless a claim says
+otherwise. Euler writes *xx* for *x²*, and in paper B *l* for the natural logarithm and *c* for its
+base.
 
 {summary}
 """
@@ -83,12 +85,13 @@ _COLUMNS = (
     '|---|---|---|---|---|---|---|---|'
 )
 
-_RUNS = """## What runs each paragraph
+_RUNS = """## Commands for each paragraph
 
-`tauto euler --site DIR` writes each paper as a page to play with: each paragraph in two sentences,
-beside it these formulas, the figures constructed from the text, and the commands. Every claim
-above is computed by `tauto euler`; the third column counts those on the paragraphs of a row. A
-dash stands where a paragraph tells history, defines, or derives what another states. Beyond that:
+`tauto euler --site DIR` writes each paper as an interactive page. It has each paragraph in two
+sentences, these formulas, the figures constructed from the text, and the commands. `tauto euler`
+computes every claim above; the third column counts those on the paragraphs of a row. A dash stands
+where a paragraph tells history, defines a term, or derives a claim of another paragraph. The
+commands:
 """
 _COUNTED: tuple[tuple[Verdict, str], ...] = (
     ('holds', 'hold'),
@@ -127,12 +130,12 @@ def claims_page(claims: Sequence[Claim]) -> str:
         for plate in PLATES:
             if plate.paper == paper:
                 file = f'figures/{plate.name}.svg'
-                caption = '\n'.join(wrap(f'*§{plate.caption}*', 120))
+                caption = '\n'.join(wrap(f'§{plate.caption}', 120))
                 parts.append(f'![{plate.name}]({file})\n\n{caption}\n')
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
     parts.append(_RUNS)
     for edition in EDITIONS:
-        head = ['| § | run it | claims | what no command does, and why |', '|---|---|---|---|']
+        head = ['| § | run it | claims | left out, and why |', '|---|---|---|---|']
         parts.append(f'### {edition.paper}. {edition.short}\n')
         rows, own = [], [claim for claim in claims if claim.paper == edition.paper]
         # a row for each run of paragraphs with the same commands
@@ -143,9 +146,13 @@ def claims_page(claims: Sequence[Claim]) -> str:
             ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
             on = [claim for claim in own if set(edition.covered(claim)) & set(numbers)]
             count = Counter(claim.verdict for claim in on)
-            said = ', '.join(f'{count[name]} {words}' for name, words in _COUNTED if count[name])
+            said = ', '.join(
+                f'{count[name]} {words if count[name] > 1 else name}'
+                for name, words in _COUNTED
+                if count[name]
+            )
             runs_here = '<br>'.join(f'`{each}`' for each in runs)
-            rows.append(f'| {ends} | {runs_here} | {said or "–"} | {lacks} |')
+            rows.append(f'| {ends} | {runs_here} | {said or "–"} | {_sentence(lacks)} |')
         parts.append('\n'.join([*head, *rows]) + '\n')
     return '\n'.join(parts)
 
@@ -163,21 +170,37 @@ def _row(claim: Claim) -> str:
     value = f' → {seven_digits(claim.value)}' if math.isfinite(claim.value) else ''
     cells = (
         claim.paragraph,
-        _safe(claim.claim),
-        _safe(claim.stands + value if claim.stands else ''),
-        _safe(claim.must),
-        _safe(claim.adds if claim.stands else claim.adds + value),
+        _sentence(claim.claim),
+        _formula(claim.stands) + (value if claim.stands else ''),
+        _formula(claim.must),
+        _formula(claim.adds) + ('' if claim.stands else value),
         seven_digits(claim.computed),
         off_by(claim),
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
-        + (f': {_safe(claim.because)}' if claim.because else ''),
+        + (f': {_sentence(claim.because)}' if claim.because else ''),
     )
     return f'| {" | ".join(cells)} |'
 
 
 def seven_digits(value: float) -> str:
     """Return how a value is written: so few digits are the same on every machine."""
-    return f'{value:.7g}'
+    return typeset(f'{value:.7g}')
+
+
+def typeset(text: str) -> str:
+    """Return text with the signs of negative numbers as long as a plus; not those of powers."""
+    return re.sub(r'(?<!e)-(?=\d)', '−', text)
+
+
+def _formula(text: str) -> str:
+    """Return a formula as Markdown, marked for docs/site.js."""
+    return f'*{_safe(text)}*' if text else ''
+
+
+def _sentence(words: str) -> str:
+    """Return a sentence as Markdown, with its formulas marked."""
+    pieces = words.split('*')
+    return ''.join(_formula(each) if k % 2 else _safe(each) for k, each in enumerate(pieces))
 
 
 def _safe(text: str) -> str:

@@ -9,16 +9,15 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 from textwrap import dedent
 
-from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, svg
+from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, plain, svg
 from tauto_core.euler.mathml import mathml
-from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits
+from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits, typeset
 
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences;
@@ -97,17 +96,17 @@ def _paragraph(
         runs += f'<li><code>{words}</code></li>'
     return (
         f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
-        f'<div><h2>§{paragraph.number}</h2><p>{escape(paragraph.argues)}</p>'
+        f'<div><h2>§{paragraph.number}</h2><p>{_sentence(paragraph.argues)}</p>'
         f'{"".join(map(_claim, claims))}'
-        f'{f"<h3>What comes out</h3><p>{escape(paragraph.found)}</p>" if paragraph.found else ""}'
+        f'{f"<h3>Result</h3><p>{_sentence(paragraph.found)}</p>" if paragraph.found else ""}'
         f'{f"<h3>Run it</h3><ul class=runs>{runs}</ul>" if runs else ""}'
-        f'{f"<p class=lacks>{escape(paragraph.lacks)}</p>" if paragraph.lacks else ""}</div>'
+        f'{f"<p class=lacks>{_sentence(paragraph.lacks)}</p>" if paragraph.lacks else ""}</div>'
         f'{"".join(map(_figure, figures))}</section>'
     )
 
 
 def _claim(claim: Claim) -> str:
-    value = f' →\u00a0{_typeset(seven_digits(claim.value))}' if math.isfinite(claim.value) else ''
+    value = f' →\u00a0{seven_digits(claim.value)}' if math.isfinite(claim.value) else ''
     rows = [
         ('as it stands', claim.stands, value),
         ('as it must be', claim.must, ''),
@@ -118,13 +117,13 @@ def _claim(claim: Claim) -> str:
         for name, formula, shown in rows
         if formula
     )
-    because = f': {escape(claim.because)}' if claim.because else ''
+    because = f': {_sentence(claim.because)}' if claim.because else ''
     stands = 'as it stands ' if claim.must else ''
     off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
     return (
-        f'<div class="claim {claim.verdict}"><p>{escape(claim.claim)}</p>'
+        f'<div class="claim {claim.verdict}"><p>{_sentence(claim.claim)}</p>'
         f'<dl class="formulas">{formulas}<dt>computed</dt>'
-        f'<dd>{_typeset(seven_digits(claim.computed))}{off}</dd></dl>'
+        f'<dd>{seven_digits(claim.computed)}{off}</dd></dl>'
         f'<p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
     )
 
@@ -141,9 +140,9 @@ def _figure(figure: EulerFigure) -> str:
         for k, each in enumerate(figure.controls)
     )
     return (
-        f'<figure id="{name}">{svg(shown.drawing, f"{called}: {figure.caption}")}'
-        f'{controls}<p class="says" aria-live="polite">{escape(_typeset(shown.says))}</p>'
-        f'<figcaption>{called}, constructed from the text. {escape(figure.caption)}'
+        f'<figure id="{name}">{svg(shown.drawing, f"{called}: {plain(figure.caption)}")}'
+        f'{controls}<p class="says" aria-live="polite">{escape(typeset(shown.says))}</p>'
+        f'<figcaption>{called}, constructed from the text. {_sentence(figure.caption)}'
         f'</figcaption></figure>'
     )
 
@@ -155,13 +154,15 @@ def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
     return {
         'values': [list(map(each.label, range(len(each.values)))) for each in figure.controls],
         'drawn': [each.drawing.markup for each in shown],
-        'says': [_typeset(each.says) for each in shown],
+        'says': [typeset(each.says) for each in shown],
     }
 
 
-def _typeset(text: str) -> str:
-    """Return text with the signs of negative numbers as long as a plus; not those of powers."""
-    return re.sub(r'(?<!e)-(?=\d)', '−', text)
+def _sentence(words: str) -> str:
+    """Return a sentence as HTML, with the formulas between asterisks as MathML."""
+    pieces = words.split('*')
+    shown = (mathml(each, flat=True) if k % 2 else escape(each) for k, each in enumerate(pieces))
+    return ''.join(shown)
 
 
 def _id(figure: EulerFigure) -> str:

@@ -273,19 +273,19 @@ def _torque_and_isochronism() -> list[Claim]:
         ),
         _claim(
             'VII',
-            'the perpendicular from the axle on the thread is the lever arm TM',
+            'the perpendicular from the axle on the thread is the lever arm *TM*',
             'PM',
             math.nan,
             distance_of_normal_side(TURNED),
             QUADRATURE,
             'TM',
             arm,
-            'PM is the thread itself, which is not the perpendicular',
+            '*PM* is the thread itself, which is not the perpendicular',
             'corrected',
         ),
         _claim(
             'VIII',
-            'the force at the rim, at right angles to CO, that does the same',
+            'the force at the rim, at right angles to *CO*, that does the same',
             'P.TM/CO',
             2.0 * arm / (3.0 * BASE_RADIUS),
             slope_at(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
@@ -294,8 +294,8 @@ def _torque_and_isochronism() -> list[Claim]:
         ),
         _claim(
             'IX',
-            'where TM is proportional to the angle all swings take the same time: 3 rad against '
-            '0.1 rad',
+            'where *TM* is proportional to the angle all swings take the same time: 3 rad '
+            'against 0.1 rad',
             '',
             1.0,
             period(3.0) / period(0.1),
@@ -304,7 +304,8 @@ def _torque_and_isochronism() -> list[Claim]:
         ),
         _claim(
             'X-XI',
-            'the thread is normal to the curve, and CT, the distance of that normal, is constant',
+            'the thread is normal to the curve, and *CT*, the distance of that normal, is '
+            'constant',
             'CT constans',
             BASE_RADIUS,
             distance_of_normal(ROLL_ANGLE),
@@ -321,7 +322,7 @@ def _polar_equation() -> list[Claim]:
     return [
         _claim(
             'XII',
-            'polar equation of the curve, at y = √5',
+            'polar equation of the curve, at *y = √5*',
             'dx = (dy/y)√(yy − 1)',
             math.sqrt(y * y - 1.0) / y,
             angle_rate / radius_rate,
@@ -329,19 +330,19 @@ def _polar_equation() -> list[Claim]:
         ),
         _claim(
             'XIII',
-            'the same with z = √(yy − 1), at z = 2',
+            'the same with *z = √(yy − 1)*, at *z = 2*',
             'dx = zdz/(z² + 1) = dz − dz/(z² + 1)',
             ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
             angle_rate,
             QUADRATURE,
             'dx = zzdz/(z² + 1)',
             ROLL_ANGLE * ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
-            'the second form, dz − dz/(z² + 1), needs zz',
+            'the second form, *dz − dz/(z² + 1)*, needs *zz*',
             'corrected',
         ),
         _claim(
             'XIII',
-            'integrated: the polar angle, at z = 2',
+            'integrated: the polar angle, at *z = 2*',
             'x = z − ∫dz/(z² + 1)',
             ROLL_ANGLE - math.atan(ROLL_ANGLE),
             float(polar_angle(np.array(ROLL_ANGLE))),
@@ -350,7 +351,7 @@ def _polar_equation() -> list[Claim]:
         ),
         _claim(
             'XIII',
-            'and the radius, at z = 2',
+            'and the radius, at *z = 2*',
             'y = √(zz + 1)',
             y,
             float(np.hypot(*circle_unrolled(np.array(ROLL_ANGLE)))),
@@ -389,15 +390,15 @@ def _disc() -> list[Claim]:
     return [
         _claim(
             'XVIII',
-            'vis viva (here the kinetic energy) of a homogeneous disc; v is the height of fall '
-            'of the velocity of its rim',
+            'vis viva (here the kinetic energy) of a homogeneous disc; *v* is the height of fall'
+            ' of the velocity of its rim',
             'Qv²/2',
             0.5 * weight * height**2,
             disc_energy(weight, BASE_RADIUS, math.sqrt(2.0 * G * height)),
             QUADRATURE,
             'Qv/2',
             0.5 * weight * height,
-            'its differential follows as Qdv/2',
+            'its differential follows as *Qdv/2*',
             'corrected',
         ),
         _claim(
@@ -423,7 +424,7 @@ def _pendulum() -> list[Claim]:
     return [
         _claim(
             'XVIII',
-            'increase, along the arc s of the rim, of the height of fall v of its velocity',
+            'increase, along the arc *s* of the rim, of the height of fall *v* of its velocity',
             'dv : Ss = 2P.BS/Q.BC',
             2.0 * pull * arc / (weight * BASE_RADIUS),
             slope_at(height, 0.0),
@@ -431,7 +432,8 @@ def _pendulum() -> list[Claim]:
         ),
         _claim(
             'XIX',
-            'on the cycloid of the pendulum AO the accelerating force is proportional to the arc',
+            'on the cycloid of the pendulum *AO* the accelerating force is proportional to the '
+            'arc',
             'nt/Nn = (AN/AO) (BS/AO)',
             0.3 * 0.3,
             cycloid_slope(0.3),
@@ -443,7 +445,7 @@ def _pendulum() -> list[Claim]:
         ),
         _claim(
             'XIX',
-            'length of the isochronous pendulum, P : Q = r/2 : L; here Q = 100 P',
+            'length of the isochronous pendulum, *P : Q = r/2 : L*; here *Q = 100 P*',
             'AO = Q.BC/2P',
             length,
             found,
@@ -456,7 +458,7 @@ def _small_weight() -> list[Claim]:
     return [
         _claim(
             'XX',
-            'base radius BC for Q = 100 P and a pendulum of 3166 scruples',
+            'base radius *BC* for *Q = 100 P* and a pendulum of 3166 scruples',
             'BC = 63 scrup.',
             63.0,
             radius_of_pendulum(100.0, 1.0, 3166.0),
@@ -472,7 +474,7 @@ def _small_weight() -> list[Claim]:
         ),
         _claim(
             'XX',
-            'a weight of Q/100 may replace the spring: T(1 rad)/T(0) within 9 s a day',
+            'a weight of *Q/100* may replace the spring: *T(1 rad)/T(0)* within 9 s a day',
             '',
             1.0,
             period(1.0, 100.0, 1.0, carried=1.0 / G) / period(1e-3, 100.0, 1.0, carried=1.0 / G),
@@ -492,19 +494,20 @@ def _large_disc() -> list[Claim]:
     return [
         _claim(
             'XXI',
-            'a larger disc of the same thickness, a in units of BC, Q the weight of the small one',
+            'a larger disc of the same thickness, *a* in units of *BC*, *Q* the weight of the '
+            'small one',
             'g.a⁴.BC/2P',
             math.nan,
             G * (period(1.0, pull=pull, inertia=thick) / math.tau) ** 2,
             MOTION,
             'Q.a⁴.BC/2P',
             length_of_thick_disc(weight, radius, pull, BASE_RADIUS),
-            'a length has no g; whether the print has one only a scan would show',
+            'a length has no *g*; whether the print has one only a scan would show',
             'corrected',
         ),
         _claim(
             'XXI',
-            'the same, with Q the weight of the large disc itself and a a length',
+            'the same, with *Q* the weight of the large disc itself and *a* a length',
             '',
             equivalent_pendulum_length(weight * radius**2 / (2.0 * G), pull, BASE_RADIUS, G),
             G * (period(1.0, pull=pull, inertia=own) / math.tau) ** 2,
@@ -532,7 +535,7 @@ def _hole() -> list[Claim]:
         ),
         _claim(
             'XXII-XXIX',
-            'the distance CP of the normal, where the lever arm is t = b φ',
+            'the distance *CP* of the normal, where the lever arm is *t = b φ*',
             'p = b√(aa − tt)/(b + √(aa − tt))',
             RATE * free / (RATE + free),
             envelope_distance(TURNED, HOLE),
@@ -568,7 +571,7 @@ def _hole_proportions() -> list[Claim]:
             QUADRATURE,
             'BCO',
             TURNED,
-            'the angle has its vertex at C and its second leg through the hole O',
+            'the angle has its vertex at *C* and its second leg through the hole *O*',
             'corrected',
         ),
         _claim(
@@ -580,7 +583,7 @@ def _hole_proportions() -> list[Claim]:
             1e-6,
             'Oo/OC : On/OM',
             p / RATE,
-            'arcs are divided by their radii OC and OM',
+            'arcs are divided by their radii *OC* and *OM*',
             'corrected',
         ),
     ]
@@ -591,7 +594,8 @@ def _last_remarks() -> list[Claim]:
     return [
         _claim(
             'XXIX',
-            'for a hole far away the curve becomes the involute, and p tends to b; here a = 10⁸ b',
+            'for a hole far away the curve becomes the involute, and *p* tends to *b*; here *a ='
+            ' 10⁸ b*',
             'p = ab/(a + b)',
             1e8 * RATE / (1e8 + RATE),
             envelope_distance(TURNED, 1e8),

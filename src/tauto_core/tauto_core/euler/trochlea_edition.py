@@ -512,63 +512,67 @@ _STEPS = Control('m from M, rad', (0.5, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02), begin=1
 FIGURES = (
     EulerFigure(
         'I',
-        'The wheel at C with the cheeks CE and CF, between them the thread with the weight P; M '
-        'is the contact. The text gives the cheeks no shape: here each is an arc of a circle.',
+        'The wheel at *C* with the cheeks *CE* and *CF*, between them the thread with the weight'
+        ' *P*; *M* is the contact. The text gives the cheeks no shape: here each is an arc of a '
+        'circle.',
         _figure_i,
         (Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(17)), begin=9),),
     ),
     EulerFigure(
         'II',
-        'The balanced wheel. The text cites the figure and names no letter of it but C; the '
+        'The balanced wheel. The text cites the figure and names no letter of it but *C*; the '
         'counterweight is an example.',
         _figure_ii,
         (TURNS,),
     ),
     EulerFigure(
         'III',
-        "Sully's machine as Euler reports it: the thread is tied at B to the lever AD, on which "
-        'the weight P stands at D. That the lever is level at rest, with B under C, is assumed.',
+        "Sully's machine as Euler reports it: the thread is tied at *B* to the lever *AD*, on "
+        'which the weight *P* stands at *D*. That the lever is level at rest, with *B* under '
+        '*C*, is assumed.',
         _figure_iii,
         (TURNS,),
     ),
     EulerFigure(
         'IV',
-        'The turned wheel: CB is vertical, CO the line of the wheel that was vertical, MR the '
-        'thread, MT the lever arm, CN = MT.',
+        'The turned wheel: *CB* is vertical, *CO* the line of the wheel that was vertical, *MR* '
+        'the thread, *MT* the lever arm, *CN = MT*.',
         _figure_iv,
         (TURNS,),
     ),
     EulerFigure(
         'V',
-        'Two neighbouring points M and m, their normals MT and mt, which meet in R, and the '
-        'perpendiculars CT and Ct. S and s lie on the circle CB, r on the arc Mr about C.',
+        'Two neighbouring points *M* and *m*, their normals *MT* and *mt*, which meet in *R*, '
+        'and the perpendiculars *CT* and *Ct*. *S* and *s* lie on the circle *CB*, *r* on the '
+        'arc *Mr* about *C*.',
         _figure_v,
         (_STEPS,),
     ),
     EulerFigure(
         'VI',
-        'The recipe. Take BP = z on the tangent, draw CP through the circle at N, take the arc BS '
-        '= BP − BN, and CM = CP on the ray CS. Dots: the points found before.',
+        'The recipe. Take *BP = z* on the tangent, draw *CP* through the circle at *N*, take the'
+        ' arc *BS = BP − BN*, and *CM = CP* on the ray *CS*. Dots: the points found before.',
         _figure_vi,
         (Control('z', tuple(round(STEP * k, 1) for k in range(1, 31)), begin=11),),
     ),
     EulerFigure(
         'VII',
-        'The wheel falls from S to s, the power from Q to q; μ is the point of the curve that '
-        'becomes m. Beside it the cycloid NA of the pendulum AO.',
+        'The wheel falls from *S* to *s*, the power from *Q* to *q*; *μ* is the point of the '
+        'curve that becomes *m*. Beside it the cycloid *NA* of the pendulum *AO*.',
         _figure_vii,
         (Control('BS, rad', tuple(round(0.7 + 0.1 * k, 1) for k in range(10)), begin=5),),
     ),
     EulerFigure(
         'VIII',
-        'The disc ED larger than the circle BF of the cheeks.',
+        'The disc *ED* larger than the circle *BF* of the cheeks.',
         _figure_viii,
         (Control('a = CD/BC', (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0), begin=4),),
     ),
     EulerFigure(
         'IX',
-        'The second cam: A is the hole, AC = a, CM = y, PM = t normal to the curve, CP = p. The '
-        'text gives b as the constant at choice: the lever arm is t = b times the turn.',
+        'The second cam: *A* is the hole, *AC = a*, *CM = y*, *PM = t* normal to the curve, *CP '
+        '= p*. The text gives *b* as the constant at choice: the lever arm is *t = b* times the '
+        'turn.',
         _figure_ix,
         (
             Control('a/b', (1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0), begin=3),
@@ -577,15 +581,16 @@ FIGURES = (
     ),
     EulerFigure(
         'X',
-        'The machine with its fixed hole O, a = 2b. CN is perpendicular to OM, MP = CN. CB of the '
-        'wheel was at CO.',
+        'The machine with its fixed hole *O*, *a = 2b*. *CN* is perpendicular to *OM*, *MP = '
+        'CN*. *CB* of the wheel was at *CO*.',
         _figure_x,
         (Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(16)), begin=9),),
     ),
     EulerFigure(
         'XI',
-        "The same in the wheel's frame, where the hole moves on a circle about C from O to o. The "
-        'perpendiculars CP and Cp, S under C on the thread, On on mo, R where the normals meet.',
+        "The same in the wheel's frame, where the hole moves on a circle about *C* from *O* to "
+        '*o*. The perpendiculars *CP* and *Cp*, *S* under *C* on the thread, *On* on *mo*, *R* '
+        'where the normals meet.',
         _figure_xi,
         (Control('o from O, rad', (0.4, 0.3, 0.2, 0.1, 0.05, 0.02), begin=0),),
     ),
@@ -676,78 +681,83 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         'VII',
-        'From C draw the perpendicular to the thread, which touches the plate at M. The power P '
-        'turns the wheel back with the torque P times TM.',
+        'From *C* draw the perpendicular to the thread, which touches the plate at *M*. The '
+        'power *P* turns the wheel back with the torque *P* times *TM*.',
         ('tauto cam clock_involute_weight',),
         ('IV',),
     ),
     Paragraph(
         'VIII',
-        'The same torque is exerted by a force at the rim O, at right angles to CO. By the law of '
-        'the lever it is to P as TM is to CO.',
+        'The same torque is exerted by a force at the rim *O*, at right angles to *CO*. By the '
+        'law of the lever it is to *P* as *TM* is to *CO*.',
         ('tauto isochronism ideal --amplitudes 0.1,3',),
     ),
     Paragraph(
         'IX',
         'A pendulum keeps equal times where its acceleration is proportional to the arc that it '
-        'has to go. So TM must be proportional to the arc BO, which is the turn of the wheel.',
+        'has to go. So *TM* must be proportional to the arc *BO*, which is the turn of the '
+        'wheel.',
         ('tauto isochronism ideal --amplitudes 0.1,3',),
     ),
     Paragraph(
         'X',
-        'Seen from the wheel, TM is a normal of the curve and CT the perpendicular on it from C. '
-        'The increments of TM and of the angle TCO must be in proportion.',
+        'Seen from the wheel, *TM* is a normal of the curve and *CT* the perpendicular on it '
+        'from *C*. The increments of *TM* and of the angle *TCO* must be in proportion.',
         ('tauto cam clock_involute_weight',),
     ),
     Paragraph(
         'XI',
-        'Two neighbouring normals meet in the centre of curvature R, and the increment of TM is '
-        'pT. It is proportional to the angle TCp only where CT is constant, so R and T coincide.',
+        'Two neighbouring normals meet in the centre of curvature *R*, and the increment of *TM*'
+        ' is *pT*. It is proportional to the angle *TCp* only where *CT* is constant, so *R* and'
+        ' *T* coincide.',
         ('tauto cam clock_involute_weight',),
         ('V',),
     ),
     Paragraph(
         'XII',
-        'With CT as unit, y for CM and x for the arc BS, similar triangles give a differential '
-        'equation between x and y. In it the variables are already separated.',
+        'With *CT* as unit, *y* for *CM* and *x* for the arc *BS*, similar triangles give a '
+        'differential equation between *x* and *y*. In it the variables are already separated.',
         ('tauto cam clock_involute_weight --csv involute.csv',),
     ),
     Paragraph(
         'XIII',
-        'With z for the root of yy − 1 the equation needs only an arc of the circle. So each '
-        'point of the curve is constructed with ruler, compasses and the length of an arc.',
+        'With *z* for the root of *yy − 1* the equation needs only an arc of the circle. So each'
+        ' point of the curve is constructed with ruler, compasses and the length of an arc.',
         ('tauto cam clock_involute_weight --svg involute.svg',),
         ('VI',),
     ),
     Paragraph(
         'XIV',
-        'The normal MT touches the circle in T, and TM is the radius of curvature. The curve is '
-        'the involute of the circle, and is best drawn by a thread that unwinds from it.',
+        'The normal *MT* touches the circle in *T*, and *TM* is the radius of curvature. The '
+        'curve is the involute of the circle, and is best drawn by a thread that unwinds from '
+        'it.',
         ('tauto cam clock_involute_weight --dxf involute.dxf',),
     ),
     Paragraph(
         'XV',
         'The time of a swing must be found too, to give wheel and power their dimensions. The '
-        'wheel is taken as a uniform disc of weight Q, with the radius BC of the circle.',
+        'wheel is taken as a uniform disc of weight *Q*, with the radius *BC* of the circle.',
         ('tauto design --disc-weight 100 --pull 1 --disc-is-base --base-radius 0.02',),
     ),
     Paragraph(
         'XVI',
-        'The wheel is drawn in two neighbouring positions, as its curve goes from S to s. The '
-        'contacts M and m are at the height of B, and μ is the point of the curve that becomes m.',
+        'The wheel is drawn in two neighbouring positions, as its curve goes from *S* to *s*. '
+        'The contacts *M* and *m* are at the height of *B*, and *μ* is the point of the curve '
+        'that becomes *m*.',
         ('tauto cam clock_involute_weight',),
         ('VII',),
     ),
     Paragraph(
         'XVII',
-        'Meanwhile the power descends by Qn, which equals Mμ because the thread keeps its length. '
-        'Its work, P times Qn, passes whole into the wheel, for the power has no inertia.',
+        'Meanwhile the power descends by *Qn*, which equals *Mμ* because the thread keeps its '
+        'length. Its work, *P* times *Qn*, passes whole into the wheel, for the power has no '
+        'inertia.',
         ('tauto isochronism ideal --amplitudes 0.1,3',),
     ),
     Paragraph(
         'XVIII',
-        'The vis viva of the disc is half its weight times the height v of fall of its rim. So v '
-        'increases along the arc Ss in proportion to BS, the arc still to go.',
+        'The vis viva of the disc is half its weight times the height *v* of fall of its rim. So'
+        ' *v* increases along the arc *Ss* in proportion to *BS*, the arc still to go.',
         ('tauto isochronism ideal --amplitudes 0.1,3',),
     ),
     Paragraph(
@@ -789,46 +799,46 @@ _PARAGRAPHS = (
     ),
     Paragraph(
         'XXIII',
-        'The power without inertia pulls below the hole O. The perpendicular CN on the line OM '
-        'measures its action on the wheel.',
+        'The power without inertia pulls below the hole *O*. The perpendicular *CN* on the line '
+        '*OM* measures its action on the wheel.',
         ('tauto isochronism clock_second_cam_force --amplitudes 0.1,1,1.5',),
         ('X',),
     ),
     Paragraph(
         'XXIV',
-        'For equal times CN must be proportional to the angle BCO, which the wheel has yet to '
-        'turn. CN equals MP, the normal of the curve up to the perpendicular from C.',
+        'For equal times *CN* must be proportional to the angle *BCO*, which the wheel has yet '
+        'to turn. *CN* equals *MP*, the normal of the curve up to the perpendicular from *C*.',
         ('tauto isochronism clock_second_cam_force --amplitudes 0.1,1,1.5',),
     ),
     Paragraph(
         'XXV',
-        'In the frame of the wheel the hole moves on a circle, and each point M of the curve has '
-        'its place O there. MP must be proportional to the angle BCO.',
+        'In the frame of the wheel the hole moves on a circle, and each point *M* of the curve '
+        'has its place *O* there. *MP* must be proportional to the angle *BCO*.',
         ('tauto plot second_cam_at_sea machine',),
         ('XI',),
     ),
     Paragraph(
         'XXVI',
-        'A neighbouring point m gives the increments Pt of the normal and OCo of the angle. Their '
-        'proportion becomes one of the angles OCo and PCt, as CP to b.',
+        'A neighbouring point *m* gives the increments *Pt* of the normal and *OCo* of the '
+        'angle. Their proportion becomes one of the angles *OCo* and *PCt*, as *CP* to *b*.',
         ('tauto cam second_cam_at_sea',),
     ),
     Paragraph(
         'XXVII',
-        'The angle PCt is that of the two normals at R, and also that of the two tangents. '
-        'Similar triangles then give the ratio of both angles as OM to OS.',
+        'The angle *PCt* is that of the two normals at *R*, and also that of the two tangents. '
+        'Similar triangles then give the ratio of both angles as *OM* to *OS*.',
         ('tauto cam second_cam_at_sea',),
     ),
     Paragraph(
         'XXVIII',
-        'So CP is to b as OM to OS, and no angle is left. Both sides follow from the right-angled '
-        'triangle COS.',
+        'So *CP* is to *b* as *OM* to *OS*, and no angle is left. Both sides follow from the '
+        'right-angled triangle *COS*.',
         ('tauto cam second_cam_at_sea',),
     ),
     Paragraph(
         'XXIX',
-        'With a, p and t this is the equation stated before, and it gives p. A hole infinitely '
-        'far away makes p constant, which is the first curve.',
+        'With *a*, *p* and *t* this is the equation stated before, and it gives *p*. A hole '
+        'infinitely far away makes *p* constant, which is the first curve.',
         ('tauto cam second_cam_at_sea --set trochlea.thread.distance=100',),
     ),
     Paragraph(
