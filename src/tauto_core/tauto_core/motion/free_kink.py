@@ -21,21 +21,20 @@ from tauto_core.motion.free_step import (
     FreeHalfSwing,
     FreeState,
     arc_sine,
-    end_later,
     end_of,
+    event_after,
     fill_from_spans,
     given_by_impulse,
     holds,
     late_for_impulse,
+    late_for_kink,
     settle,
     ship_at,
     span_at,
-    time_until,
     to_impulse,
 )
 from tauto_core.motion.gauss_step import (
     PART_STEP,
-    Omega,
     Step,
     fill_rotations,
     start_stages,
@@ -113,12 +112,6 @@ def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: 
 
 
 @inlined
-def _late_for_kink(way: float, now: Instant, omega: Omega) -> float:
-    """Return the time to the kink [s], a short one."""
-    return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
-
-
-@inlined
 def _solve(
     run: SteppedRun, half: FreeHalfSwing, free_end: FreeEnd, mode: Mode, h: float
 ) -> tuple[bool, bool, float, float]:
@@ -153,7 +146,7 @@ def _solve(
         now = wheel.instant(mode, omega, (end_of(run, h).plane,), ship_at(half, k, x))
         if not (way * now.rate > 0.0 and way * now.speed > 0.0):
             break
-        kink, impulse = _late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
+        kink, impulse = late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
         if turns:
             struck = impulse < kink
         late = impulse if struck else kink
@@ -219,18 +212,10 @@ def _to_event(
     k, x = span_at(half, h)
     at, end = ship_at(half, k, x), end_of(run, h)
     now = wheel.instant(mode, omega, (end.plane,), at)
-    drift, since = wheel.drift(mode, omega, at, now)[0], late
-    if omega[0] * abs(late) > free_end.close:
-        # look again from where the event was expected
-        there = end_later(run, h, late, end, drift)
-        k, x = span_at(half, h + late)
-        at = ship_at(half, k, x)
-        now = wheel.instant(mode, omega, (there,), at)
-        since = (
-            late_for_impulse(wheel, way, now, omega) if struck else _late_for_kink(way, now, omega)
-        )
-        late += since
-    _act(run, half, free, mode, struck, end_later(run, h, late, end, drift), at, now, since)
+    late, since, at, now, there = event_after(
+        run, half, mode, h, late, end, at, now, free_end, struck
+    )
+    _act(run, half, free, mode, struck, there, at, now, since)
     count_step(True, found, run, 0, 0.0)
     return HOLDS, h + late
 

@@ -451,6 +451,47 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
 
 
 @inlined
+def late_for_kink(way: float, now: Instant, omega: Omega) -> float:
+    """Return the time to the kink of a cam [s], a short one."""
+    return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
+
+
+@inlined
+def event_after(
+    run: SteppedRun,
+    half: FreeHalfSwing,
+    mode: Mode,
+    h: float,
+    late: float,
+    end: StepEnd,
+    at: Outside,
+    now: Instant,
+    free_end: FreeEnd,
+    struck: bool = True,
+) -> tuple[float, float, Outside, Instant, Plane]:
+    """Return an impulse, or the kink, a short time `late` [s] after the end of a step of length h.
+
+    `at` and `now` are forcing and motion at that end. Returned are the time as looked at again,
+    how much of it is after the instant last looked at, forcing and motion at that, and the state
+    at the event.
+    """
+    wheel, omega = half.wheel, run.omega
+    drift, since = wheel.drift(mode, omega, at, now)[0], late
+    if omega[0] * abs(late) > free_end.close:
+        # look again from where the event was expected
+        there = end_later(run, h, late, end, drift)
+        k, x = span_at(half, h + late)
+        at = ship_at(half, k, x)
+        now = wheel.instant(mode, omega, (there,), at)
+        way = mode.direction
+        since = (
+            late_for_impulse(wheel, way, now, omega) if struck else late_for_kink(way, now, omega)
+        )
+        late += since
+    return late, since, at, now, end_later(run, h, late, end, drift)
+
+
+@inlined
 def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
     wheel, omega, work = half.wheel, run.omega, run.work
@@ -525,16 +566,7 @@ def to_impulse(
         if not holds(run, half, mode, free_end.error, h):
             return MISSES, 0.0
         found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        drift, since = wheel.drift(mode, omega, at, now)[0], late
-        if omega[0] * abs(late) > free_end.close:
-            # look again from where the impulse was expected
-            there = end_later(run, h, late, end, drift)
-            k, x = span_at(half, h + late)
-            at = ship_at(half, k, x)
-            now = wheel.instant(mode, omega, (there,), at)
-            since = late_for_impulse(wheel, way, now, omega)
-            late += since
-        there = end_later(run, h, late, end, drift)
+        late, since, at, now, there = event_after(run, half, mode, h, late, end, at, now, free_end)
         added = given_by_impulse(wheel, mode, omega[0] * there.y, now, at, since, state.given)
         plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
         plane.y = there.y + added / omega[0]
