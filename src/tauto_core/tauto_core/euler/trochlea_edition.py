@@ -28,7 +28,7 @@ from tauto_core.euler.edition import (
 from tauto_core.euler.trochlea_1727 import period
 from tauto_core.samples import FloatArray
 
-TURNS = Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(21)), begin=9)
+_TURNS = Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(21)), begin=9)
 _UNIT = Involute(1.0)
 _CIRCLE = np.linspace(0.0, math.tau, 121)
 
@@ -523,7 +523,7 @@ FIGURES = (
         'The balanced wheel. The text cites the figure and names no letter of it but *C*; the '
         'counterweight is an example.',
         _figure_ii,
-        (TURNS,),
+        (_TURNS,),
     ),
     EulerFigure(
         'III',
@@ -531,14 +531,14 @@ FIGURES = (
         'which the weight *P* stands at *D*. That the lever is level at rest, with *B* under '
         '*C*, is assumed.',
         _figure_iii,
-        (TURNS,),
+        (_TURNS,),
     ),
     EulerFigure(
         'IV',
         'The turned wheel: *CB* is vertical, *CO* the line of the wheel that was vertical, *MR* '
         'the thread, *MT* the lever arm, *CN = MT*.',
         _figure_iv,
-        (TURNS,),
+        (_TURNS,),
     ),
     EulerFigure(
         'V',

@@ -37,7 +37,7 @@ from tauto_core.kernels.marks import (
 # -----------------------------------------------------------------------------
 # The calling convention between Python and kernels: words of eight bytes, one for each number.
 #
-# The structure of an argument is a tree: the name of a number's kind, None, `Rows` of an array, or
+# An argument has the structure of a tree: the name of a number's kind, None, `ArrayStructure`, or
 # a `Tuple`. From it a function is made that packs arguments of this structure fast, and detects
 # any other structure. For an array the address of its object is packed; the compiled code reads
 # from there where its numbers are.
@@ -63,7 +63,7 @@ _TESTS = {
 _DTYPES = {name: np.dtype(name) for name in ('f8', 'i8', 'u8', 'b1')}
 
 
-class Rows(NamedTuple):
+class ArrayStructure(NamedTuple):
     """An array: its items and the number of its dimensions."""
 
     dtype: Any
@@ -95,7 +95,7 @@ def structure_of(x: Any) -> Any:
     if isinstance(x, np.ndarray):
         if x.dtype.fields is None and x.dtype.str[1:] not in _DTYPES:
             raise KernelError(f'kernels take no arrays of {x.dtype}')
-        return Rows(_dtype(x), x.ndim)
+        return ArrayStructure(_dtype(x), x.ndim)
     raise KernelError(f'kernels take no {type(x).__name__}: {x!r}')
 
 
@@ -117,7 +117,7 @@ def spelled_out(structure: Any) -> str:
         named = structure.named
         name = f'{named.__module__}.{named.__qualname__}{named._fields}' if named else ''
         return f'{name}({", ".join(spelled_out(item) for item in structure.items)})'
-    if isinstance(structure, Rows):
+    if isinstance(structure, ArrayStructure):
         return f'{structure.dtype.descr}[{structure.ndim}]'
     return str(structure)
 
@@ -156,7 +156,7 @@ class _Packing:
                 self.lines.append(f' {", ".join(names)}, = {name}')
             for each, item in zip(names, items, strict=True):
                 self.take(each, item)
-        elif isinstance(structure, Rows):
+        elif isinstance(structure, ArrayStructure):
             self.known[f'D{name}'] = structure.dtype
             other = '!=' if structure.dtype.fields is not None else 'is not'
             self._refuse(f'{name}.__class__ is not ndarray or {name}.dtype {other} D{name}')

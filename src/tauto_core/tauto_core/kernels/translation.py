@@ -18,7 +18,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from tauto_core.kernels.entries import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, Rows, Tuple
+from tauto_core.kernels.entries import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, ArrayStructure, Tuple
 from tauto_core.kernels.marks import (
     Intrinsic,
     KernelError,
@@ -671,7 +671,7 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
         return Group(items, structure.named)
     b, place = out.b, next(words)
     word = b.load(b.gep(out.f.args[0], [ir.Constant(WORD, place)]))
-    if isinstance(structure, Rows):
+    if isinstance(structure, ArrayStructure):
         return _array_of(structure, word, place, out)
     if structure == 'float':
         return Value(FLOAT, b.bitcast(word, DOUBLE))
@@ -680,7 +680,9 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
     return Value(UINT if structure == 'uint64' else INT, word)
 
 
-def _array_of(structure: Rows, word: ir.Value, place: int, out: Emission) -> Array | Record:
+def _array_of(
+    structure: ArrayStructure, word: ir.Value, place: int, out: Emission
+) -> Array | Record:
     """Emit code that reads an array's object, whose address is a word.
 
     The entry returns the number of the word, counted from one, if the array does not fit.

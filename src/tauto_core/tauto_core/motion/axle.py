@@ -34,17 +34,17 @@ from tauto_core.motion.phase import polar, polar_rate, since_start
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
-STAGES = 16
-LONGEST = 1.0
+_STAGES = 16
+_LONGEST = 1.0
 """Longest step, as a phase of the fast mode [rad]."""
 MOST_SWEEPS, SETTLED = 60, 2e-16
 MOST_HALVINGS = 24
-OVER = 3.0
+_OVER = 3.0
 """|φ − θ| or |θ − ρ| at which the body counts as turned over [rad]."""
 MOST_EVENTS = 1000
 """Changes between rolling and sliding in a step of the span, at most."""
 
-_GAUSS = gauss_constants(STAGES)
+_GAUSS = gauss_constants(_STAGES)
 _INNER = np.ascontiguousarray(_GAUSS.columns.T)
 """a_ij: values at the nodes to integrals up to them."""
 _ENDS = np.append(_GAUSS.nodes, 1.0)
@@ -306,7 +306,7 @@ class AxleMotion:
         over, or the steps become too short.
         """
         at, left, events = begin_s, length_s, 0
-        longest = LONGEST / self.clock.fastest
+        longest = _LONGEST / self.clock.fastest
         while left > 0.0:
             # a rounding above a whole number of steps makes no further one
             size = left / max(1, math.ceil(left / longest - 1e-9))
@@ -382,7 +382,7 @@ class AxleMotion:
         )
         times = at + size * _ENDS
         there = support(times)
-        motion, rows = np.empty((5, STAGES + 1)), np.zeros((8, STAGES))
+        motion, rows = np.empty((5, _STAGES + 1)), np.zeros((8, _STAGES))
         for row, values in zip(
             motion,
             (there.turn, there.turn_rate, there.turn_acceleration, there.down, there.lateral),
@@ -410,10 +410,10 @@ class AxleMotion:
             )
         sigma = self.clock.body.curvature * step.rows[ARC]
         apart = np.abs(step.rows[TILT] - step.turn[:-1] - sigma)
-        over = np.flatnonzero(np.maximum(apart, np.abs(sigma)) > OVER)
+        over = np.flatnonzero(np.maximum(apart, np.abs(sigma)) > _OVER)
         if len(over):
             raise PropagationError(
-                f'the body turned over (more than {OVER:g} rad from its support). Release it '
+                f'the body turned over (more than {_OVER:g} rad from its support). Release it '
                 'nearer to rest, or push it less',
                 float(step.times[over[0]]),
             )
@@ -437,7 +437,7 @@ class AxleMotion:
 
         def margin(share: float) -> float:
             """Return a margin that is positive while the contact stays as it is."""
-            powers = (2.0 * share - 1.0) ** np.arange(STAGES)
+            powers = (2.0 * share - 1.0) ** np.arange(_STAGES)
             gained = share * size * ((step.bends @ _POWERS.T) @ powers)
             moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
             state = (self.now.numbers + np.concatenate([moved, gained]))[:, None]

@@ -60,7 +60,7 @@ from tauto_core.motion.system import (
 )
 from tauto_core.samples import State
 
-LONGEST_PHASE_RAD = 0.5
+_LONGEST_PHASE_RAD = 0.5
 """Longest step of a slack motion, as the angle that the wheel's swing turns in it [rad].
 
 The thread tautens where the stage polynomials say so, which are of half the order of the step: so
@@ -206,7 +206,7 @@ class Tautening(NamedTuple):
     lost_joule: float
 
 
-COARSEN = 2.0**-9
+_COARSEN = 2.0**-9
 """Share of the tolerance below which steps double: by that the error within grows 2^8 times."""
 
 IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
@@ -248,7 +248,7 @@ class SlackThread(Stepped):
     ) -> None:
         super().__init__(machine, planes, nodes, stages, tolerance, columns)
         self._goes_on = not machine.stops_when_slack
-        self._slack_tolerance = tolerance_of(min(tolerance.step, TOLERANCE), 0.0, COARSEN)
+        self._slack_tolerance = tolerance_of(min(tolerance.step, TOLERANCE), 0.0, _COARSEN)
         self._slack_nodes, self._slack_columns = nodes, columns
         self._slack_state: NDArray[np.void] | None = None
         self._slack_work: NDArray[np.void] | None = None
@@ -284,7 +284,7 @@ class SlackThread(Stepped):
             if loose is not None:
                 # it tautens with the code SLACK
                 free, work = self._records(loose)
-                longest_s = min(LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
+                longest_s = min(_LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
                 rows, code, k, x = Stepped._run(
                     self, left, loose, self._slack_tolerance, longest_s, free, work
                 )

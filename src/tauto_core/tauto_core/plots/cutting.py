@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 MM_PER_INCH = 25.4
 POINTS_PER_MM = 72.0 / MM_PER_INCH
-MARGIN_MM = 5.0
+_MARGIN_MM = 5.0
 COLUMNS = ('x_mm', 'y_mm', 'angle_rad')
 THICKEST_MM = 100.0
 FEWEST_POINTS, MOST_POINTS = 2, 1_000_000
@@ -306,7 +306,10 @@ def write_svg(path: Path, drawing: CamDrawing) -> None:
 
     left, low, right, top = drawing.box
     longest = max(note.x + LETTER * drawing.text_mm * len(note.text) for note in drawing.notes)
-    x, y = (left - MARGIN_MM, max(right, longest) + MARGIN_MM), (low - MARGIN_MM, top + MARGIN_MM)
+    x, y = (
+        (left - _MARGIN_MM, max(right, longest) + _MARGIN_MM),
+        (low - _MARGIN_MM, top + _MARGIN_MM),
+    )
     figure = Figure(figsize=((x[1] - x[0]) / MM_PER_INCH, (y[1] - y[0]) / MM_PER_INCH))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=x, ylim=y)

@@ -42,7 +42,7 @@ from tauto_core.ship.sections import SuspensionKind
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.
 
-MARGIN = 1.5
+_MARGIN = 1.5
 """Extent over swing; a ship's motion and an escapement may increase the swing."""
 
 
@@ -65,7 +65,7 @@ def cam_extent(scene: Scene) -> float:
         found = steady_swing(machine)
         swing = swing if isinstance(found, NoSteadySwing) else max(swing, found.amplitude)
     if swing > 0.0:
-        ends.append(float(f'{MARGIN * swing:.2g}'))
+        ends.append(float(f'{_MARGIN * swing:.2g}'))
     return min(ends)
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 TABLE_COLUMNS = ('angle_rad', 'lever_arm_m')
 LEAST_ROWS = 6
-MOST_ROWS = 500
+_MOST_ROWS = 500
 _TRIED = 32
 """Largest number of halvings of S, beginning where all points are off by the tolerance; after them
 the points are interpolated.
@@ -379,8 +379,8 @@ class MeasuredCam(CamKind):
         if rows and rows[0][1:] == (0.0, 0.0):
             rows = rows[1:]  # the point at rest is part of every cam
         _check_rows(path, rows)
-        if len(rows) > MOST_ROWS:
-            problem = f'more than {MOST_ROWS} points take minutes to smooth'
+        if len(rows) > _MOST_ROWS:
+            problem = f'more than {_MOST_ROWS} points take minutes to smooth'
             remedy = 'Take the means of neighbouring points.'
             raise SceneError(str(path), 'number of rows', len(rows), problem, remedy)
         line, angle, _ = rows[0]
