@@ -82,8 +82,8 @@ class Terminal:
 
 
 @contextmanager
-def sailing(folder: Path, columns: int, **environment: str) -> Iterator[Terminal]:
-    command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
+def sailing(folder: Path, columns: int, *options: str, **environment: str) -> Iterator[Terminal]:
+    command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10', *options]
     terminal = Terminal([*command, '--out', str(folder / 'bag')], columns, **environment)
     try:
         yield terminal
@@ -206,7 +206,7 @@ def test_a_supervisor_tells_how_each_node_is(tmp_path: Path) -> None:
 
 
 def test_a_terminal_without_a_cursor_gets_no_panel(tmp_path: Path) -> None:
-    with sailing(tmp_path, 80, TERM='dumb') as terminal:
+    with sailing(tmp_path, 80, '--compose', TERM='dumb') as terminal:
         deadline_s = time.monotonic() + DEADLINE_S
         while not list(tmp_path.glob('bag/*.mcap')):
             assert terminal.read(), terminal.written

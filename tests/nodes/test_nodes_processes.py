@@ -508,7 +508,7 @@ def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
     nowhere = tmp_path / 'keystore'
     secure = {'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_KEYSTORE': str(nowhere)}
     done = subprocess.run(
-        tauto('graph', 'measured', '--out', str(tmp_path / 'bag')),
+        tauto('graph', 'measured', '--compose', '--out', str(tmp_path / 'bag')),
         env={**os.environ, **secure, 'ROS_SECURITY_STRATEGY': 'Enforce'},
         capture_output=True,
         text=True,
@@ -543,11 +543,9 @@ def test_what_the_middleware_complains_of_is_told_beside_the_result(tmp_path: Pa
 
 
 def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
-    out = tmp_path / 'bag'
+    out, brief = tmp_path / 'bag', ('measured', '--duration', '20', '--speed', 'max')
     done = subprocess.run(
-        tauto(
-            'graph', 'measured', '--duration', '20', '--speed', 'max', '--out', str(out), '--json'
-        ),
+        tauto('graph', *brief, '--compose', '--out', str(out), '--json'),
         capture_output=True,
         text=True,
         check=False,

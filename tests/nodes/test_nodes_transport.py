@@ -24,6 +24,7 @@ from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
 from tauto_core.scene import load_scene
 from tauto_nodes import NodesError
+from tauto_nodes import node as base
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, RUN, WINDOW, End, Report
 from tauto_nodes.node import GraphNode, assess
 from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
@@ -266,6 +267,13 @@ def test_the_graph_that_came_second_ends_and_the_first_goes_on(
     assert second[0].counts()[SHIP_IMU]['received'] == 0
 
 
+@pytest.fixture
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nodes wait for half a second, not ten, for messages that were never sent."""
+    monkeypatch.setattr(base, 'LOST_AFTER_S', 0.5)
+
+
+@pytest.mark.usefixtures('patience')
 def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) -> None:
     # A sender that claims to have sent more than it did: the recorder must not wait for ever.
     graph = ('trochlea', 'recorder')
@@ -281,6 +289,7 @@ def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) 
     assert sink.exit_code == 1
 
 
+@pytest.mark.usefixtures('patience')
 def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> None:
     # What it would publish without them is not what the scene says, and nobody else would notice.
     graph = ('ship_motion', 'trochlea')
