@@ -358,8 +358,8 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
 def _finer_parts(scene: Scene) -> int | None:
     """Return into how many parts a finer run divides a step; None where that is impossible.
 
-    A case that dry friction holds does not move smoothly, and samples of its own motion round the
-    jumps off: those are made finer too.
+    A case that dry friction holds does not move smoothly. The samples of its motion round the
+    jumps off, so they are made finer too.
     """
     hung, finer = scene.suspension, FINER
     if hung is not None and hung.sticks:

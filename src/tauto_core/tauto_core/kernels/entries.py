@@ -436,7 +436,8 @@ class CompiledFunction:
     def _compiled(self, structures: list[Any], efforts: list[Any]) -> tuple[Any, Any, Any]:
         """Return the layout of the result, the entry in memory, and with which effort it is made.
 
-        What is kept of the first effort is taken, else of the next; else the last is made.
+        The code kept on disk of the first effort is taken, else that of the next. Where there is
+        none, the last effort is made.
         """
         from tauto_core.kernels.machine_code import (
             compiler_versions,

@@ -74,7 +74,7 @@ class Value:
     """A number, lanes or a pointer at run time.
 
     Attributes:
-        kind: what it is.
+        kind: its type.
         ir: LLVM's value.
     """
 

@@ -125,7 +125,7 @@ class DragKind(Kind):
     def damping(self, rate: float) -> float:
         """Return P′/θ̇ₘ [N m s], with P the mean power that it takes from a harmonic swing.
 
-        P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π; of a law of its own by quadrature and difference.
+        P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π; of another law by quadrature and difference.
 
         Args:
             rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].

@@ -539,8 +539,8 @@ def _on_polynomials(
             last = limit
             at_last = watch.value(last)
         if last <= 1.0:
-            # A smooth turning point is not stepped to, so that its place may be rough. Other
-            # events are carried to their place afterwards, but for those that end the run.
+            # No step ends at a smooth turning point, so its place may be rough. Most others are
+            # carried to their place afterwards; those that end the run are not.
             smooth = kind == TURNING and not system.turns_abruptly
             precision = 1e-2 if smooth else (1e-6 if kind < AT_EDGE else 1e-13)
             located = locate(watch, last, at_last, precision)

@@ -186,8 +186,8 @@ def count_passages(
 
     `step_s` is the time between the samples of a window, `wheel` a record of `WHEEL_STATE`.
     `counts` is filled with turns and beats at the logged ends, and the sign of θ where it touches
-    zero there, else 0, (logged, 3). Returns whether the edge is reached, and then the span in
-    which it is and the fraction of it.
+    zero there, else 0, (logged, 3). Returns whether the edge is reached, and the span
+    and the fraction of it where that happens.
     """
     y, n, written = path.y, len(logged), 0
     rough = _rough(well.omega0, spans.u, step_s)

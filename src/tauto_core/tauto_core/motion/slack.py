@@ -97,8 +97,7 @@ class Tautened(NamedTuple):
 class LooseSystem(System):
     """A system whose thread is slack; those of all threads have a wheel that goes free.
 
-    `Instant.tension` is the gap in the thread: what it is longer than its way, in the unit of the
-    planes.
+    `Instant.tension` is the gap in the thread, its length less its way, in the unit of the planes.
     """
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:

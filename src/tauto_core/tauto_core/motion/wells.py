@@ -575,7 +575,8 @@ def resistance(per_inertia: PerInertia, rate: Numeric, mode: Mode) -> Numeric:
 
 @inlined
 def law_torque(law: DragLaw | None, rate: Numeric, mode: Mode) -> Numeric:
-    """Return the torque over I of a drag with a law of its own; −0.0 without one."""
+    """Return the torque over I of the law that a drag adds; −0.0 without one."""
+    # −0.0 added to a number leaves its bits, also those of −0.0
     return -0.0 if law is None else law.torque(rate, mode.direction)
 
 

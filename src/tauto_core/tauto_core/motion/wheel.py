@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,16 +105,6 @@ WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 
 HOT_NODES = *WHEEL_NODES, *HotNumbers._fields
 """The rows where heat changes the wheel."""
-
-
-class WheelNodes(Protocol):
-    """The rows WHEEL_NODES of `work.nodes`; those of absent channels are not set."""
-
-    line_rate: FloatArray
-    line_bend: FloatArray
-    tilt_rate: FloatArray
-    gravity: FloatArray
-    lean: FloatArray
 
 
 class FeltChannels(NamedTuple):

@@ -55,18 +55,22 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     curve in a fluid with its arc.
 
     Returns:
-        `lines`, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`, the part
-        with which it moves (`machine.Carrier`); `note` on these; `parts` of the voyage,
-        each beginning at `from_s` for `length_s`, with `time_s` within it, `phase_rad` and
-        `amplitude_rad` and the dial's `error_s` at logged samples, `true_s`, the true time of the
-        day when it begins, and every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the
-        apparent vertical, to which a suspended case keeps and a thread with a weight; `roughest`,
-        the number of the part that contains the roughest ten minutes. For a thread
-        `hangs`, whether it keeps to that alone, `fixed_end`, and `winding` (`angle_rad`, `x`, `y`
-        of the contact in the wheel's frame, `rise`, all [mm]), null without a cam; `pivot`, the
-        place [mm] about which a suspended case turns, or null; `lever` (`x`, `y` of the fulcrum,
-        its angle `beta_rad` at `angle_rad` of the wheel), or null; `curve` in a fluid (`x`, `y`
-        [mm] at `arc_m`), or null.
+        lines: outlines, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`,
+            the part with which it moves (`machine.Carrier`). `note` is on these.
+        parts: parts of the voyage, each from `from_s` on for `length_s`. At logged samples they
+            have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`;
+            every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical, to
+            which a suspended case keeps and a thread with a weight. `true_s` is the true time of
+            the day when the part begins.
+        roughest: number of the part that contains the roughest ten minutes.
+        hangs, fixed_end: of a thread, whether it keeps to the apparent vertical alone, and whether
+            its end is fixed.
+        winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm];
+            null without a cam.
+        pivot: the place [mm] about which a suspended case turns, or null.
+        lever: `x`, `y` of the fulcrum, and its angle `beta_rad` at `angle_rad` of the wheel, or
+            null.
+        curve: in a fluid, `x`, `y` [mm] at `arc_m`, or null.
     """
     scene = voyage.scene
     if not len(voyage.angle_rad) or not len(voyage.phase_rad):
