@@ -379,12 +379,12 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
             'topics',
             ('all',),
             'topics to record, relative names; `all`: the topic table and, without `credits`, '
-            '/diagnostics and /tf_static. Absolute names are any others, without `credits`',
+            '/diagnostics and /tf_static. Without `credits` absolute names add other topics',
         ),
         Parameter(
             'scene',
             '',
-            'scene file or shipped name: ship/imu is left out where the scene keeps no motion, '
+            'scene file or built-in name: ship/imu is left out where the scene keeps no motion, '
             'and without `credits` the bag begins with the scene, so that `tauto replay` needs '
             'none; empty: every topic asked for is recorded',
             is_path=True,
@@ -394,7 +394,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'flush_interval',
             1.0,
-            'what came longer ago is in the file, whatever becomes of the process',
+            'messages older than this are in the file, even if the process is killed',
             unit='s',
             low=0.05,
             high=3600.0,
@@ -547,9 +547,9 @@ def reference_page() -> str:
         '',
         'Generated from `tauto_nodes/parameters.py`; a test keeps the two equal.',
         'Unknown names, wrong types and values out of range stop a node at its start, with the',
-        'reason. Only in the section `/**` of a parameter file, which nodes share, may a name be',
-        "another node's; one that no node has is a warning there. Doubles need their point:",
-        '`speed:=2.0`. Besides these, `use_sim_time` is known, and of topics that the node has',
+        'reason. Nodes share the section `/**` of a parameter file: it may hold names of other',
+        'nodes, and a name that no node has causes a warning. Write a double with its point:',
+        '`speed:=2.0`. Also accepted are `use_sim_time` and, for the topics of the node,',
         '`qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>`.',
     ]
     for role, table in PARAMETERS.items():

@@ -220,9 +220,9 @@ TOPICS: dict[str, Topic] = {
             s.SLACK,
             JOINT_STATE,
             'trochlea',
-            'the thread is taut again after it was slack, names `slacks`, how often so far, '
-            '`slack_s`, how long this time, `lost_joule`, what was lost as it tautened; stamp: '
-            'when; none where the thread stays taut',
+            'the thread is taut again after it was slack, names `slacks`, the number so far, '
+            '`slack_s`, the length of this one, `lost_joule`, the energy lost as it tautened; '
+            'stamp: when it tautened; no message where the thread stays taut',
         ),
         Topic(
             s.READING,

@@ -77,7 +77,7 @@ class Trochlea(Section):
         description='mapping with `kind` and the dimensions of the thread'
     )
     power: Annotated[PowerKind, KindIn(POWERS)] = Field(
-        description='mapping with `kind` and what pulls the thread'
+        description='mapping with `kind` and the numbers of the power, which pulls the thread'
     )
     release_angle: Number = Field(
         description="the wheel's angle in its case at the start, at rest there [rad], "

@@ -58,9 +58,9 @@ runs, bags and `--json` have the number in the unit of the key.
 {table}
 
 Units may be multiplied and divided: `4 kg cm2`, `-10.7 s/day/K`, `2 mm/deg`. There are the
-prefixes n, µ or u, m and k, and `cm`; `nm` is none of them, since sailors mean nautical miles by
-it. A unit of another kind is refused: `base_radius: 5 min` is a time. So are numbers without a
-unit in quotes, and units where the meaning has none.
+prefixes n, µ or u, m and k, and `cm`; `nm` is refused, since sailors mean nautical miles by it. A
+unit of another kind is refused: `base_radius: 5 min` is a time. So are numbers without a unit in
+quotes, and units where the meaning has none.
 
 The foot is 0.3048 m and the pound 0.45359237 kg, by the agreement of 1959, the nautical mile
 1852 m (NIST SP 811). The old units of Paris and the Rhineland are those of `tauto design`:

@@ -329,7 +329,7 @@ class DriftSettings(Section):
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
         description='number of standard deviations beyond which an observation is refused as an '
-        'outlier, 1 to 1e9 (1e9: none is)',
+        'outlier, 1 to 1e9 (1e9: all are used)',
     )
     white_fm: Wander | None = Field(
         default=None,
@@ -461,7 +461,7 @@ def _with_place(value: object) -> object:
 
 
 class Waypoint(Section):
-    """A place that the ship passes. Written as `[latitude, longitude]` it is no landfall."""
+    """A place that the ship passes. Written as `[latitude, longitude]` it is not a landfall."""
 
     place: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     landfall: Flag = Field(
@@ -631,7 +631,7 @@ class VoyageLog(Section):
     harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
         default=0.0,
         description='time in still water before the first entry, at its place, so that the clock '
-        'can be rated: an invention, 0 to 1000 [days]',
+        'can be rated; the log does not hold it, 0 to 1000 [days]',
     )
     longest_gap_days: Positive = Field(
         default=6.0, description='longest time between two entries that is bridged [days]'
@@ -693,7 +693,7 @@ class LogFile(Section):
     harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
         default=0.0,
         description='time in still water before the first entry, at its place, so that the clock '
-        'can be rated: an invention, 0 to 1000 [days]',
+        'can be rated; the log does not hold it, 0 to 1000 [days]',
     )
     longest_gap_days: Positive = Field(
         default=6.0, description='longest time between two entries that is bridged [days]'

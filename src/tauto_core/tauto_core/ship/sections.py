@@ -159,8 +159,8 @@ class HullWeights(Section):
     centre_of_gravity: Number | None = Field(
         default=None,
         description="height of the ship's centre of gravity over the waterline [m]; when left out "
-        'that which gives her roll its period. One that is given counts in her inertia and pitch; '
-        'what rights her in roll stays that of the period',
+        'the height that gives her roll its period. A given height counts in her inertia and '
+        'pitch; the righting moment in roll stays that of the period',
     )
 
 
@@ -213,7 +213,7 @@ class Rao(Section):
     """Response amplitude operator of a ship: factors of exp(iωt) per metre of wave amplitude.
 
     Each list of a motion has all frequencies at the first speed and heading, then those at the
-    next heading, then those at the next speed. A motion without lists is none.
+    next heading, then those at the next speed. A motion without lists is left out.
     """
 
     source: OneLine = Field(description='origin of the operator')

@@ -405,7 +405,7 @@ class LogAir(AirKind):
     """Air by the thermometer of the voyage's log, from entry to entry linear in time.
 
     Where an entry has no temperature, it is the mean over the sea at the latitude and in the
-    month, and what is left of the departure from it at the next entries that have one. In the
+    month, and a fading share of the departure from it at the next entries that have one. In the
     harbour before the log the air is that of the first entry.
     """
 

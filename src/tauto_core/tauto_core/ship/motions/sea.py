@@ -519,7 +519,7 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
             keys.centre_of_gravity,
             f'must be below the metacentre, {made.metacentre:.3g} m over the waterline: her '
             'metacentric height is negative, and she capsizes',
-            'Leave it out: it is then that which gives her roll its period.',
+            'Leave it out: it is then the height that gives her roll its period.',
         )
     return made
 

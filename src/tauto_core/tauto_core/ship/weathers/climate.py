@@ -89,7 +89,7 @@ _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
 
 class Region(Section):
-    """A part of the route with a climate: a known one, one's own numbers, or both."""
+    """A part of the route with a climate: a name, numbers, or both."""
 
     at: SceneTime | None = Field(
         default=None,

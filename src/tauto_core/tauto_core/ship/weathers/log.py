@@ -141,7 +141,7 @@ TURN_S = 300.0
 
 
 class BackgroundSwell(Section):
-    """A swell from afar that the log does not know, all the way."""
+    """A swell from afar, which the log does not record, on the whole passage."""
 
     significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)] = Field(
         description='significant wave height, at most 30 [m]'
@@ -155,10 +155,9 @@ class BackgroundSwell(Section):
 class LogWeather(WeatherKind):
     """Seas grown from the wind of the voyage's log: a wind sea, and beside it a swell.
 
-    Each has its direction. From entry to entry each changes gradually; at an entry
-    she turns to her next course. In the harbour before the log the water is still. With a hull,
-    a sea with a peak at waves below a tenth of her length is none, and of a young sea those
-    shorter waves are left out.
+    Each has its direction. From entry to entry each changes gradually; at an entry she turns to
+    her next course. In the harbour before the log the water is still. With a hull, waves below a
+    tenth of her length are left out of a young sea, and so is a whole sea with its peak there.
     """
 
     rank = 4
