@@ -110,6 +110,7 @@ stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
 	.venv/bin/python -m pytest tests/core/plots/test_solids.py
 	.venv/bin/python benchmarks/graph_freeze.py
+	.venv/bin/python benchmarks/cliwoc.py
 
 soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the bag whole
 	.venv/bin/python benchmarks/soak.py --minutes $(MINUTES)

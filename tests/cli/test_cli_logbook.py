@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 
 import pytest
 from typer.testing import CliRunner
@@ -132,3 +133,33 @@ def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
     told = [each for each in passage['notes'] if 'last entry' in each]
     assert len(told) == (note is not None)
     assert note is None or told[0].startswith(note)
+
+
+def test_a_fourteenth_of_cliwocs_rows_is_listed_in_a_fourteenth_of_half_a_minute(
+    tmp_path, monkeypatch
+):
+    """20,020 of 280,280 rows, with what is doubtful; by the time of the processor."""
+    from benchmarks.cliwoc import MOST_S, release_21
+    from tauto_core.ship import logbook
+
+    path = tmp_path / 'cliwoc.tsv'
+    release_21(path, 20_020)
+    told: list[float] = []
+    read = logbook.read_passages
+
+    def reading(file, **_):
+        return read(file, progress=told.append)
+
+    monkeypatch.setattr(logbook, 'read_passages', reading)
+    began = time.process_time()
+    found = CliRunner().invoke(app, ['logbook', str(path), '--json'])
+    took_s = time.process_time() - began
+    assert found.exit_code == 0, found.stderr
+    entries = sum(each['entries'] for each in json.loads(found.stdout)['passages'])
+    assert 19_000 < entries <= 20_020
+    assert took_s < MOST_S / 14.0
+    # the share that is read grows as the file is read, row by row
+    assert told == sorted(told)
+    assert 0.0 <= told[0] < 0.1
+    assert told[-1] > 0.7
+    assert len(told) == 5

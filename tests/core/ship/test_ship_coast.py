@@ -6,9 +6,18 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.path import Path
 
 from tauto_core.samples import FloatArray
-from tauto_core.ship.coast import MapFrame, coast_km, inland_km, land, map_frame, place_name
+from tauto_core.ship.coast import (
+    MapFrame,
+    _is_land,
+    coast_km,
+    inland_km,
+    land,
+    map_frame,
+    place_name,
+)
 
 
 def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bool:
@@ -115,6 +124,24 @@ def test_places_on_land_are_as_far_from_the_sea_as_towns_are_known_to_be(
     place: tuple[float, float], least: float, most: float
 ) -> None:
     assert least <= inland_km(*place) <= most
+
+
+def test_the_squares_of_open_sea_hold_no_place_on_land() -> None:
+    """Against matplotlib's count of outlines; half of the places on the sides of squares."""
+    random = np.random.default_rng(1)
+    places = np.column_stack(
+        [random.uniform(-80.0, 80.0, 600), random.uniform(-180.0, 180.0, 600)]
+    )
+    places[::2] = np.round(places[::2])
+    outlines = land(WORLD)
+    within = sum(Path(each.T).contains_points(places[1::2, ::-1]).astype(int) for each in outlines)
+    shown = [inland_km(*place) > 0.0 for place in places[1::2].tolist()]
+    # the outlines of a world map are thinned to a third of a degree, at the coast
+    near = np.array([coast_km(*place) < 60.0 for place in places[1::2].tolist()])
+    assert np.all((np.array(shown) == (within % 2 == 1)) | near)
+    assert 0.2 < np.mean(shown) < 0.5
+    for latitude, longitude in places.tolist():
+        assert (inland_km(latitude, longitude) > 0.0) == _is_land(latitude, longitude)
 
 
 @pytest.mark.parametrize(

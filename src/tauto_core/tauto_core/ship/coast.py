@@ -195,8 +195,10 @@ def place_name(latitude: float, longitude: float) -> str:
 # Places that lie on land.
 
 _KM_PER_DEG = 60.0 * 1.852
+_FARTHEST_KM = 200.0
+"""Distance within which the nearest coast is sought."""
 _REACH = 2
-"""Bands of a degree on either side in which the nearest coast is sought: 220 km."""
+"""Bands of a degree on either side that hold it: 220 km."""
 
 
 @cache
@@ -218,12 +220,33 @@ def inland_km(latitude: float, longitude: float) -> float:
     It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
     to a few kilometres; islands that they lack are sea.
     """
+    if _is_open(math.floor(latitude), math.floor(math.remainder(longitude, 360.0))):
+        return 0.0
+    if not _is_land(latitude, longitude):
+        return 0.0
+    return coast_km(latitude, longitude)
+
+
+def _is_land(latitude: float, longitude: float) -> bool:
+    """Return whether the parallel to the east of a place crosses an odd number of coasts."""
     x, y, to_x, to_y = _sides()[math.floor(latitude) + 90]
     crossed = (y <= latitude) != (to_y <= latitude)
     where = x[crossed] + (latitude - y[crossed]) * (to_x - x)[crossed] / (to_y - y)[crossed]
-    if not any(np.count_nonzero(where > each) % 2 for each in _turns(longitude)):
-        return 0.0
-    return coast_km(latitude, longitude)
+    return any(np.count_nonzero(where > each) % 2 for each in _turns(longitude))
+
+
+@cache
+def _is_open(south: int, west: int) -> bool:
+    """Return whether a square of a degree has neither land nor, by its corners, a coast.
+
+    Most entries of a log lie in such squares, and many in the same.
+    """
+    x, _, to_x, _ = _sides()[south + 90]
+    low, high = np.minimum(x, to_x), np.maximum(x, to_x)
+    begins = np.array(_turns(west + 0.5))[:, None] - 0.5
+    if np.any((low <= begins + 1.0) & (high >= begins)):
+        return False
+    return not _is_land(south + 0.5, west + 0.5)
 
 
 LANDFALL_KM = 30.0
@@ -246,17 +269,29 @@ def coast_km(latitude: float, longitude: float) -> float:
 
     It is inf where no coast of the maps is within 200 km.
     """
-    bands, band = _sides(), math.floor(latitude) + 90
-    near = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
+    near, west, east = _sides_about(math.floor(latitude))
     scale = np.array([[math.cos(math.radians(latitude))], [1.0]]) * _KM_PER_DEG
-    way = (near[2:] - near[:2]) * scale
-    square = np.maximum(np.sum(way * way, axis=0), 1e-12)
+    reach = _FARTHEST_KM / float(scale[0, 0])
     nearest = math.inf
-    for east in _turns(longitude):
-        begin = (near[:2] - np.array([[east], [latitude]])) * scale
+    for here in _turns(longitude):
+        sides = near[:, (west <= here + reach) & (east >= here - reach)]
+        way = (sides[2:] - sides[:2]) * scale
+        begin = (sides[:2] - np.array([[here], [latitude]])) * scale
+        square = np.maximum(np.sum(way * way, axis=0), 1e-12)
         share = np.clip(-np.sum(begin * way, axis=0) / square, 0.0, 1.0)
         nearest = min(nearest, float(np.min(np.hypot(*(begin + share * way)), initial=math.inf)))
-    return nearest if nearest < 200.0 else math.inf
+    return nearest if nearest < _FARTHEST_KM else math.inf
+
+
+@cache
+def _sides_about(south: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the sides of outlines about a band of a degree, and their ends in the west and east.
+
+    The band begins at `south` [°].
+    """
+    bands, band = _sides(), south + 90
+    near = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
+    return near, np.minimum(near[0], near[2]), np.maximum(near[0], near[2])
 
 
 def _turns(longitude: float) -> tuple[float, float, float]:
