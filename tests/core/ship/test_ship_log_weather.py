@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import math
+import pickle
 
 import numpy as np
 import pytest
 
+from tauto_core.samples import (
+    JOINT_STATES,
+    LONGITUDE_ERROR,
+    READING,
+    SHIP_FIX,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    merged,
+)
 from tauto_core.scene import load_scene
 from tauto_core.scene.sections import has_wind
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.weathers import log as weather
 from tauto_core.ship.weathers.log import fetch_of_height, fetch_of_hours, grown, grown_seas
+from tauto_core.voyage import ShipSource, pipeline
 
 # WMO-No. 306: probable height of waves in the open sea, Beaufort 3 to 11 [m], at CLIWOC's speeds
 PROBABLE = {
@@ -137,6 +148,63 @@ def test_a_passage_cut_short_or_in_two_has_the_same_bits():
     assert (
         other.produce(600).linear_acceleration.tobytes() == cut.linear_acceleration[400:].tobytes()
     )
+
+
+def sailed(scene, parts=1):
+    """Return motion, temperature, positions and readings; each part goes on from a saved state."""
+    source, stages, found = ShipSource(scene), pipeline(scene), []
+    share = -(-source.total // parts)
+    while source.produced < source.total:
+        if source.produced:
+            saved = pickle.dumps((source.state(), stages.state()))
+            source, stages = ShipSource(scene), pipeline(scene)
+            for each, state in zip((source, stages), pickle.loads(saved), strict=True):
+                each.restore(state)
+        found.append(stages.feed(source.produce(share)))
+    found.append(stages.finish())
+    whole = merged(found)
+    return {
+        'stamp': whole[READING].stamp_ns,
+        'reading': whole[READING].time_ref_ns,
+        'wheel': whole[JOINT_STATES].position,
+        'position': whole[SHIP_FIX].longitude,
+        'temperature': whole[SHIP_TEMPERATURE].temperature,
+        'error': whole[LONGITUDE_ERROR].position,
+    }, whole[SHIP_IMU].angular_velocity
+
+
+def test_a_logged_passage_in_two_parts_has_the_bits_of_one():
+    """Sea, motion, air and reading, out of the harbour and over two turns: the run goes on from
+    its saved state, or the log ends soon after the run and not eight hours later."""
+    entries = [
+        (f'1791-10-26T{hour:02}:00', 28.0 - 0.05 * hour, -16.5, 15.0 * hour, 9.0, 20.0 + hour)
+        for hour in (8, 10, 12, 14, 18, 22)
+    ]
+    keys = {'duration': 17_000.0, 'ship.rate': 4.0, 'log.interval': 100.0}
+    made = [
+        load_scene(
+            'esperance_to_the_cape',
+            **keys,
+            voyage={
+                'log': {
+                    'source': 'made up',
+                    'passage': 'It',
+                    'harbour_days': 0.02,
+                    'entries': entries[:count],
+                }
+            },
+        )
+        for count in (len(entries), 4)
+    ]
+    found, motion = sailed(made[0])
+    assert len(found['reading']) == 171
+    assert np.ptp(found['wheel']) > 1.0
+    assert np.ptp(found['temperature']) > 1.0
+    assert np.abs(motion[10_000:]).max() > 1e-2
+    for other, moved in (sailed(made[0], 2), sailed(made[1])):
+        assert moved.tobytes() == motion.tobytes()
+        for name, values in found.items():
+            assert other[name].tobytes() == values.tobytes(), name
 
 
 def test_a_hull_does_not_feel_ripples_and_meets_fast_legs_as_far_as_she_is_known():
