@@ -172,8 +172,8 @@ def test_clocks_sail_a_passage_of_a_log_book(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('asked', 'said'),
     [
-        (['--passage', P], f'--passage {P}: goes with --logs'),
-        (['--harbour-days', '3'], '--harbour-days 3.0: goes with --logs'),
+        (['--passage', P], f'--passage {P}: needs --logs'),
+        (['--harbour-days', '3'], '--harbour-days 3.0: needs --logs'),
         (['--logs', 'absent.csv'], '--logs absent.csv: '),
         (['--logs', 'LOG'], 'has 3 passages'),
         (['--logs', 'LOG', '--passage', 'x'], 'is not one of the 3 passages'),

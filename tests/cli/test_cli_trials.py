@@ -77,8 +77,8 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
 @pytest.mark.parametrize(
     ('asked', 'said'),
     [
-        (['--days', '42..'], '--days 42..: goes with --logs'),
-        (['--wind-draws', '2'], '--wind-draws 2: goes with --logs'),
+        (['--days', '42..'], '--days 42..: needs --logs'),
+        (['--wind-draws', '2'], '--wind-draws 2: needs --logs'),
         (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),
         (['--logs', 'LOG', '--days', 'long'], '--days long: must be a range'),
         (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),

@@ -95,11 +95,11 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         # unknown keys and kinds
         ('trochlea.cam.base_radus', 0.01, 'trochlea.cam.base_radus', 'Did you mean `base_radius`'),
         ('duratoin', 600.0, 'duratoin', 'Did you mean `duration`'),
-        ('trochlea.cam.lever_rate', 0.01, 'trochlea.cam.lever_rate', 'goes with kind hole'),
+        ('trochlea.cam.lever_rate', 0.01, 'trochlea.cam.lever_rate', 'is a key of kind hole'),
         ('trochlea.cam.kind', 'involut', 'trochlea.cam.kind', 'involute, hole, circular_arc, tab'),
         ('trochlea.thread', {}, 'trochlea.thread.kind', 'is missing'),
         ('trochlea.power.kind', ['force'], 'trochlea.power.kind', 'force, weight, spring'),
-        ('ship', {'kind': 'still', 'components': []}, 'ship.components', 'goes with kind comp'),
+        ('ship', {'kind': 'still', 'components': []}, 'ship.components', 'is a key of kind comp'),
         ('ship', {'kind': 'afloat'}, 'ship.kind', 'still, components, sea, recorded'),
         ('escapement.kind', 'anchor', 'escapement.kind', 'impulse, remontoire'),
         ('ship', SEA | {'sea': SEA['sea'] | {'spectrum': 'x'}}, 'ship.sea.spectrum', 'jonswap'),

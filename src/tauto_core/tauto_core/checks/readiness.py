@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # Warnings for numbers that are possible but probably in the wrong unit; the worst are refused.
 #
-# The bounds are about an order of magnitude outside the shipped scenes, the machines of Sully,
+# The bounds are about an order of magnitude outside the built-in scenes, the machines of Sully,
 # Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
 # Machine, gravity and ship beyond these limits are sailed only with `anyway`:
 # such are untried, and may take minutes. Smaller ones are safe, and so are a passage,

@@ -358,7 +358,7 @@ def compare(
             say(f'passage {logged.name}: {note}')
     for name, value in (('--passage', passage), ('--harbour-days', harbour_days)):
         if logs is None and value is not None:
-            raise UsageError(f'{name} {value}: goes with --logs. Name a log-book, or leave it out')
+            raise UsageError(f'{name} {value}: needs --logs. Name a log-book, or leave it out')
     entries = comparison.make_entries(
         scenes or (),
         ship_of=ship_of,
@@ -559,7 +559,7 @@ def fleet(
         return
     for name, value in of_logs.items():
         if value is not None:
-            raise UsageError(f'{name} {value}: goes with --logs. Name a log-book, or leave it out')
+            raise UsageError(f'{name} {value}: needs --logs. Name a log-book, or leave it out')
     ships = 100 if ships is None else ships
     loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     draws = read_draws(vary, loaded) if vary is not None else {}

@@ -111,7 +111,7 @@ CLOCKS = (
     'clock_sully_lever',
     'clock_own_cam_lever',
 )
-"""The shipped clocks in order; all have the same wheel, drag and escapement."""
+"""The built-in clocks in order; all have the same wheel, drag and escapement."""
 
 BEYOND_SULLY = 'clock_pendulum', 'clock_balance_spring'
 """Clocks of before and after in the same sea, which take part where they are named."""

@@ -517,7 +517,7 @@ def clocks_beside(
 ) -> list[tuple[str, Scene]]:
     """Return further clocks on the ship of a scene, their cases fixed to her.
 
-    They are scenes, files or shipped names; `clocks` means `CLOCKS`.
+    They are scenes, files or built-in names; `clocks` means `CLOCKS`.
     """
     found = []
     for each in clocks:

@@ -103,7 +103,7 @@ def _swings_freely(machine: Machine | LeverMachine) -> bool:
 ROUGH_SHARE, LEAST_ROUGH = 3e-4, 3e-13
 """Tolerance over the accuracy [day/s] where the lever arm has joints or a thread is real, and the
 least of such tolerances. There all steps err by up to 1000 s/day times the tolerance, elsewhere by
-250 (measured over the shipped scenes, from 1e-3 to 1e-10).
+250 (measured over the built-in scenes, from 1e-3 to 1e-10).
 """
 
 SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3

@@ -184,7 +184,7 @@ ACTION_STEPS = 40
 SEA = {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0}
 SLOPE, SEA_RATE_HZ = 0.7, 5.0
 """Sea of the test of fit, which comes from abeam; wave-slope coefficient and sampling rate of the
-ship. They are those of most shipped scenes.
+ship. They are those of most built-in scenes.
 """
 
 SEAS, SEA_S, SEA_LOG_S = 6, 10_800.0, 60.0

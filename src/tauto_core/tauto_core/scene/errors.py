@@ -131,7 +131,7 @@ class SceneError(TautoError):
     """A scene that cannot be run. The message lists all problems, one on each line.
 
     Args:
-        file: the scene's file or shipped name.
+        file: the scene's file or built-in name.
         key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
         value: the value found there, as the user wrote it.
         problem: the fault, with the limit.

@@ -650,9 +650,9 @@ def shipped_scenes() -> list[str]:
 
 
 def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
-    """Return the scene of a shipped name or a YAML file, or one already loaded with other values.
+    """Return the scene of a built-in name or a YAML file, or one already loaded with other values.
 
-    A shipped name wins over a file of that name in the current folder; write `./name` for the
+    A built-in name wins over a file of that name in the current folder; write `./name` for the
     file. Relative data paths are resolved against the scene's folder, and the files must exist.
 
     Args:
@@ -867,7 +867,7 @@ def _read(file: Path, origin: str) -> str:
         near = difflib.get_close_matches(origin, shipped_scenes(), 1)
         guess = f'Did you mean {near[0]}? ' if near else ''
         problem = 'there is no such file or built-in scene'
-        remedy = f'{guess}Shipped scenes: {", ".join(shipped_scenes())}.'
+        remedy = f'{guess}Built-in scenes: {", ".join(shipped_scenes())}.'
     except IsADirectoryError:
         problem, remedy = 'is a folder', 'Name the YAML file in it.'
         if any(file.glob('*.mcap')):

@@ -259,7 +259,7 @@ def schema_text() -> str:
 
 WIDTH = 99
 ENDINGS = ('.yaml', '.yml')
-"""A word without them may be the name of a shipped scene."""
+"""A word without them may be the name of a built-in scene."""
 
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
 """The sections that must be compatible, and the folders of their kinds."""

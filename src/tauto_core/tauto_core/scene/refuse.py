@@ -161,7 +161,7 @@ def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tu
     elsewhere = [_kinds(other) for other in _siblings(owner, root) if name in other.model_fields]
     tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
     if elsewhere:
-        remedy += f'`{name}` goes with {tag} {" or ".join(chain(*elsewhere))}. '
+        remedy += f'`{name}` is a key of {tag} {" or ".join(chain(*elsewhere))}. '
     what = f'{NO_KEY} {tag} {kinds}' if kinds else f'{NO_KEY} this section'
     return what, f'{remedy}Keys here: {", ".join(keys)}.'
 

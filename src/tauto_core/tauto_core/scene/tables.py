@@ -46,7 +46,7 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 # Where data files lie, and which may be read.
 #
 # A path is either `shipped:<folder>/<file>`, data that come with the package, or a file of the
-# user. A shipped path means the same on every machine, so a bag may contain it.
+# user. A built-in path means the same on every machine, so a bag may contain it.
 
 PREFIX = 'shipped:'
 _DATA = Path(__file__).parent / 'data'
@@ -61,7 +61,7 @@ def is_shipped(path: str) -> bool:
 
 
 def shipped_data() -> list[str]:
-    """Return the shipped paths of all data files that come with the package."""
+    """Return the built-in paths of all data files that come with the package."""
     return sorted(PREFIX + file.relative_to(_DATA).as_posix() for file in _DATA.rglob('*.csv'))
 
 
@@ -72,14 +72,14 @@ def data_path(path: str) -> Path:
         path: `shipped:<folder>/<file>`, or a path of the file system.
 
     Raises:
-        UsageError: a shipped path that leads out of the shipped data.
+        UsageError: a built-in path that leads out of the built-in data.
     """
     if not is_shipped(path):
         return Path(path)
     name = Path(path.removeprefix(PREFIX))
     if name.is_absolute() or '..' in name.parts:
         raise UsageError(
-            f'{path}: must stay within the shipped data. Use one of {", ".join(shipped_data())}.'
+            f'{path}: must stay within the built-in data. Use one of {", ".join(shipped_data())}.'
         )
     return _DATA / name
 
@@ -87,7 +87,7 @@ def data_path(path: str) -> Path:
 def source_name(path: str) -> str:
     """Return the name by which a scene refers to a file whose contents it contains.
 
-    A shipped path stays as it is; of another path the folder is left out.
+    A built-in path stays as it is; of another path the folder is left out.
     """
     return path if is_shipped(path) else Path(path).name
 
@@ -97,11 +97,11 @@ def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]
 
     A folder is allowed where it may be a bag (`folders`).
     """
-    shipped = f'Shipped data: {", ".join(shipped_data())}.'
+    shipped = f'Built-in data: {", ".join(shipped_data())}.'
     try:
         file = data_path(path)
     except UsageError:
-        return [Problem(key, path, 'must stay within the shipped data', shipped)]
+        return [Problem(key, path, 'must stay within the built-in data', shipped)]
     remedy = (
         shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute."
     )

@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.samples import FloatArray
 
 HUNDREDTH_DEG = 0.01
-"""Unit of the shipped coordinates [°], 0.6 nautical miles of latitude."""
+"""Unit of the built-in coordinates [°], 0.6 nautical miles of latitude."""
 FINEST = 1000
 """Number of steps across a frame to which its coasts are thinned: about a pixel."""
 NARROWEST_DEG = 0.5
