@@ -19,7 +19,7 @@ from tauto_core.scene.errors import TautoError
 from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S, NS_PER_S, exact_step
 from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
-from tauto_core.ship.waves import Harmonics
+from tauto_core.ship.waves import Fades, Harmonics
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -74,6 +74,17 @@ UNDER_WAY = 1e-3
 BEGUN_S = 30.0
 """Error of the reading of such a clock over the error of the first piece [s]:
 found 8 s after three hours, in which the escapement brings the amplitude back.
+"""
+
+TRIED_WINDOWS = 64
+"""Windows at the beginning of a run at which the apparent gravity itself is interpolated."""
+
+MOST_WAVES = 128
+"""Most waves of a roll whose force is computed at those windows."""
+
+NEARLY_WEIGHTLESS = 0.1
+"""Apparent gravity over g, below which no rate is asked for: where it vanishes it has a kink,
+which no polynomial follows.
 """
 
 ROUNDING = 1e-14
@@ -154,12 +165,17 @@ def _lowest(
         return ship.rate
     try:
         finest = ship.model_copy(update={'rate': rates[-1]})
-        asked = [
-            (inside, max(allowed, ROUNDING), tuple(_waves(scene, ship, sea.channels(scene))))
+        moving = [
+            (inside, max(allowed, ROUNDING), sea.channels(scene))
             for inside, allowed, seas in demands
             for sea in seas(finest)
             if not sea.lies_still
         ]
+        asked = [
+            (inside, allowed, tuple(_waves(scene, ship, moved)))
+            for inside, allowed, moved in moving
+        ]
+        bent = [each for each in moving if _is_bent(each[2], ship)]
     except TautoError:  # it is said where the motion is made
         return ship.rate
     for rate in rates[:-1]:
@@ -174,7 +190,13 @@ def _lowest(
             for inside, allowed, waves in asked
             for amplitude, omega, slopes in waves
         )
-        if all(met) and _follows(scene, ship, rate):
+        if not all(met):
+            continue
+        stray = any(
+            _strays(moved, scene, ship, rate, stride, inside=inside) > allowed
+            for inside, allowed, moved in bent
+        )
+        if not stray and _follows(scene, ship, rate):
             return rate
     return rates[-1]
 
@@ -207,6 +229,66 @@ def _waves(
         if isinstance(each, Harmonics):
             omega = each.angular_frequency
             yield np.abs(each.amplitude) * omega**2 / scene.g, omega, False
+
+
+def _is_bent(moved: Channels, ship: ShipKind) -> bool:
+    """Return whether a roll of few waves, at a height, bends the force at the clock."""
+    roll, heave = moved.roll, moved.heave
+    if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or ship.height == 0.0:
+        return False
+    return moved.six is None and moved.force_z is None and len(roll.amplitude) <= MOST_WAVES
+
+
+def _strays(
+    moved: Channels,
+    scene: Surroundings,
+    ship: ShipKind,
+    rate: float,
+    stride: int,
+    *,
+    inside: bool,
+) -> float:
+    """Return the largest error of the interpolated apparent gravity, over g, and its direction.
+
+    The roll makes forces of higher orders in its angle, and the direction of the whole is no
+    linear function of it: these are overtones, which `_waves` does not have. So the force itself
+    is taken at the first window, unless only those with both sides count, and at some that follow.
+    """
+    found = 0.0
+    for both in {True, inside}:
+        values, _, places = _weights(stride, False, both)
+        count = min(TRIED_WINDOWS, int(scene.duration * rate / stride)) if both else 1
+        first = stride * np.arange(max(count, 1))[:, None]
+        nodes = _apparent((first + np.arange(values.shape[1])) / rate, moved, ship, scene)
+        true = _apparent((first + places) / rate, moved, ship, scene)
+        heavy = np.min(nodes[1], axis=1) > NEARLY_WEIGHTLESS
+        for seen, there in zip(nodes, true, strict=True):
+            wrong = np.abs(seen @ values.T - there)[heavy]
+            found = max(found, float(np.max(wrong, initial=0.0)))
+    return found
+
+
+def _apparent(
+    time_s: FloatArray, moved: Channels, ship: ShipKind, scene: Surroundings
+) -> tuple[FloatArray, FloatArray]:
+    """Return direction [rad] and size over g of the apparent gravity at some times (E1)."""
+    roll, rate, bend = (_summed(moved.roll, time_s, order) for order in range(3))
+    sway = -ship.height * (bend * np.cos(roll) - rate**2 * np.sin(roll))
+    lift = scene.g - ship.height * (bend * np.sin(roll) + rate**2 * np.cos(roll))
+    lift += _summed(moved.heave, time_s, 2)
+    return np.arctan2(-sway, lift), np.hypot(sway, lift) / scene.g
+
+
+def _summed(wave: Harmonics | Fades | None, time_s: FloatArray, order: int) -> FloatArray:
+    """Return a derivative of a sum of harmonics at some times."""
+    found = np.zeros_like(time_s)
+    if isinstance(wave, Harmonics):
+        found += 0.0 if order else wave.mean
+        each = zip(wave.amplitude, wave.angular_frequency, wave.phase, strict=True)
+        for size, omega, phase in each:
+            angle = omega * time_s + (phase + 0.5 * np.pi * order)
+            found += size * omega**order * np.cos(angle)
+    return found
 
 
 def _remainder(
