@@ -25,6 +25,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
 
+from tauto_core.curves.cams.corrected import WeightCorrected
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
@@ -153,7 +154,14 @@ class Reference:
         if cam.linear_rate is not None:
             return cam.linear_rate * felt, cam.linear_rate, 0.5 * cam.linear_rate * felt * felt
         inside = min(max(felt, -self._range_rad), self._range_rad)
-        arm, slope, beyond = cam.lever_arm(inside), cam.lever_rate(inside), felt - inside
+        beyond = felt - inside
+        if isinstance(cam, WeightCorrected):
+            mean = 2.0 * cam.rate / cam.gyration * inside
+            if abs(mean) < 1.2:
+                tangent = _tangent(mean)
+                steep = cam.rate * (1.0 + tangent * tangent) ** 2
+                return cam.gyration * tangent + steep * beyond, steep, 0.0
+        arm, slope = cam.lever_arm(inside), cam.lever_rate(inside)
         lift = cam.lift(inside) + arm * beyond if self._machine.stiffness else 0.0
         return float(arm + slope * beyond), float(slope), float(lift)
 
@@ -333,6 +341,22 @@ class Reference:
         speed = phase_rate(self._machine, felt, felt_rate, bend)
         fraction = half - np.floor(half)
         return Motion(angle, rate, torque, half_turns, fraction, speed, beats.astype(np.int64))
+
+
+def _tangent(mean: float) -> float:
+    """Return tan χ where χ + sin χ cos χ = `mean` = 2rϑ/λ (cams.md D.3), by Newton's method.
+
+    The cam solves this for arrays, which takes ten times as long. Near its edge, π/2, the equation
+    is flat, and the cam's solution is taken.
+    """
+    chi = 0.5 * mean
+    for _ in range(30):
+        cosine = math.cos(chi)
+        step = (chi + math.sin(chi) * cosine - mean) / (2.0 * cosine * cosine)
+        chi -= step
+        if abs(step) <= 1e-16:
+            break
+    return math.tan(chi)
 
 
 class HotReference(Reference):
