@@ -30,8 +30,8 @@ from tauto_core.ensembles.trial_answers import (
 from tauto_core.ensembles.trials import Choice, Rules, Sailed, Trial, TriedClock, trial_schema
 from tauto_core.plots.tracks import draw_trial
 from tauto_core.scene.loader import read_mapping
-from tauto_core.ship.logbook import LoggedPassage, read_passages
-from tauto_core.wording import counted, figure
+from tauto_core.ship.logbook import read_passages
+from tauto_core.wording import counted, figure, place
 
 DOCS = Path(__file__).parent
 PAGES = (DOCS / 'trial.md', DOCS.parent / 'README.md')
@@ -243,7 +243,7 @@ def _by_passage(sailed: Sailed, answers: TrialAnswers) -> str:
     clocks = answers.clocks
     rows = [['passage', 'from, to', 'days', *(_called(each.clock) for each in clocks)]]
     for passage in sailed.trial.passages:
-        ends = ', '.join(_places(passage))
+        ends = ', '.join(place(*passage.entries[end][1:3]) for end in (0, -1))
         found = [voyages[passage.name, each.clock] for each in clocks]
         cells = [', '.join(_errors(*each)) for each in zip(found, clocks, strict=True)]
         rows.append([passage.name, ends, f'{passage.days:.0f}', *cells])
@@ -255,12 +255,6 @@ def _errors(voyage: dict[str, Any], clock: ClockAnswers) -> Iterator[str]:
         if way in clock.ways:
             size = size_nmi(voyage, way)
             yield 'stopped' if size == float('inf') else figure(size, 'nmi')
-
-
-def _places(passage: LoggedPassage) -> Iterator[str]:
-    for entry in (passage.entries[0], passage.entries[-1]):
-        north, east = entry[1:3]
-        yield f'{abs(north):.0f}° {"NS"[north < 0]} {abs(east):.0f}° {"EW"[east < 0]}'
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -44,6 +44,8 @@ def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
     assert 'row 1 (line 5), wind_mps' in other['problems'][0]
     said = CliRunner().invoke(app, ['logbook', book]).stdout
     assert '2 passages, 1 of them can be sailed' in said
+    assert '67%   33%  48° N 7° W, 44° N 10° W   La Folle; 1 gap' in said
+    assert '  10° S 79° W, 11° S 80° W  ?; cannot be sailed' in said
     assert 'cannot be sailed' in said
 
 

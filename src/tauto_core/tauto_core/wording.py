@@ -112,3 +112,9 @@ def counted(number: float, noun: str) -> str:
 def percent(share: float) -> str:
     """Return a share as text."""
     return f'{100.0 * share:.3g} %'
+
+
+def place(latitude: float, longitude: float) -> str:
+    """Return a place in whole degrees, as 48° N 7° W."""
+    north, east = 'NS'[latitude < 0.0], 'EW'[longitude < 0.0]
+    return f'{abs(latitude):.0f}° {north} {abs(longitude):.0f}° {east}'

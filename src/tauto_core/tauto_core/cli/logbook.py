@@ -11,6 +11,7 @@ import typer
 
 from tauto_core.cli.terminal import AsJson, Plots, progress_bar, say, takes
 from tauto_core.scene.errors import UsageError
+from tauto_core.wording import place
 
 if TYPE_CHECKING:
     from tauto_core.ship.logbook import LoggedPassage
@@ -80,13 +81,18 @@ def logbook(
         typer.echo(json.dumps({'passages': rows}, allow_nan=False))
         return
     width = max([len(row['passage']) for row in rows] + [7])
-    typer.echo(f'{"passage":{width}}  first day   days  noons  wind   air  ship; what is doubtful')
-    for row in rows:
+    ends = [', '.join(place(*row[key]) for key in ('first_place', 'last_place')) for row in rows]
+    way = max(map(len, [*ends, 'from, to']))
+    typer.echo(
+        f'{"passage":{width}}  first day   days  noons  wind   air  {"from, to":{way}}  '
+        'ship; what is doubtful'
+    )
+    for row, between in zip(rows, ends, strict=True):
         told = [f'cannot be sailed: {each}' for each in row['problems']] or row['notes']
         days = '' if row['days'] is None else f'{row["days"]:.1f}'
         typer.echo(
             f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:5}  '
-            f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  '
+            f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  {between:{way}}  '
             + '; '.join([row['ship'] or '?', *told])
         )
     sound = sum(not row['problems'] for row in rows)
