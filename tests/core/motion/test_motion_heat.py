@@ -181,10 +181,7 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
 def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
     cam: dict[str, Any], log_s: float, celsius: list[float]
 ) -> None:
-    """Log intervals end amid half swings, and the oil's cubic errs as above.
-
-    The reference takes a minute of processor time for 100 s of a weight on its own cam.
-    """
+    """Log intervals end amid half swings, and the oil's cubic errs as above."""
     moved = machine('oil', cam=cam)
     run_s = log_s * (len(celsius) - 1)
     forcing = warmed(at_sea(moved, run_s, log_s), log_s, np.array(celsius))
