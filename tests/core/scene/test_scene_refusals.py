@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 import yaml
 
-from tauto_core.scene import SceneError, load_scene, parse_scene
+from tauto_core.scene import SceneError, load_scene, loader, parse_scene
 from tauto_core.scene.errors import ABSENT, UsageError
+from tauto_core.scene.loader import read_mapping
 from tauto_core.ship import ShipMotion
 
 
@@ -432,3 +433,18 @@ def test_a_ship_of_a_passage_is_refused_by_her_own_key(
     with pytest.raises(SceneError, match=said) as caught:
         ShipMotion(load_scene('portsmouth_jamaica', **change))
     assert caught.value.key == key
+
+
+def test_more_values_than_a_scene_has_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A megabyte of small lists would take a third of a gigabyte, and many seconds."""
+    monkeypatch.setattr(loader, '_MOST_VALUES', 1_000)
+    assert read_mapping(f'a: [{"1," * 900}1]', 'few') == {'a': [1] * 901}
+    with pytest.raises(SceneError, match=r'has more than 1,000 values.*Put numbers into a file'):
+        read_mapping(f'a: [{"1," * 1_000}1]', 'many')
+
+
+def test_of_thousands_of_unknown_keys_the_first_hundred_are_told() -> None:
+    text = ''.join(f'a{k}: 1\n' for k in range(2_000))
+    with pytest.raises(SceneError) as caught:
+        parse_scene(text, 'many')
+    assert len(caught.value.problems) == 100

@@ -481,6 +481,7 @@ _SCALARS: tuple[tuple[str, re.Pattern[str], str], ...] = (
 # Longer than any number in use, shorter than those that Python refuses to convert.
 _LONGEST_NUMBER = 400
 _DEEPEST = 20
+_MOST_VALUES = 100_000
 
 
 def _resolvers() -> dict[str, list[tuple[str, re.Pattern[str]]]]:
@@ -495,11 +496,13 @@ def _resolvers() -> dict[str, list[tuple[str, re.Pattern[str]]]]:
 class _Loader(yaml.SafeLoader):
     """PyYAML's scanner with the scalars of YAML 1.2.
 
-    It refuses anchors, and nesting so deep that it would cost much time and stack to read.
+    It refuses anchors, nesting so deep that it would cost much time and stack to read, and more
+    values than any scene has.
     """
 
     yaml_implicit_resolvers = _resolvers()
     depth = 0
+    values = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Return the next node, with all nodes below it."""
@@ -509,6 +512,10 @@ class _Loader(yaml.SafeLoader):
         if isinstance(event, yaml.CollectionStartEvent) and self.depth == _DEEPEST:
             problem = f'is nested more than {_DEEPEST} deep'
             raise _RefusedError(event, problem, 'A scene is at most five levels deep.')
+        self.values += 1
+        if self.values > _MOST_VALUES:
+            problem = f'has more than {_MOST_VALUES:,} values'
+            raise _RefusedError(event, problem, 'Put numbers into a file that the scene names.')
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cache
 from itertools import chain, count, islice
 from typing import Any, get_args
 
@@ -34,6 +35,7 @@ NO_KEY = 'is not a key of'
 """Beginning of the message for an unknown key."""
 
 _LONGEST_KEY = 80
+_MOST_TOLD = 100
 # Keys that distinguish the kinds of a section.
 _TAGS = ('kind', 'spectrum')
 _ORDER = {
@@ -63,10 +65,13 @@ _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
-    """Return pydantic's errors about the mapping `root`, with key paths, values and remedies."""
+    """Return pydantic's errors about the mapping `root`, with key paths, values and remedies.
+
+    Of a file with thousands, which is no scene, they are the first hundred.
+    """
     found: list[Problem] = []
     details = error.errors(include_url=False)
-    for detail in details:
+    for detail in details[:_MOST_TOLD]:
         place = detail['loc']
         if detail['type'] == 'too_short' and any(
             each['loc'][: len(place)] == place for each in details if each is not detail
@@ -222,6 +227,7 @@ def _kinds(model: type[BaseModel]) -> list[str]:
     return [str(kind) for kind in get_args(model.model_fields[tag].annotation)] if tag else []
 
 
+@cache
 def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
     """Return the other kinds of the same section."""
     for field in root.model_fields.values():
