@@ -7,11 +7,13 @@ import pytest
 from motion_cases import SEA, WEIGHT, sampled_forcing, scene_of
 from reference_propagator import Reference
 
+from tauto_core.checks.cost import accuracy_reached
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import (
     _SPANNED,
+    NEAR_BENT,
     FreeEndCollocation,
     _joined,
     _part,
@@ -21,6 +23,8 @@ from tauto_core.motion.free_end import (
 from tauto_core.motion.wheel import Collocation
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
+from tauto_core.scene.times import DAY_S
+from tauto_core.ship import ShipMotion
 from tauto_core.voyage import sail
 
 FORCE = {
@@ -311,3 +315,12 @@ def test_the_length_of_a_step_on_a_cheek_is_that_of_its_swing() -> None:
         time = 1.0 + larger_by * (settings.slower + larger_by * settings.slower_yet)
         half_s = 0.5 * machine.period(amplitude)
         assert omega * abs(settings.usual_s * time - half_s) < settings.near
+
+
+def test_the_bound_of_a_bent_swing_keeps_the_accuracy_of_a_navigator() -> None:
+    """Two sweeps: in the worst sea of the passage, for two days."""
+    asked = {'solver.accuracy': 1e-3, 'suspension': ABSENT, 'duration': 2.0 * DAY_S}
+    scene = load_scene('clock_own_cam_weight', **asked)
+    machine = compile_machine(scene)
+    assert free_end_of(machine, 2).near == NEAR_BENT
+    assert accuracy_reached(scene, machine, ShipMotion(scene))['holds']
