@@ -68,7 +68,7 @@ class Prize:
     @property
     def said(self) -> str:
         """The share with its interval, as text."""
-        return f'{percent(self.share)} ({percent(self.low)}–{percent(self.high)})'
+        return f'{percent(self.share)} ({100.0 * self.low:.3g}–{percent(self.high)})'
 
 
 @dataclass(frozen=True)
