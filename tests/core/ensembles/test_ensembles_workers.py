@@ -202,7 +202,8 @@ def sockets(top, number=0, tell=None):
     """Return the sockets of a process and of those that it has started, of any family."""
     del number, tell
     family = [psutil.Process(top), *psutil.Process(top).children(recursive=True)]
-    return {each[1:] for one in family for each in one.net_connections('all')}
+    pids = {one.pid for one in family}
+    return {each[1:6] for each in psutil.net_connections('all') if each.pid in pids}
 
 
 def test_processes_of_this_machine_open_no_socket():
