@@ -143,9 +143,11 @@ HALF_A_DAY = {
 }
 
 
-def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
-    """The motion that nothing damps, with logs that divide it into other pieces."""
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.3)
+def test_chaos_is_bounded_by_the_growth_that_was_measured():
+    """The motion that nothing damps, with logs that divide it into other pieces.
+
+    Trials have their whole time: on a busy machine shorter ones see too little of the growth.
+    """
     bounds = []
     for interval in (5.0, 60.0):
         scene = load_scene('involute_weight_at_sea', **HALF_A_DAY, **{'log.interval': interval})
@@ -160,8 +162,7 @@ def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
     assert found <= bounds[1] <= 1e3 * found
 
 
-def test_what_cannot_be_bounded_is_told_with_the_time_up_to_which_it_can(monkeypatch):
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.2)
+def test_what_cannot_be_bounded_is_told_with_the_time_up_to_which_it_can():
     week = {'duration': 604_800.0, 'log.motion': False, 'log.interval': 60.0, 'ship': CORK}
     told = expected(load_scene('involute_weight_at_sea', **week))
     assert told.error_s is None
