@@ -166,7 +166,7 @@ def _shares(answers: TrialAnswers) -> str:
     for clock in answers.clocks:
         for way, found in clock.ways.items():
             prizes = found.prizes
-            quantiles = found.quantiles_nmi or [None] * len(QUANTILES)
+            by_share = dict(zip(QUANTILES, found.quantiles_nmi or (), strict=False))
             drawn = [getattr(prizes[0], name) for name, count in draws if count]
             rows.append(
                 [
@@ -175,8 +175,7 @@ def _shares(answers: TrialAnswers) -> str:
                     *(_share(each) for each in prizes),
                     f'{100.0 * prizes[0].with_local_time:.0f} %',
                     *('–' if each is None else f'± {100.0 * each:.2g} %' for each in drawn),
-                    figure(quantiles[QUANTILES.index(0.5)], 'nmi'),
-                    figure(quantiles[QUANTILES.index(0.95)], 'nmi'),
+                    *(figure(by_share.get(share), 'nmi') for share in (0.5, 0.95)),
                 ]
             )
     return _table(rows)

@@ -769,7 +769,7 @@ class Sailed:
     """
 
     trial: Trial
-    rows: list[dict[str, Any]]
+    rows: Sequence[dict[str, Any]]
 
 
 def sail_trial(
