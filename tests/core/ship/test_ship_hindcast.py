@@ -143,6 +143,34 @@ def test_linear_fields_are_exact_along_the_track(tmp_path, grid):
     assert scene.air.kind == 'record'
 
 
+def as_of_2024(data):
+    """Return a file as the store has had it since 2024: with number, and expver by time."""
+    versions = np.array(['0001'] * data.sizes['valid_time'], object)
+    units = {'swh': 'm', 'pp1d': 's', 'mwd': 'Degree true', 't2m': 'K'}
+    for name in data.data_vars:
+        data[name].attrs['units'] = units[name]
+    return data.assign_coords(number=0, expver=('valid_time', versions))
+
+
+def as_from_grib(data):
+    """Return a file as a reader of GRIB makes it: valid_time is a coordinate, no axis."""
+    times = data['valid_time'].to_numpy()
+    data = data.rename(valid_time='time')
+    return data.assign_coords(valid_time=('time', times), step=0, surface=0.0)
+
+
+@pytest.mark.parametrize('form', [as_of_2024, as_from_grib])
+def test_files_of_the_store_and_from_grib_are_read(tmp_path, form):
+    file = written(tmp_path / 'plain.nc', ['swh', 'pp1d', 'mwd', 't2m'])
+    with xarray.open_dataset(file) as plain:
+        form(plain.load()).to_netcdf(tmp_path / 'other.nc', engine='h5netcdf')
+    with xarray.open_dataset(tmp_path / 'other.nc') as other:
+        assert {'number', 'surface'} & set(other.coords)
+    plain, other = (scene_of(each, each) for each in (file, tmp_path / 'other.nc'))
+    assert other.ship.weather.seas == plain.ship.weather.seas
+    assert other.air.celsius == plain.air.celsius
+
+
 def test_a_track_over_greenwich_and_one_over_the_date_line_have_no_seam(tmp_path):
     def steady(name, values, east):
         return values - LINEAR[name][2] * (east + 20.0)
@@ -223,6 +251,119 @@ def test_a_track_without_values_is_refused_with_place_and_time(tmp_path, file, k
     assert 'UTC' in str(refused.value)
 
 
+def sized(name, factor, unit=None):
+    """Return a change of a file: a field times a factor, in another unit."""
+
+    def change(data):
+        attributes = {} if unit is None else {'units': unit}
+        return data.assign({name: (data[name] * factor).assign_attrs(attributes)})
+
+    return change
+
+
+FAULTS = {
+    'in feet': (sized('swh', 3.28, 'ft'), "swh, units = 'ft': must be m"),
+    'in radians': (sized('mwd', 0.0175, 'rad'), "mwd, units = 'rad': must be degrees"),
+    'in centimetres': (sized('swh', 100.0), 'swh = 201.5: must lie between 0 and 30 m, here near'),
+    'in celsius': (
+        lambda data: data.assign(t2m=data.t2m - 273.15),
+        't2m = 16.825: must lie between 213.15 and 333.15 K, here near 40.20°, -20.30° on 2010-01',
+    ),
+    'without a period': (sized('pp1d', 0.0), 'pp1d = 0.0: must lie between 0.1 and 60 s'),
+    'below zero': (sized('swh', -1.0), 'swh = -2.015: must lie between 0 and 30 m'),
+    'a fill value that is not marked': (sized('mwd', 0.0), 'mwd = -32767.0: must lie between'),
+    'words': (lambda data: data.assign(swh=data.swh.astype(str)), 'swh: has no numbers'),
+    'backwards': (
+        lambda data: data.isel(valid_time=slice(None, None, -1)),
+        'does not increase from value to value: 2010-01-08T08:00 after 2010-01-08T10:00',
+    ),
+    'a time twice': (
+        lambda data: data.isel(valid_time=[0, 1, 1, *range(2, 42)]),
+        '2010-01-05T02:00 after 2010-01-05T02:00',
+    ),
+    'one time': (
+        lambda data: data.isel(valid_time=[0]),
+        'at least two values; the file has valid_time (1), latitude (23), longitude (31)',
+    ),
+    'times without a unit': (
+        lambda data: data.assign_coords(valid_time=np.arange(42.0)),
+        'is not a time in UTC',
+    ),
+}
+
+
+@pytest.mark.parametrize(('change', 'said'), FAULTS.values(), ids=FAULTS.keys())
+def test_a_file_with_a_fault_is_refused_once_by_field_and_value(tmp_path, change, said):
+    with xarray.open_dataset(
+        written(tmp_path / 'sound.nc', ['swh', 'pp1d', 'mwd', 't2m'])
+    ) as sound:
+        data = change(sound.load())
+    if '-32767' in said:
+        data['mwd'] -= 32767.0
+    file = tmp_path / 'era5.nc'
+    data.to_netcdf(file, engine='h5netcdf')
+    with pytest.raises(SceneError) as refused:
+        scene_of(file, file)
+    assert str(refused.value).startswith(f'{file}: ')
+    assert '\n' not in str(refused.value)
+    assert said in str(refused.value).replace('16.825000000000045', '16.825')
+    assert refused.value.remedy
+
+
+def test_archives_grib_and_pieces_of_files_are_refused_by_what_they_are(tmp_path):
+    whole = written(tmp_path / 'whole.nc', ['swh', 'pp1d', 'mwd']).read_bytes()
+    for content, said in (
+        (b'PK\x03\x04 and more', 'is a ZIP archive, not NetCDF. Unpack it'),
+        (b'GRIB and more', 'is GRIB, not NetCDF. Fetch it as NetCDF'),
+        (b'', 'is not NetCDF'),
+        (whole[:3000], 'truncated file'),
+        (b'CDF\x01' + bytes(20), 'cannot be read as NetCDF'),
+    ):
+        (tmp_path / 'era5.nc').write_bytes(content)
+        with pytest.raises(SceneError, match=said):
+            scene_of(tmp_path / 'era5.nc')
+
+
+def sparse(path, times, places):
+    """Write a small file of wide axes, whose fields are one fill value."""
+    import h5netcdf
+
+    with h5netcdf.File(path, 'w') as file:
+        file.dimensions = {'valid_time': times, 'latitude': places, 'longitude': places}
+        for name, first, last in (('latitude', 30.0, 45.0), ('longitude', -30.0, 0.0)):
+            file.create_variable(name, (name,), 'f8', data=np.linspace(first, last, places))
+        hours = None if times > 100 else np.arange(float(times))
+        time = file.create_variable('valid_time', ('valid_time',), 'f8', data=hours, chunks=(64,))
+        time.attrs['units'] = 'hours since 2010-01-05'
+        for name in ('swh', 'pp1d'):
+            axes = tuple(file.dimensions)
+            file.create_variable(name, axes, 'f4', chunks=(64, 3, 3), fillvalue=2.0)
+    assert path.stat().st_size < 5_000_000
+    return path
+
+
+@pytest.mark.parametrize(
+    ('times', 'places', 'said'),
+    [
+        (5_000_000_000, 3, 'valid_time: has 5,000,000,000 values; at most 1,000,000 are read'),
+        (100, 100_000, 'swh: has more than 50,000,000 values about four days of the track'),
+    ],
+)
+def test_a_small_file_with_endless_axes_is_refused_before_it_is_read(
+    tmp_path, times, places, said
+):
+    with pytest.raises(SceneError, match=said):
+        scene_of(sparse(tmp_path / 'era5.nc', times, places))
+
+
+def test_a_file_larger_than_other_data_is_read_about_the_track(tmp_path):
+    file = written(tmp_path / 'era5.nc', ['swh', 'pp1d', 'mwd'])
+    expected = scene_of(file).ship.weather.seas
+    with file.open('r+b') as stream:
+        stream.truncate(2**28 + 1)  # a sparse file, which takes no room
+    assert scene_of(file).ship.weather.seas == expected
+
+
 def test_missing_fields_files_and_libraries_are_refused(tmp_path, monkeypatch):
     with pytest.raises(SceneError, match=r'mwd.* is missing; the file has swh, pp1d'):
         scene_of(written(tmp_path / 'half.nc', ['swh', 'pp1d']))
@@ -230,7 +371,7 @@ def test_missing_fields_files_and_libraries_are_refused(tmp_path, monkeypatch):
         scene_of(written(tmp_path / 'air.nc', ['t2m']))
     with xarray.open_dataset(tmp_path / 'half.nc') as half:
         half.expand_dims(expver=2).to_netcdf(tmp_path / 'two.nc', engine='h5netcdf')
-    with pytest.raises(SceneError, match=r'swh.* has more than times and places.* one of expver'):
+    with pytest.raises(SceneError, match=r'swh.* has more than times.* with one value of expver'):
         scene_of(tmp_path / 'two.nc')
     (tmp_path / 'text.nc').write_text('time,swh')
     with pytest.raises(SceneError, match='is not NetCDF'):

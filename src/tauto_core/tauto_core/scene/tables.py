@@ -92,10 +92,13 @@ def source_name(path: str) -> str:
     return path if is_shipped(path) else Path(path).name
 
 
-def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]:
+def missing_file(
+    key: str, path: str, *, folders: bool = False, any_size: bool = False
+) -> list[Problem]:
     """Return why a file, named by a key of a scene, cannot be read: one problem, or none.
 
-    A folder is allowed where it may be a bag (`folders`).
+    A folder is allowed where it may be a bag (`folders`), and a file of any size where only a part
+    of it is read (`any_size`).
     """
     shipped = f'Built-in data: {", ".join(shipped_data())}.'
     try:
@@ -114,11 +117,11 @@ def missing_file(key: str, path: str, *, folders: bool = False) -> list[Problem]
         return [Problem(key, path, said, remedy)]
     if file.is_dir() and not folders:
         bag = '; for a bag give ship.recorded.topic' if key == 'ship.recorded.path' else ''
-        remedy = f'Name the CSV file in it{bag}.'
+        remedy = f'Name the file in it{bag}.'
         return [Problem(key, path, 'is a folder', remedy)]
     if not os.access(file, os.R_OK):
         return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
-    reason = why_unreadable(file, bag=folders)
+    reason = why_unreadable(file, bag=folders or any_size)
     return [Problem(key, path, reason, 'Name another file.')] if reason else []
 
 

@@ -15,8 +15,8 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, date, datetime
-from itertools import pairwise, product
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from itertools import chain, pairwise, product
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from pydantic import Field
@@ -24,14 +24,14 @@ from pydantic import Field
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import ABSENT, SceneError, install
 from tauto_core.scene.sections import LONGEST_TEXT, Flag, Itinerary, OneLine
-from tauto_core.scene.tables import data_path, source_name, utc
+from tauto_core.scene.tables import data_path, source_name, utc, words_of
 from tauto_core.scene.times import DAY_S, NS_PER_S, nanoseconds
 from tauto_core.ship.air import AirKind
 from tauto_core.ship.motion_kind import Surroundings
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sea_files import section_read
 from tauto_core.ship.sections import names_hindcast
-from tauto_core.ship.weather_kind import WeatherKind
+from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
 from tauto_core.ship.weathers.log import RIPPLES_M, grown_seas
 
 if TYPE_CHECKING:
@@ -52,10 +52,53 @@ m_n = ∫ fⁿ S df and S ∝ f⁻⁵ exp(−(5/4)(f_p/f)⁴), it is (5/4)^(−1
 
 KELVIN = 273.15
 
+LONGEST_AXIS = 1_000_000
+"""Most values of an axis that are read; the hours since 1940 are fewer."""
+
+LARGEST_BOX = 50_000_000
+"""Most values about a piece of the track, four days: 400 MB, or a grid of 0.02 degrees."""
+
+
+class FieldUnit(NamedTuple):
+    """Unit of a field, as messages and as files have it, and its limits in it."""
+
+    unit: str
+    least: float
+    most: float
+    spelled: frozenset[str]
+
+
+_M_S = FieldUnit('m/s', -60.0, 60.0, frozenset({'m s**-1', 'm s-1', 'm/s', 'm s^-1'}))
+_S = FieldUnit('s', 0.1, 60.0, frozenset({'s', 'sec', 'second', 'seconds'}))
+FIELDS = {
+    'swh': FieldUnit('m', 0.0, HIGHEST_M, frozenset({'m', 'metre', 'metres', 'meter', 'meters'})),
+    'pp1d': _S,
+    'mwp': _S,
+    'mwd': FieldUnit(
+        'degrees',
+        -360.0,
+        720.0,  # packed values pass 360 by a little
+        frozenset({'degree', 'degrees', 'degree true', 'degrees true', 'degree_true', 'deg', '°'}),
+    ),
+    'u10': _M_S,
+    'v10': _M_S,
+    't2m': FieldUnit('K', 213.15, 333.15, frozenset({'k', 'kelvin'})),
+}
+"""The fields that are read, by ERA5's names."""
+
 _KM_PER_DEG = 111.0
 _ROWS_AT_ONCE = 32
 _TIMES, _LATITUDES, _LONGITUDES = ('valid_time', 'time'), ('latitude', 'lat'), ('longitude', 'lon')
+_AXES = (_TIMES, _LATITUDES, _LONGITUDES)
 _FORM = 'Give NetCDF of ERA5 on single levels, as the Climate Data Store has it.'
+_OTHERS = (
+    (
+        b'PK\x03\x04',
+        'is a ZIP archive, not NetCDF',
+        'Unpack it: the store packs waves and air as two files.',
+    ),
+    (b'GRIB', 'is GRIB, not NetCDF', 'Fetch it as NetCDF, which the store offers too.'),
+)
 _BEGINS = (
     'UTC at the start of the scene, as 2010-01-05T12:00; when left out it follows from voyage.date'
 )
@@ -118,14 +161,18 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
 
         read['ship'] = {
             **ship,
-            'weather': section_read(HindcastFile, weather, ship, 'weather.path', origin),
+            'weather': section_read(
+                HindcastFile, weather, ship, 'weather.path', origin, any_size=True
+            ),
         }
     if names_hindcast(content.get('air')):
 
         def air(asked: AirHindcastFile) -> dict[str, Any]:
             return hindcast_air(asked, scene)
 
-        read['air'] = section_read(AirHindcastFile, air, content, 'air.path', origin, prefix='')
+        read['air'] = section_read(
+            AirHindcastFile, air, content, 'air.path', origin, prefix='', any_size=True
+        )
     return read
 
 
@@ -231,27 +278,46 @@ def opened(path: str) -> Iterator[Hindcast]:
         SceneError: it is not NetCDF, has no grid of times and places, or a library is missing.
     """
     file = data_path(path)
-    with file.open('rb') as stream:
-        begins = stream.read(8)
+    try:
+        with file.open('rb') as stream:
+            begins = stream.read(8)
+    except OSError as error:
+        problem = f'cannot be read: {error.strerror}'
+        raise SceneError(path, '', None, problem, 'Name another file.') from None
     is_hdf = begins == b'\x89HDF\r\n\x1a\n'
     if not is_hdf and begins[:3] != b'CDF':
-        raise SceneError(path, '', None, 'is not NetCDF', _FORM)
+        problem, remedy = next(
+            (said for magic, *said in _OTHERS if begins.startswith(magic)),
+            ('is not NetCDF', _FORM),
+        )
+        raise SceneError(path, '', None, problem, remedy)
     try:
         import xarray
 
         if is_hdf:
             # xarray reads by h5netcdf, which does not require h5py
-            import h5netcdf  # noqa: F401
+            import h5netcdf
             import h5py  # noqa: F401
     except ImportError:
         problem = 'is NetCDF, which xarray, h5netcdf and h5py read'
         raise SceneError(path, '', None, problem, f'Run {install("hindcast")}.') from None
     try:
+        if is_hdf:
+            # a small file may say that it has axes which fill the memory
+            with h5netcdf.File(file) as raw:
+                sizes = {name: axis.size for name, axis in raw.dimensions.items()}
+            for name, size in sizes.items():
+                if size > LONGEST_AXIS and name in chain(*_AXES):
+                    problem = f'has {size:,} values; at most {LONGEST_AXIS:,} are read'
+                    raise SceneError(path, name, ABSENT, problem, 'Fetch fewer.')
         data = xarray.open_dataset(
             file, engine='h5netcdf' if is_hdf else 'scipy', decode_timedelta=False
         )
+    except SceneError:
+        raise
     except Exception as error:  # each library has its own
-        raise SceneError(path, '', None, f'cannot be read as NetCDF: {error}', _FORM) from None
+        problem = f'cannot be read as NetCDF: {words_of(error).rstrip(".")}'
+        raise SceneError(path, '', None, problem, _FORM) from None
     with data:
         yield Hindcast(path, data)
 
@@ -261,10 +327,13 @@ class Hindcast:
 
     def __init__(self, path: str, data: xarray.Dataset) -> None:
         self._path = path
-        names = [next((each for each in known if each in data.coords), None) for known in _AXES]
+        # files that were converted from GRIB have a valid_time that is no axis beside their time
+        axes = [each for each in data.coords if each in data.sizes]
+        names = [next((each for each in known if each in axes), None) for known in _AXES]
         for name, known in zip(names, _AXES, strict=True):
-            if name is None or data[name].ndim != 1 or data[name].size < 2:
-                problem = 'is not an axis of at least two values'
+            if name is None or data[name].size < 2:
+                found = ', '.join(f'{each} ({data[each].size})' for each in axes) or 'no axes'
+                problem = f'is not an axis of at least two values; the file has {found}'
                 raise SceneError(path, ' or '.join(known), ABSENT, problem, _FORM)
         self._axes = time, latitude, longitude = tuple(map(str, names))
         if data[time].dtype.kind != 'M':
@@ -277,9 +346,13 @@ class Hindcast:
         self._latitude = data[latitude].values.astype(np.float64)
         self._longitude = np.unwrap(data[longitude].values.astype(np.float64), period=360.0)
         for name, axis in zip(self._axes, self._grid, strict=True):
-            if not np.all(np.diff(axis) > 0.0):
-                problem = 'does not increase from value to value'
-                raise SceneError(path, name, ABSENT, problem, 'Sort the file.')
+            for place in np.flatnonzero(~(np.diff(axis) > 0.0))[:1]:
+                values = ' after '.join(
+                    _day(each) if name == time and math.isfinite(each) else f'{each:g}'
+                    for each in (axis[place + 1], axis[place])
+                )
+                problem = f'does not increase from value to value: {values}'
+                raise SceneError(path, name, ABSENT, problem, 'Sort the file, each value once.')
         count = len(self._longitude)
         step = float(self._longitude[1] - self._longitude[0])
         self._round = float(self._longitude[-1] - self._longitude[0]) + 1.5 * step > 360.0
@@ -328,9 +401,10 @@ class Hindcast:
         """
         self.one_of(name)
         field, others = self._data[name], set(self._data[name].dims) - set(self._axes)
-        if any(field.sizes[each] > 1 for each in others):
+        self._refuse_unit(name, field)
+        if several := sorted(str(each) for each in others if field.sizes[each] > 1):
             problem = f'has more than times and places: {", ".join(map(str, field.dims))}'
-            remedy = f'Select one of {", ".join(map(str, sorted(others, key=str)))}.'
+            remedy = f'Write a file with one value of {" and ".join(several)}.'
             raise SceneError(self._path, name, ABSENT, problem, remedy)
         field = field.isel(dict.fromkeys(others, 0))
         if set(field.dims) != set(self._axes):
@@ -346,6 +420,18 @@ class Hindcast:
                 name, field, (at_s[rows], latitude[rows], longitude[rows]), turns=turns
             )
         return found
+
+    def _refuse_unit(self, name: str, field: xarray.DataArray) -> None:
+        """Refuse a field that is no numbers, or says to be in another unit."""
+        known = FIELDS[name]
+        if field.dtype.kind not in 'fiu':
+            problem = f'has no numbers, but values of type {field.dtype}'
+            raise SceneError(self._path, name, ABSENT, problem, _FORM)
+        said = field.attrs.get('units')
+        if said is not None and str(said).strip().casefold() not in known.spelled:
+            problem = f'must be {known.unit}'
+            remedy = f'Convert the field to {known.unit}, and its attribute.'
+            raise SceneError(self._path, f'{name}, units', str(said), problem, remedy)
 
     def _turned(self, longitude: FloatArray) -> FloatArray:
         """Return longitudes of the turn that the grid has; round the globe without a jump."""
@@ -405,6 +491,9 @@ class Hindcast:
             parts.append((places - axis[low]) / (axis[low + 1] - axis[low]))
             begin = int(np.searchsorted(axis, axis[low.min()] - margin, 'left'))
             box.append((begin, int(np.searchsorted(axis, axis[low.max() + 1] + margin, 'right'))))
+        if math.prod(end - begin for begin, end in box) > LARGEST_BOX:
+            problem = f'has more than {LARGEST_BOX:,} values about four days of the track'
+            raise SceneError(self._path, name, ABSENT, problem, 'Use a coarser grid.')
         values = self._read(field, box)
         corners, weights = [], []
         for steps in product((0, 1), repeat=3):
@@ -421,6 +510,15 @@ class Hindcast:
             corners.append(corner)
             weights.append(weight)
         found, share = np.array(corners), np.array(weights)
+        known = FIELDS[name]
+        within = (found >= known.least) & (found <= known.most)
+        for each, row in np.argwhere(~within & (share > 0.0))[:1]:
+            problem = (
+                f'must lie between {known.least:g} and {known.most:g} {known.unit}, here near '
+                f'{_place(track[1][row], track[2][row])} on {_day(track[0][row])} UTC'
+            )
+            remedy = f'Give it in {known.unit}, and mark missing values by _FillValue.'
+            raise SceneError(self._path, name, float(found[each, row]), problem, remedy)
         if not turns:
             return np.asarray((share * found).sum(axis=0))
         angles = np.radians(found)
@@ -471,9 +569,6 @@ class Hindcast:
             remedy = 'Move the place out to sea, by a waypoint, or use another file.'
             raise SceneError(self._path, name, ABSENT, problem, remedy)
         return float(sea[nearest])
-
-
-_AXES = (_TIMES, _LATITUDES, _LONGITUDES)
 
 
 def _day(at_s: float) -> str:

@@ -734,6 +734,8 @@ def section_read(
     path: str,
     origin: str,
     prefix: str = 'ship.',
+    *,
+    any_size: bool = False,
 ) -> dict[str, Any]:
     """Return the contents of a section, from the file that its `path` names.
 
@@ -744,6 +746,7 @@ def section_read(
         path: path of the key that names the file, from there.
         origin: name of the scene, for errors.
         prefix: the part before the path in the scene, for errors.
+        any_size: whether a file of any size will do, because only a part of it is read.
 
     Raises:
         SceneError: keys or a file that are wrong.
@@ -757,7 +760,8 @@ def section_read(
             for each in explain(error, form)
         ]
     else:
-        found = missing_file(f'{prefix}{path}', str(reduce(getattr, names, asked)))
+        named = str(reduce(getattr, names, asked))
+        found = missing_file(f'{prefix}{path}', named, any_size=any_size)
         if not found:
             return reader(asked)
     first, *further = found
