@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 
 SCENE_LIST = 'there is no such file or built-in scene. '
+LISTS_SCENES = 'Check its path and name. `tauto scenes` lists the built-in scenes.'
 PICTURES = 'must end in .svg, .png or .pdf. '
 SIZES = 'must be > 0, from 1e-30 to 1e+30. '
 TWICE = 'say the same thing twice. '
@@ -22,7 +23,7 @@ OF_THREAD = 'Give the thickness of the thread, or leave it out'
 NUMBERS = 'must be numbers with commas between, in '
 
 REFUSALS = {
-    'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, 'Built-in scenes: '),
+    'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
     'sail ideal --duration 0': (
         'ideal: duration = 0.0: ',
         'must be greater than 0.0 (duration is given, ',
@@ -86,7 +87,7 @@ REFUSALS = {
     ),
     'design --length-unit ell': ("--length-unit = 'ell': ", 'use one of m, mm, ', 'scruple'),
     'design --weight-unit stone': ("--weight-unit = 'stone': ", 'use one of N, kg, ', 'pound'),
-    'cam no_such_scene': ('no_such_scene: ', SCENE_LIST, 'Built-in scenes: '),
+    'cam no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
     'cam ideal --points 1': ('--points = 1: ', POINTS, 'Give another, or leave it out'),
     'cam ideal --points 1000000000000': ('--points = 1000000000000: ', POINTS, 'Give another'),
     'cam cheek_before_euler --reach 4': (
@@ -114,7 +115,8 @@ REFUSALS = {
         'Name it cam.svg, or ask for the other format',
     ),
     'compare ideall': ('ideall: ', SCENE_LIST, 'Did you mean ideal?'),
-    'compare ideal --ship-of nothing': ('nothing: ', SCENE_LIST, 'Built-in scenes: '),
+    'sail jamaica': ('jamaica: ', SCENE_LIST, 'Did you mean portsmouth_jamaica?'),
+    'compare ideal --ship-of nothing': ('nothing: ', SCENE_LIST, LISTS_SCENES),
     'compare ideal measured': (
         'measured ',
         'does not make the passage of ideal: ',

@@ -13,9 +13,12 @@ from pathlib import Path
 
 import pytest
 
+from tauto_core.euler.page import PageError, write_page
+from tauto_core.euler.site import write_site
 from tauto_core.files import OutputError, check_place, one_writer, write_figure, write_whole
 from tauto_core.plots.cutting import write_rows
-from tauto_core.scene.errors import UsageError
+from tauto_core.scene.errors import TautoError, UsageError
+from tauto_core.scene.reference import write_scene
 
 
 @pytest.fixture
@@ -56,6 +59,24 @@ def test_what_was_there_remains_where_there_is_no_room(
         write(file)
     assert file.read_text() == 'before'
     assert list(tmp_path.iterdir()) == [file]
+
+
+@pytest.mark.usefixtures('no_room')
+@pytest.mark.parametrize(
+    ('write', 'error'),
+    [
+        (lambda folder: write_scene(str(folder / 'new.yaml'), {}), UsageError),
+        (lambda folder: write_site(folder, []), PageError),
+        (lambda folder: write_page(folder, []), PageError),
+    ],
+    ids=['scene new', 'euler --site', 'euler --page'],
+)
+def test_nothing_is_left_of_a_file_for_which_there_is_no_room(
+    tmp_path: Path, write: Callable[[Path], object], error: type[TautoError]
+) -> None:
+    with pytest.raises(error, match=r'cannot be written: File too large'):
+        write(tmp_path)
+    assert not [each for each in tmp_path.rglob('*') if each.is_file()]
 
 
 def test_a_link_stays_a_link(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.edition import G, Paper, turned
-from tauto_core.files import LOOK
+from tauto_core.files import LOOK, write_whole
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
 from tauto_core.machines.fluid_pendulum import (
@@ -568,6 +569,8 @@ def write_plates(folder: Path) -> list[Path]:
     for plate in PLATES:
         file = folder / f'{plate.name}.svg'
         with mpl.rc_context(LOOK):
-            plate.draw().savefig(file, metadata={'Date': None})
+            drawn = BytesIO()
+            plate.draw().savefig(drawn, format='svg', metadata={'Date': None})
+        write_whole(file, drawn.getvalue())
         files.append(file)
     return files

@@ -23,6 +23,7 @@ from tauto_core.euler import (
 )
 from tauto_core.euler.edition import Claim, Edition, Paper, Verdict
 from tauto_core.euler.figures import PLATES, write_plates
+from tauto_core.files import write_whole
 from tauto_core.scene.errors import TautoError
 
 # -----------------------------------------------------------------------------
@@ -113,7 +114,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
     text, figures = folder / 'euler.md', folder / 'figures'
     try:
         figures.mkdir(parents=True, exist_ok=True)
-        text.write_text(claims_page(claims), encoding='utf-8')
+        write_whole(text, claims_page(claims).encode())
         return [text, *write_plates(figures)]
     except OSError as error:
         raise PageError(

@@ -18,6 +18,7 @@ from textwrap import dedent
 from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, plain, svg
 from tauto_core.euler.mathml import mathml
 from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits, typeset
+from tauto_core.files import write_whole
 
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences;
@@ -44,7 +45,7 @@ def write_site(folder: Path, claims: Sequence[Claim]) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         for edition in EDITIONS:
             file = folder / f'{edition.file}.html'
-            file.write_text(paper_page(edition, claims), encoding='utf-8')
+            write_whole(file, paper_page(edition, claims).encode())
             files.append(file)
     except OSError as error:
         raise PageError(

@@ -871,10 +871,12 @@ def _read(file: Path, origin: str) -> str:
     try:
         raw = read_data(file, _LARGEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
-        near = difflib.get_close_matches(origin, shipped_scenes(), 1)
-        guess = f'Did you mean {near[0]}? ' if near else ''
+        shipped = shipped_scenes()
+        near = difflib.get_close_matches(origin, shipped, 1)
+        near = near or [each for each in shipped if origin in each][:1]
+        guess = f'Did you mean {near[0]}? ' if near else 'Check its path and name. '
         problem = 'there is no such file or built-in scene'
-        remedy = f'{guess}Built-in scenes: {", ".join(shipped_scenes())}.'
+        remedy = f'{guess}`tauto scenes` lists the built-in scenes.'
     except IsADirectoryError:
         problem, remedy = 'is a folder', 'Name the YAML file in it.'
         if any(file.glob('*.mcap')):

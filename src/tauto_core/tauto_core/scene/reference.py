@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from tauto_core.curves.cam import CAMS
+from tauto_core.files import write_whole
 from tauto_core.machines.compiling import compile_trochlea
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
@@ -369,8 +370,7 @@ def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
     # the name of a file need not be text, that of a scene is
     text = new_scene(place.stem.encode('utf-8', 'replace').decode(), kinds)
     try:
-        with place.open('x', encoding='utf-8') as new:
-            new.write(text)
+        write_whole(place, text.encode())
     except OSError as error:
         said = f': cannot be written: {error.strerror}. Name another file'
         raise UsageError(given, said) from None
