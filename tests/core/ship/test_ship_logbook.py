@@ -528,6 +528,22 @@ def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
     assert len(passage.entries) == 26
 
 
+def test_the_rows_of_all_logs_take_little_memory(tmp_path):
+    """Passages are made one log at a time: of the others only the numbers are kept."""
+    from benchmarks.cliwoc import release_21
+
+    release_21(tmp_path / 'cliwoc.tsv', 7_007)
+    tracemalloc.start()
+    try:
+        entries = sum(len(each.entries) for each in read_passages(str(tmp_path / 'cliwoc.tsv')))
+        _, most = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert entries > 6_500
+    # 7 numbers of 8 bytes a row, and room to grow by an eighth; a row as an entry takes 400 bytes
+    assert most < 7_007 * 150
+
+
 @pytest.mark.parametrize(
     ('inside', 'said'),
     [

@@ -69,8 +69,11 @@ def logbook(
     if out is not None:
         raise UsageError(f'--out {out}: is the file of a scene. Name a passage with --passage')
     with progress_bar(file) as progress:
-        passages = list(read_passages(file, winds=winds, progress=progress))
-        rows = [_facts(each) for each in passages]
+        rows, passages = [], []
+        for each in read_passages(file, winds=winds, progress=progress):
+            rows.append(_facts(each))
+            if plot:  # only a map needs all entries at once
+                passages.append(each)
     if plot and passages:
         from tauto_core.plots.tracks import draw_passages
 

@@ -128,11 +128,14 @@ class Choice:
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
         """Return the passages that are wanted; none is a UsageError."""
-        known = list(passages)
-        found = [each for each in known if self.takes(each)]
+        count, found = 0, []
+        for each in passages:
+            count += 1
+            if self.takes(each):
+                found.append(each)
         if not found:
             raise UsageError(
-                f'{origin}: none of its {len(known)} passages is what is asked for. See them with '
+                f'{origin}: none of its {count} passages is what is asked for. See them with '
                 '`tauto logbook`'
             )
         if self.sample is not None and self.sample < len(found):
