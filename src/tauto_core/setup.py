@@ -102,6 +102,7 @@ setup(
             'ship/coasts.npz',
             'plots/report_page.html',
             'euler/site_page.html',
+            'euler/*.yaml',
         ],
     },
     data_files=[

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import Literal, TypeAlias
 
 import numpy as np
+import yaml
 from numpy.typing import ArrayLike
 
 from tauto_core.samples import FloatArray
@@ -321,3 +323,40 @@ class Edition:
             ends = [numbers.index(each.strip()) for each in part.split('-')]
             found += numbers[ends[0] : ends[-1] + 1]
         return found
+
+
+def read_edition(
+    paper: Paper,
+    file: str,
+    figures: Mapping[str, tuple[Callable[..., Shown], *tuple[Control, ...]]],
+) -> Edition:
+    """Return a paper, its text from `<file>.yaml` beside this module.
+
+    Args:
+        paper: its letter, as in the claims.
+        file: name of the file, and of the page, without the suffix.
+        figures: the function that draws each figure, by Euler's name, and its controls.
+    """
+    text = yaml.safe_load(Path(__file__).with_name(f'{file}.yaml').read_text('utf-8'))
+    return Edition(
+        paper,
+        file,
+        text['title'],
+        text['short'],
+        tuple(text['facts'].items()),
+        tuple(
+            EulerFigure(name, text['captions'][name], draw, tuple(controls))
+            for name, (draw, *controls) in figures.items()
+        ),
+        tuple(
+            Paragraph(
+                each['number'],
+                each['argues'],
+                tuple(each.get('runs', ())),
+                tuple(each.get('figures', ())),
+                each.get('found', ''),
+                each.get('lacks', ''),
+            )
+            for each in text['paragraphs']
+        ),
+    )

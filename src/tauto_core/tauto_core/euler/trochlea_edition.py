@@ -19,10 +19,8 @@ from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.euler.edition import (
     Control,
     Drawing,
-    Edition,
-    EulerFigure,
-    Paragraph,
     Shown,
+    read_edition,
     turned,
 )
 from tauto_core.euler.trochlea_1727 import period
@@ -509,401 +507,39 @@ def _figure_xi(step: float) -> Shown:
 
 
 _STEPS = Control('m from M, rad', (0.5, 0.4, 0.3, 0.2, 0.1, 0.05, 0.02), begin=1)
-FIGURES = (
-    EulerFigure(
-        'I',
-        'The wheel at *C* with the cheeks *CE* and *CF*, between them the thread with the weight'
-        ' *P*; *M* is the contact. The text gives the cheeks no shape: here each is an arc of a '
-        'circle.',
-        _figure_i,
-        (Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(17)), begin=9),),
-    ),
-    EulerFigure(
-        'II',
-        'The balanced wheel. The text cites the figure and names no letter of it but *C*; the '
-        'counterweight is an example.',
-        _figure_ii,
-        (_TURNS,),
-    ),
-    EulerFigure(
-        'III',
-        "Sully's machine as Euler reports it: the thread is tied at *B* to the lever *AD*, on "
-        'which the weight *P* stands at *D*. That the lever is level at rest, with *B* under '
-        '*C*, is assumed.',
-        _figure_iii,
-        (_TURNS,),
-    ),
-    EulerFigure(
-        'IV',
-        'The turned wheel: *CB* is vertical, *CO* the line of the wheel that was vertical, *MR* '
-        'the thread, *MT* the lever arm, *CN = MT*.',
-        _figure_iv,
-        (_TURNS,),
-    ),
-    EulerFigure(
-        'V',
-        'Two neighbouring points *M* and *m*, their normals *MT* and *mt*, which meet in *R*, '
-        'and the perpendiculars *CT* and *Ct*. *S* and *s* lie on the circle *CB*, *r* on the '
-        'arc *Mr* about *C*.',
-        _figure_v,
-        (_STEPS,),
-    ),
-    EulerFigure(
-        'VI',
-        'The recipe. Take *BP = z* on the tangent, draw *CP* through the circle at *N*, take the'
-        ' arc *BS = BP − BN*, and *CM = CP* on the ray *CS*. Dots: the points found before.',
-        _figure_vi,
-        (Control('z', tuple(round(STEP * k, 1) for k in range(1, 31)), begin=11),),
-    ),
-    EulerFigure(
-        'VII',
-        'The wheel falls from *S* to *s*, the power from *Q* to *q*; *μ* is the point of the '
-        'curve that becomes *m*. Beside it the cycloid *NA* of the pendulum *AO*.',
-        _figure_vii,
-        (Control('BS, rad', tuple(round(0.7 + 0.1 * k, 1) for k in range(10)), begin=5),),
-    ),
-    EulerFigure(
-        'VIII',
-        'The disc *ED* larger than the circle *BF* of the cheeks.',
-        _figure_viii,
-        (Control('a = CD/BC', (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0), begin=4),),
-    ),
-    EulerFigure(
-        'IX',
-        'The second cam: *A* is the hole, *AC = a*, *CM = y*, *PM = t* normal to the curve, *CP '
-        '= p*. The text gives *b* as the constant at choice: the lever arm is *t = b* times the '
-        'turn.',
-        _figure_ix,
-        (
+EDITION = read_edition(
+    'A',
+    'trochlea',
+    {
+        'I': (
+            _figure_i,
+            Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(17)), begin=9),
+        ),
+        'II': (_figure_ii, _TURNS),
+        'III': (_figure_iii, _TURNS),
+        'IV': (_figure_iv, _TURNS),
+        'V': (_figure_v, _STEPS),
+        'VI': (
+            _figure_vi,
+            Control('z', tuple(round(STEP * k, 1) for k in range(1, 31)), begin=11),
+        ),
+        'VII': (
+            _figure_vii,
+            Control('BS, rad', tuple(round(0.7 + 0.1 * k, 1) for k in range(10)), begin=5),
+        ),
+        'VIII': (
+            _figure_viii,
+            Control('a = CD/BC', (1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0), begin=4),
+        ),
+        'IX': (
+            _figure_ix,
             Control('a/b', (1.2, 1.5, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 10.0), begin=3),
             Control('turn, rad', (0.1, 0.3, 0.5, 0.7, 0.9, 1.0), begin=4),
         ),
-    ),
-    EulerFigure(
-        'X',
-        'The machine with its fixed hole *O*, *a = 2b*. *CN* is perpendicular to *OM*, *MP = '
-        'CN*. *CB* of the wheel was at *CO*.',
-        _figure_x,
-        (Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(16)), begin=9),),
-    ),
-    EulerFigure(
-        'XI',
-        "The same in the wheel's frame, where the hole moves on a circle about *C* from *O* to "
-        '*o*. The perpendiculars *CP* and *Cp*, *S* under *C* on the thread, *On* on *mo*, *R* '
-        'where the normals meet.',
-        _figure_xi,
-        (Control('o from O, rad', (0.4, 0.3, 0.2, 0.1, 0.05, 0.02), begin=0),),
-    ),
-)  # fmt: skip
-
-
-# -----------------------------------------------------------------------------
-# The paragraphs.
-
-_PARAGRAPHS = (
-    Paragraph(
-        'I',
-        'Sully has described a clock for the sea, in which a wheel swings under a weight, and '
-        'found the shape of its cheeks only roughly, by trial. Euler sets out to find the curve '
-        'that makes all swings equal, and other ways to the same end.',
-        (
-            'tauto isochronism clock_cheek_weight --amplitudes 0.5,1,1.5',
-            'tauto sail cheek_before_euler',
+        'X': (
+            _figure_x,
+            Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(16)), begin=9),
         ),
-        lacks='The text gives the first cheeks no shape. The scenes take an arc of a circle.',
-    ),
-    Paragraph(
-        'II',
-        'Two curved plates start from the centre of the wheel, and a loaded thread hangs between '
-        'them. When the wheel turns, the thread lies against one of them and the weight turns the '
-        'wheel back.',
-        (
-            'tauto isochronism clock_cheek_weight --amplitudes 0.1,0.5,1 --set '
-            'trochlea.cam.root_depth=0',
-            'tauto plot cheek_before_euler machine --set trochlea.cam.root_depth=0',
-        ),
-        ('I',),
-        found='An arc of a circle that is rooted in the axle pulls as the square of the angle. '
-        'The time of a swing then goes as the inverse root of its size, and the smallest swings '
-        'have none.',
-    ),
-    Paragraph(
-        'III',
-        'Whether swings of all sizes take the same time depends on the curve of the plates alone. '
-        'To keep the calculation short, the wheel is taken to rest in any position, with its '
-        'centre of gravity on the axle.',
-        (
-            'tauto isochronism clock_involute_weight --amplitudes 0.5,1 --set '
-            'trochlea.imbalance.moment=1e-5',
-        ),
-        ('II',),
-    ),
-    Paragraph(
-        'IV',
-        'One must ask whether the thread stays vertical, keeps another direction, or neither. One '
-        'must also ask whether the power has inertia, like a weight, or none, like a spring; a '
-        'weight spends a part of its force on its motion.',
-        (
-            'tauto scene new --thread hanging --power weight',
-            'tauto isochronism clock_involute_weight --amplitudes 1 --set '
-            'trochlea.power.massless=true',
-        ),
-    ),
-    Paragraph(
-        'V',
-        'The power may be constant, or change with its stroke like a spring, a stretched chord or '
-        "air. Sully's machine has every difficulty at once: the thread pulls a lever, leans, and "
-        'carries the inertia of the weight.',
-        (
-            'tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5',
-            'tauto isochronism clock_own_cam_spring --amplitudes 0.5,1,1.5',
-            'tauto sail condensed_air_at_sea',
-            'tauto sail stretched_chord_at_sea',
-            'tauto sail sully_lever_at_sea',
-            "tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5 --set 'trochlea.power={"
-            "kind: spring, force: 0.5, stiffness: 5}' --set trochlea.thread.inertia=1e-5",
-            'tauto isochronism sully_lever_at_sea --amplitudes 0.5,1,1.5 --set '
-            'trochlea.thread.inclination=0.3',
-            "tauto isochronism hanging_thread_at_sea --amplitudes 0.5,1 --set 'trochlea.power={"
-            "kind: weight_and_spring, mass: 0.322, stiffness: 50}'",
-        ),
-        ('III',),
-        lacks="Air and a stretched chord have no law in the text: Boyle's, and that of a chord "
-        'drawn aside, are ours. A thread that swings needs a weight at its end, which a spring '
-        'may draw as well: without mass the thread is straight, and its anchor is a hole.',
-    ),
-    Paragraph(
-        'VI',
-        'Euler begins with the simplest case, a vertical thread under a constant power without '
-        'inertia, and asks for the curve and for the dimensions that give a period. He announces '
-        'a second case, which he expects to be of use at sea.',
-        ('tauto sail involute_weight_at_sea', 'tauto sail second_cam_at_sea'),
-    ),
-    Paragraph(
-        'VII',
-        'From *C* draw the perpendicular to the thread, which touches the plate at *M*. The '
-        'power *P* turns the wheel back with the torque *P* times *TM*.',
-        ('tauto cam clock_involute_weight',),
-        ('IV',),
-    ),
-    Paragraph(
-        'VIII',
-        'The same torque is exerted by a force at the rim *O*, at right angles to *CO*. By the '
-        'law of the lever it is to *P* as *TM* is to *CO*.',
-        ('tauto isochronism ideal --amplitudes 0.1,3',),
-    ),
-    Paragraph(
-        'IX',
-        'A pendulum keeps equal times where its acceleration is proportional to the arc that it '
-        'has to go. So *TM* must be proportional to the arc *BO*, which is the turn of the '
-        'wheel.',
-        ('tauto isochronism ideal --amplitudes 0.1,3',),
-    ),
-    Paragraph(
-        'X',
-        'Seen from the wheel, *TM* is a normal of the curve and *CT* the perpendicular on it '
-        'from *C*. The increments of *TM* and of the angle *TCO* must be in proportion.',
-        ('tauto cam clock_involute_weight',),
-    ),
-    Paragraph(
-        'XI',
-        'Two neighbouring normals meet in the centre of curvature *R*, and the increment of *TM*'
-        ' is *pT*. It is proportional to the angle *TCp* only where *CT* is constant, so *R* and'
-        ' *T* coincide.',
-        ('tauto cam clock_involute_weight',),
-        ('V',),
-    ),
-    Paragraph(
-        'XII',
-        'With *CT* as unit, *y* for *CM* and *x* for the arc *BS*, similar triangles give a '
-        'differential equation between *x* and *y*. In it the variables are already separated.',
-        ('tauto cam clock_involute_weight --csv involute.csv',),
-    ),
-    Paragraph(
-        'XIII',
-        'With *z* for the root of *yy − 1* the equation needs only an arc of the circle. So each'
-        ' point of the curve is constructed with ruler, compasses and the length of an arc.',
-        ('tauto cam clock_involute_weight --svg involute.svg',),
-        ('VI',),
-    ),
-    Paragraph(
-        'XIV',
-        'The normal *MT* touches the circle in *T*, and *TM* is the radius of curvature. The '
-        'curve is the involute of the circle, and is best drawn by a thread that unwinds from '
-        'it.',
-        ('tauto cam clock_involute_weight --dxf involute.dxf',),
-    ),
-    Paragraph(
-        'XV',
-        'The time of a swing must be found too, to give wheel and power their dimensions. The '
-        'wheel is taken as a uniform disc of weight *Q*, with the radius *BC* of the circle.',
-        ('tauto design --disc-weight 100 --pull 1 --disc-is-base --base-radius 0.02',),
-    ),
-    Paragraph(
-        'XVI',
-        'The wheel is drawn in two neighbouring positions, as its curve goes from *S* to *s*. '
-        'The contacts *M* and *m* are at the height of *B*, and *μ* is the point of the curve '
-        'that becomes *m*.',
-        ('tauto cam clock_involute_weight',),
-        ('VII',),
-    ),
-    Paragraph(
-        'XVII',
-        'Meanwhile the power descends by *Qn*, which equals *Mμ* because the thread keeps its '
-        'length. Its work, *P* times *Qn*, passes whole into the wheel, for the power has no '
-        'inertia.',
-        ('tauto isochronism ideal --amplitudes 0.1,3',),
-    ),
-    Paragraph(
-        'XVIII',
-        'The vis viva of the disc is half its weight times the height *v* of fall of its rim. So'
-        ' *v* increases along the arc *Ss* in proportion to *BS*, the arc still to go.',
-        ('tauto isochronism ideal --amplitudes 0.1,3',),
-    ),
-    Paragraph(
-        'XIX',
-        'A pendulum on a cycloid has the same law. Comparing both gives the length of the '
-        'isochronous pendulum: the pull is to the weight of the wheel as half the radius is to '
-        'that length.',
-        ('tauto design --disc-weight 100 --pull 1 --disc-is-base --base-radius 0.02',),
-    ),
-    Paragraph(
-        'XX',
-        'A small weight may replace the power, if what it needs for its own motion cannot be '
-        'noticed. For a hundredth of the weight of the wheel, and beats of a second, Euler finds '
-        'a radius of 63 scruples.',
-        (
-            'tauto design --pendulum 3166 --length-unit scruple --disc-weight 100 --pull 1 '
-            '--disc-is-base',
-            'tauto isochronism clock_own_cam_weight --amplitudes 0.5,1',
-            'tauto sail hanging_thread_at_sea --set trochlea.thread.damping_ratio=0.2',
-        ),
-    ),
-    Paragraph(
-        'XXI',
-        'A disc much larger than the circle of the cheeks moves the weight less, so that its '
-        'inertia matters less. The pendulum grows as the fourth power of the radius if the '
-        'thickness stays.',
-        (
-            'tauto design --pendulum 3166 --length-unit scruple --disc-weight 900 --pull 1 '
-            '--base-radius 10',
-        ),
-        ('VIII',),
-    ),
-    Paragraph(
-        'XXII',
-        'The main difficulty is a thread that does not stay vertical. Led through a fixed hole it '
-        'always points to the hole, and Euler states the curve that this needs.',
-        ('tauto cam second_cam_at_sea --svg second.svg', 'tauto sail second_cam_at_sea'),
-        ('IX',),
-    ),
-    Paragraph(
-        'XXIII',
-        'The power without inertia pulls below the hole *O*. The perpendicular *CN* on the line '
-        '*OM* measures its action on the wheel.',
-        ('tauto isochronism clock_second_cam_force --amplitudes 0.1,1,1.5',),
-        ('X',),
-    ),
-    Paragraph(
-        'XXIV',
-        'For equal times *CN* must be proportional to the angle *BCO*, which the wheel has yet '
-        'to turn. *CN* equals *MP*, the normal of the curve up to the perpendicular from *C*.',
-        ('tauto isochronism clock_second_cam_force --amplitudes 0.1,1,1.5',),
-    ),
-    Paragraph(
-        'XXV',
-        'In the frame of the wheel the hole moves on a circle, and each point *M* of the curve '
-        'has its place *O* there. *MP* must be proportional to the angle *BCO*.',
-        ('tauto plot second_cam_at_sea machine',),
-        ('XI',),
-    ),
-    Paragraph(
-        'XXVI',
-        'A neighbouring point *m* gives the increments *Pt* of the normal and *OCo* of the '
-        'angle. Their proportion becomes one of the angles *OCo* and *PCt*, as *CP* to *b*.',
-        ('tauto cam second_cam_at_sea',),
-    ),
-    Paragraph(
-        'XXVII',
-        'The angle *PCt* is that of the two normals at *R*, and also that of the two tangents. '
-        'Similar triangles then give the ratio of both angles as *OM* to *OS*.',
-        ('tauto cam second_cam_at_sea',),
-    ),
-    Paragraph(
-        'XXVIII',
-        'So *CP* is to *b* as *OM* to *OS*, and no angle is left. Both sides follow from the '
-        'right-angled triangle *COS*.',
-        ('tauto cam second_cam_at_sea',),
-    ),
-    Paragraph(
-        'XXIX',
-        'With *a*, *p* and *t* this is the equation stated before, and it gives *p*. A hole '
-        'infinitely far away makes *p* constant, which is the first curve.',
-        ('tauto cam second_cam_at_sea --set trochlea.thread.distance=100',),
-    ),
-    Paragraph(
-        'XXX',
-        'A weight may serve here too, if it is small and the wheel is heavy. Euler would rather '
-        'use the first cam, because the second is laborious to make and the first is easy.',
-        (
-            'tauto compare clock_involute_weight clock_second_cam_force --duration 5443140',
-            'tauto sail clock_involute_weight --duration 5443140 --set suspension=null --set '
-            'trochlea.power.kind=force --set trochlea.power.mass=null --set '
-            'trochlea.power.force=3.158 --set trochlea.power.material=steel --set '
-            'clock.nominal_period=1.00004',
-            'tauto sail clock_second_cam_force --duration 5443140 --set suspension=null --set '
-            'trochlea.power.kind=weight --set trochlea.power.force=null --set '
-            'trochlea.power.material=null --set trochlea.power.mass=0.322 --set '
-            'clock.nominal_period=1.004716',
-        ),
-        found='At sea the power decides and the cam does not. On a passage to Jamaica with '
-        "gravity, heat and a winter's weather a weight goes wrong on either cam, and a spring "
-        'on both by the heat alone; a compensation mends it on both. So the easier cam is the '
-        'better choice, and the weight is not.',
-    ),
-)
-EDITION = Edition(
-    'A',
-    'trochlea',
-    'Dissertatio de novo quodam curvarum tautochronarum genere',
-    "The trochlea: Sully's sea clock",
-    (
-        ('Number', "E6 in Eneström's list (Euler Archive, page E006)"),
-        (
-            'Printed',
-            'Commentarii academiae scientiarum Petropolitanae, tome II, on sheets Q to S: the '
-            'first page of sheet R, 129, is in the middle of §IX (signatures in our text)',
-        ),
-        ('Dated', 'July 1727 (margin of §I)'),
-        (
-            'Translated',
-            'Ian Bruce, with notes and the Latin (17centurymaths.com, "Euler: Some Papers", E006)',
-        ),
-        (
-            'Not verified',
-            'The year in which the volume was printed, the first and the last page, and the place '
-            'in the Opera Omnia: no source that we could read names them',
-        ),
-        (
-            "Sully's print",
-            "Description abrégée d'une Horloge d'une nouvelle invention, Pour la juste mesure du "
-            'Temps sur Mer, Paris, Briasson, 1726, 48 pages; the Suite, Bordeaux, Paris and '
-            'Amsterdam, 1726, pages 49 to 290, with three plates (description of a copy at '
-            'vieillemarine.pagesperso-orange.fr)',
-        ),
-        (
-            'The Academy',
-            'Machines et inventions approuvées par l’Académie, tome IV, 1735, No. 244 of 1724, '
-            'pages 75 to 79 (digi.ub.uni-heidelberg.de/diglit/machines_inventions1735c)',
-        ),
-        (
-            'Clocks that survive',
-            "The Clockmakers' Museum No. 597, at the Science Museum, L2015-3478, dated 1724 "
-            'there; Royal Museums Greenwich ZBA2248, c. 1724, an eight-day movement from '
-            'Versailles. A sale of 1999 (Antiquorum, Geneva, 23 October, lot 2) called its '
-            'clock, an eight-day one from Versailles, one of only two known',
-        ),
-    ),
-    FIGURES,
-    _PARAGRAPHS,
+        'XI': (_figure_xi, Control('o from O, rad', (0.4, 0.3, 0.2, 0.1, 0.05, 0.02), begin=0)),
+    },
 )
