@@ -10,7 +10,7 @@ except where the ROS message itself says otherwise (`NavSatFix` has degrees).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, cast
 
@@ -83,6 +83,12 @@ class PlanarImu:
     """g [m/s2]."""
 
 
+IN_CACHE = 16_384
+"""Samples of a ship with six motions that are made at once: their arrays stay in the processor's
+second cache. A multiple of the blocks in which waves are summed (`ship.waves.SUM_BLOCK`).
+"""
+
+
 @dataclass(frozen=True)
 class SpatialImu:
     """The motion of a ship that moves in all six ways, from which `ImuSamples` are made.
@@ -91,10 +97,21 @@ class SpatialImu:
     """
 
     stamp_ns: IntArray
-    samples: Callable[[bool, bool], ImuSamples]
-    """Returns the samples. The first argument asks for the angular velocity, the second for the
-    specific force; a channel that is not needed has the shape (0, 3). The bits of the
-    rest are the same."""
+    samples: Callable[[bool, bool, slice], ImuSamples]
+    """Returns the samples of some rows. The first argument asks for the angular velocity, the
+    second for the specific force; a channel that is not needed has the shape (0, 3). The bits of
+    the rest are the same."""
+    first: int = 0
+    """Number of the first sample since the ship's start."""
+
+    def parts(self, turning: bool, felt: bool) -> Iterator[tuple[slice, ImuSamples]]:
+        """Yield the samples as `samples` does, with their rows, in parts that fit the cache."""
+        begin, total = 0, len(self.stamp_ns)
+        while begin < total:
+            end = min(begin + IN_CACHE - (self.first + begin) % IN_CACHE, total)
+            rows = slice(begin, end)
+            yield rows, self.samples(turning, felt, rows)
+            begin = end
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu
+from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu, join, take
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude, imu_from_roll, message, parted
-from tauto_core.ship.six_motions import Turned, force_in_plane, imu_from_motions
+from tauto_core.ship.six_motions import ThreadPlane, Turned, force_in_plane, imu_from_motions
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 from tauto_core.voyage import sail
 
@@ -142,7 +143,8 @@ def test_what_a_clock_needs_has_the_bits_of_the_whole_message(changing: bool) ->
         sensed = motion.sense(part.stop - part.start)
         assert isinstance(sensed, SpatialImu)
         both, force, turning = (
-            sensed.samples(*needed) for needed in ((True, True), (False, True), (True, False))
+            sensed.samples(*needed, slice(None))
+            for needed in ((True, True), (False, True), (True, False))
         )
         for imu in (both, force, turning):
             assert imu.orientation.tobytes() == whole.orientation[part].tobytes()
@@ -179,8 +181,8 @@ CORK = {
 def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
     changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scene, summed, counts = at_sea(**changes), list[int](), list[int]()
-    sensed, whole = ShipMotion(scene).sense(100), message(ShipMotion(scene).sense(100))
+    scene, summed = at_sea(**changes), list[int]()
+    sensed, once = ShipMotion(scene).sense(100), ShipMotion(scene).sense(100)
     between = SampledHarmonics.between
 
     def counted(self: SampledHarmonics, first: int, last: int, *orders: int) -> Any:
@@ -188,6 +190,8 @@ def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
         return between(self, first, last, *orders)
 
     monkeypatch.setattr(SampledHarmonics, 'between', counted)
+    whole, in_one = message(once), sum(summed)
+    summed.clear()
     before, after = parted(sensed, 30)
     assert not isinstance(sensed, ImuSamples)
     assert len(before.stamp_ns) == 30
@@ -196,8 +200,25 @@ def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
         assert read.stamp_ns.tolist() == whole.stamp_ns[rows].tolist()
         assert read.orientation.tobytes() == whole.orientation[rows].tobytes()
         assert read.linear_acceleration.tobytes() == whole.linear_acceleration[rows].tobytes()
-        counts.append(len(summed))
-    assert counts[0] == counts[1] > 0
+    assert sum(summed) == in_one > 0
+
+
+def test_a_motion_in_parts_that_fit_the_cache_has_the_bits_of_the_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr('tauto_core.samples.IN_CACHE', 512)
+    motion = ShipMotion(at_sea())
+    begun, sensed = motion.sense(37), motion.sense(1000)
+    assert isinstance(begun, SpatialImu)
+    assert isinstance(sensed, SpatialImu)
+    _, sensed = parted(sensed, 70)
+    assert isinstance(sensed, SpatialImu)
+    whole, parts = message(sensed), list(sensed.parts(True, True))
+    assert [(rows.start, rows.stop) for rows, _ in parts] == [(0, 405), (405, 917), (917, 930)]
+    joined = join([part for _, part in parts])
+    for name in ('stamp_ns', 'orientation', 'angular_velocity', 'linear_acceleration'):
+        assert getattr(joined, name).tobytes() == getattr(whole, name).tobytes()
+    assert sensed.first == 37 + 70
 
 
 def test_a_ship_that_may_pitch_upright_is_screened_as_messages() -> None:
@@ -212,3 +233,20 @@ def test_a_motion_without_waves_has_the_bits_of_one_that_is_summed() -> None:
     for zero, summed in zip(flat.between(5, 900, 0, 1), tiny.between(5, 900, 0, 1), strict=True):
         assert zero.tobytes() == np.zeros(895).tobytes()
         np.testing.assert_allclose(zero, summed, atol=1e-300)
+
+
+@pytest.mark.parametrize('plane', ['free', 'vertical'])
+def test_the_force_of_a_sample_does_not_depend_on_its_neighbours(plane: ThreadPlane) -> None:
+    """Samples without a part along the axle, or with that alone, included."""
+    angle, rate, acceleration = motion()
+    imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
+    force, orientation = imu.linear_acceleration.copy(), imu.orientation.copy()
+    force[3, 0], force[11] = 0.0, (2.0, 0.0, 0.0)
+    force[20, 0], orientation[20, 1:3] = 0.0, 0.0
+    imu = replace(imu, linear_acceleration=force, orientation=orientation)
+    together = force_in_plane(imu, plane)
+    for k in range(N):
+        alone = force_in_plane(take(imu, slice(k, k + 1)), plane)
+        np.testing.assert_array_equal(together[k], alone[0])
+    np.testing.assert_array_equal(together[20], force[20])
+    assert np.isfinite(together).all()

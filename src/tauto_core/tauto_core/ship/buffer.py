@@ -32,7 +32,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.imu import contiguous, read_force, read_roll
+from tauto_core.ship.imu import contiguous, in_parts, read_force, read_roll
 from tauto_core.ship.sampling import (
     FORCE_BEFORE,
     LARGEST_SLOW_TURN,
@@ -396,16 +396,29 @@ class MotionBuffer:
             if force:
                 read_force(imu, lean, gravity)
         else:
-            if isinstance(imu, SpatialImu):
-                imu = imu.samples(rate is not None, force)
-            velocity = None if rate is None else contiguous(imu.angular_velocity)
-            kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
-            if force:
-                kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
+            for rows, part in in_parts(imu, rate is not None, force):
+                others = (None if each is None else each[rows] for each in (rate, lean, gravity))
+                self._read(part, roll[rows], *others)
         if not isinstance(imu, HungImu):
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
+
+    def _read(
+        self,
+        imu: ImuSamples,
+        roll: FloatArray,
+        rate: FloatArray | None,
+        lean: FloatArray | None,
+        gravity: FloatArray | None,
+    ) -> None:
+        """Fill the channels that there are: the roll in [−π, π], its rate, and the force felt."""
+        from tauto_core.ship import kernels  # kernels
+
+        velocity = None if rate is None else contiguous(imu.angular_velocity)
+        kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
+        if lean is not None or gravity is not None:
+            kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
         """Return which samples are far enough from the one before; None if all are."""

@@ -298,11 +298,19 @@ def message(imu: ImuSamples | PlanarImu | SpatialImu) -> ImuSamples:
     if isinstance(imu, ImuSamples):
         return imu
     if isinstance(imu, SpatialImu):
-        return imu.samples(True, True)
+        return imu.samples(True, True, slice(None))
     acceleration, heave = imu.accelerations()
     return imu_samples(
         imu.stamp_ns, imu.roll, imu.roll_rate, acceleration, heave, imu.height, imu.gravity
     )
+
+
+def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, ImuSamples]]:
+    """Yield the samples with their rows; those of `SpatialImu` in its parts, without the rest."""
+    if isinstance(imu, SpatialImu):
+        yield from imu.parts(turning, felt)
+    else:
+        yield slice(None), message(imu)
 
 
 Sensed: TypeAlias = ImuSamples | PlanarImu | SpatialImu
@@ -314,26 +322,34 @@ def kept(imu: Sensed) -> Sensed:
         return imu
     if isinstance(imu, PlanarImu):
         return replace(imu, accelerations=cache(imu.accelerations))
-    whole = cache(lambda: imu.samples(True, True))
-    return SpatialImu(imu.stamp_ns, lambda *_: whole())
+    whole = cache(lambda: imu.samples(True, True, slice(None)))
+    return replace(imu, samples=lambda _, __, rows: take(whole(), rows))
 
 
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
     """Return the samples before a row, and those from it on.
 
-    The rest is computed once for both, when one of them needs it.
+    What a ship that only rolls needs besides is computed once for both, when one of them needs it.
     """
     halves = slice(None, row), slice(row, None)
     if isinstance(imu, ImuSamples):
         before, after = (take(imu, which) for which in halves)
         return before, after
     if isinstance(imu, SpatialImu):
-        made = cache(imu.samples)
+        total = len(imu.stamp_ns)
 
-        def spatial(which: slice) -> SpatialImu:
-            return SpatialImu(imu.stamp_ns[which], lambda *needed: take(made(*needed), which))
+        def later(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+            begin, end, _ = rows.indices(total - row)
+            return imu.samples(turning, felt, slice(row + begin, row + end))
 
-        return spatial(halves[0]), spatial(halves[1])
+        def sooner(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+            begin, end, _ = rows.indices(row)
+            return imu.samples(turning, felt, slice(begin, end))
+
+        return (
+            SpatialImu(imu.stamp_ns[:row], sooner, imu.first),
+            SpatialImu(imu.stamp_ns[row:], later, imu.first + row),
+        )
     whole = cache(imu.accelerations)
 
     def planar(which: slice) -> PlanarImu:

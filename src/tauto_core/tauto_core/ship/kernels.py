@@ -429,6 +429,67 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
 
 
 @entry
+def force_in_plane(
+    orientation: FloatArray, force: FloatArray, upright: bool, felt: FloatArray
+) -> None:
+    """Fill the specific force that a clock's thread can follow (`six_motions.force_in_plane`).
+
+    The plane of the thread is upright, or the thread leans freely. The outputs (n', 3) are longer
+    than the n inputs, up to a multiple of eight. The quaternion's norm cancels.
+    """
+    rows = len(force) // SIZE
+    for i in range(rows):
+        x, y, z = vectors(force, i, _THREE)
+        if upright:
+            a, b, c, w = vectors(orientation, i, _FOUR)
+            y, z = _upright(a, b, c, w, x, y, z)
+            # where nothing turns the ship but her roll, both planes are one to the last bit
+            tilted = (x * x + b * b) + c * c
+        else:
+            across = y * y + z * z
+            whole = square_root(1.0 + (x * x) / across)
+            y, z = y * whole, z * whole
+            tilted = across
+        for row in _THREE:
+            store(felt, 3 * i + row, interleaved((x, y, z), row))
+        if not lowest(tilted) > 0.0:
+            for k in range(SIZE * i, SIZE * i + SIZE):
+                _store_in_plane(orientation, force, k, upright, felt)
+    for k in range(SIZE * rows, len(force)):
+        _store_in_plane(orientation, force, k, upright, felt)
+
+
+@inlined
+def _upright(a: Any, b: Any, c: Any, w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
+    """Return the force athwart and upright in a case that does not pitch (a, b, c, w: turned)."""
+    sine, cosine = 2.0 * (w * a + b * c), (w * w - a * a) + (c * c - b * b)
+    across = square_root(sine * sine + cosine * cosine)
+    sr, cr = sine / across, cosine / across
+    square = (a * a + b * b) + (c * c + w * w)
+    aside, deck = cr * y - sr * z, sr * y + cr * z
+    up = (across * deck - 2.0 * (w * b - c * a) * x) / square
+    return cr * aside + sr * up, cr * up - sr * aside
+
+
+@inlined
+def _store_in_plane(
+    orientation: FloatArray, force: FloatArray, k: int, upright: bool, felt: FloatArray
+) -> None:
+    """Write the force of one sample, which may have no part along the axle, or that alone."""
+    x, y, z = force[k, 0], force[k, 1], force[k, 2]
+    if upright:
+        a, b, c, w = orientation[k, 0], orientation[k, 1], orientation[k, 2], orientation[k, 3]
+        if x != 0.0 or b != 0.0 or c != 0.0:
+            y, z = _upright(a, b, c, w, x, y, z)
+    elif x != 0.0:
+        across = y * y + z * z
+        if across > 0.0:
+            whole = math.sqrt(1.0 + (x * x) / across)
+            y, z = y * whole, z * whole
+    felt[k, 0], felt[k, 1], felt[k, 2] = x, y, z
+
+
+@entry
 def level_force_of(
     orientation: FloatArray, force: FloatArray, upright: bool, aside: FloatArray, up: FloatArray
 ) -> None:

@@ -156,17 +156,12 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
     # a sample of a ship that only rolls has the same bits in all planes
     if plane == 'ship' or not (force[:, 0].any() or imu.orientation[:, 1:3].any()):
         return force
-    x, y, z = (np.ascontiguousarray(force[:, i]) for i in range(3))
-    if plane == 'free':
-        across = np.hypot(y, z)
-        whole = np.sqrt(x * x + across * across) / np.where(across > 0.0, across, 1.0)
-        y, z = (np.where(x == 0.0, part, part * whole) for part in (y, z))
-    else:
-        sr, cr, _, _ = _roll_and_pitch(imu.orientation)
-        _, aside, up = level_force(imu)
-        level = (x == 0.0) & (imu.orientation[:, 1] == 0.0) & (imu.orientation[:, 2] == 0.0)
-        y, z = np.where(level, y, cr * aside + sr * up), np.where(level, z, cr * up - sr * aside)
-    return np.stack((x, y, z), axis=1)
+    from tauto_core.ship import kernels  # kernels
+
+    felt = np.empty((-(-len(force) // 8) * 8, 3))
+    orientation = contiguous(imu.orientation)
+    kernels.force_in_plane(orientation, contiguous(force), plane == 'vertical', felt)
+    return felt[: len(force)]
 
 
 def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:

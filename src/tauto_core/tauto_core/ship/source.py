@@ -220,7 +220,8 @@ class ShipMotion:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
         if self._six is not None:
-            six = SpatialImu(stamps, partial(self._six_sensed, self._six, stamps, first))
+            sensed = partial(self._six_sensed, self._six, stamps, first)
+            six = SpatialImu(stamps, sensed, first)
             return six if self._is_tame else message(six)
         roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
@@ -248,9 +249,12 @@ class ShipMotion:
         first: int,
         turning: bool,
         felt: bool,
+        rows: slice,
     ) -> ImuSamples:
         """Return samples with the angular velocity and the specific force that are asked for."""
-        last, orders = first + len(stamps), (0, 1) if turning else (0,)
+        begin, end, _ = rows.indices(len(stamps))
+        stamps, first, last = stamps[begin:end], first + begin, first + end
+        orders = (0, 1) if turning else (0,)
         turned = [each.between(first, last, *orders) for each in six[3:]]
         angle, *rate = (Turned(*each) for each in zip(*turned, strict=True))
         force = None

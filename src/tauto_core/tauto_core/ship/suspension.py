@@ -41,7 +41,7 @@ from tauto_core.ship.buffer import (
     SharedBuffers,
     felt_step_ns,
 )
-from tauto_core.ship.imu import contiguous, message
+from tauto_core.ship.imu import contiguous, in_parts
 from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.sections import SuspensionKind
 
@@ -313,12 +313,15 @@ class BearingBuffer(MotionBuffer):
 
         assert not isinstance(imu, HungImu)
         roll, rate = new.get('roll'), new.get('roll_rate')
-        read = imu.samples(self._rolls, True) if isinstance(imu, SpatialImu) else message(imu)
-        orientation, force = contiguous(read.orientation), contiguous(read.linear_acceleration)
         upright = self._plane == 'vertical'
-        kernels.level_force_of(orientation, force, upright, new['sway'], new['lift'])
+        for rows, part in in_parts(imu, self._rolls, True):
+            orientation, force = contiguous(part.orientation), contiguous(part.linear_acceleration)
+            sway, lift = new['sway'][rows], new['lift'][rows]
+            kernels.level_force_of(orientation, force, upright, sway, lift)
+            if roll is not None and rate is not None:
+                velocity = contiguous(part.angular_velocity)
+                kernels.roll_of(orientation, velocity, roll[rows], rate[rows])
         if roll is not None:
-            kernels.roll_of(orientation, contiguous(read.angular_velocity), roll, rate)
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
 
     def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
