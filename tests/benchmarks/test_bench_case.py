@@ -22,7 +22,8 @@ from benchmarks.work_precision.references.stored import (
 )
 from benchmarks.work_precision.runner import Row, measure
 from benchmarks.work_precision.table import problem_table
-from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, energy, forces, small_motion
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, energy, small_motion
+from tauto_core.motion.axle import forces
 from tauto_core.scene.errors import UsageError
 
 (PROBLEM,) = (problem for problem in problems() if isinstance(problem, CaseProblem))

@@ -41,6 +41,7 @@ from tauto_core.machines import (
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
 from tauto_core.machines.compiling import swing_energy
+from tauto_core.motion import axle
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.drift import observed_phases
@@ -247,11 +248,11 @@ def of_axle():
 
     def shaken(s, phi, s1, phi1, turn, turn_rate):
         state, support = AxleState(s, phi, s1, phi1), SupportMotion(turn, turn_rate, 0.1, 0.2, 0.3)
-        return tuple(vars(axle_pendulum.forces(body, state, support)).values())
+        return tuple(axle.forces(body, state, support))
 
     def small(time):
         start = AxleState(0.1, 0.1, 0.0, 0.0)
-        return tuple(vars(axle_pendulum.small_motion(body, start, time)).values())
+        return tuple(axle_pendulum.small_motion(body, start, time))
 
     return {
         'forces': Law(shaken, few, few, few, few, few, few, numbers=True),

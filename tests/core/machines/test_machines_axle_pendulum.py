@@ -16,10 +16,10 @@ from tauto_core.machines.axle_pendulum import (
     amplitudes_from_rest,
     axle_on,
     energy,
-    forces,
     plane_period,
     small_motion,
 )
+from tauto_core.motion.axle import forces
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 TIGHT = 1e-13
@@ -98,6 +98,14 @@ def test_golden_large_angles(entry):
     close(forces(body, end).contact, expected['contact_force_over_M'])
 
 
+def turned_about(turn, rate, bend, depth, aside=0.0, lateral=0.0):
+    """Return the motion of a support that turns about an axis from which C is at these places."""
+    x = depth * math.cos(turn) - aside * math.sin(turn)
+    y = depth * math.sin(turn) + aside * math.cos(turn)
+    down, across = -bend * y - rate * rate * x, bend * x - rate * rate * y
+    return SupportMotion(turn, rate, bend, down, lateral + across)
+
+
 @pytest.mark.parametrize('entry', entries('C-moving'))
 def test_golden_moving_support(entry):
     given, expected = numbers(entry)
@@ -106,14 +114,9 @@ def test_golden_moving_support(entry):
 
     def support(t):
         sine, cosine = math.sin(1.3 * t), math.cos(1.3 * t)
-        return SupportMotion(
-            0.1 * sine,
-            0.13 * cosine,
-            -0.169 * sine,
-            lateral=0.4 * math.cos(2.1 * t),
-            depth=given['X0'],
-            aside=given['Y0'],
-        )
+        lateral = 0.4 * math.cos(2.1 * t)
+        turning = 0.1 * sine, 0.13 * cosine, -0.169 * sine
+        return turned_about(*turning, given['X0'], given['Y0'], lateral)
 
     y = simulate(body_of(given), [given['s0'], given['phi0'], 0.0, 0.0], given['t'], support)
     close(y, [expected[key] for key in ('s', 'phi', 'sdot', 'phidot')], 0.0, BY_ODE)
@@ -210,12 +213,8 @@ def test_turning_the_support_about_its_own_centre_does_nothing(turn):
 
     def support(t):
         # the lowest point of the path lies e below the centre, about which it turns
-        return SupportMotion(
-            turn * math.sin(3 * t),
-            3 * turn * math.cos(3 * t),
-            -9 * turn * math.sin(3 * t),
-            depth=0.1,
-        )
+        sine, cosine = math.sin(3 * t), math.cos(3 * t)
+        return turned_about(turn * sine, 3 * turn * cosine, -9 * turn * sine, 0.1)
 
     y = simulate(body, [start[0], start[1], start[2] - 0.3 * turn, start[3]], 1.0, support)
     still = simulate(body, start, 1.0)

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces, modes
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, modes
+from tauto_core.motion.axle import forces
 from tauto_core.motion.suspended_case import AxleModes, AxleSwing, BearingMotion, CaseMotion
 from tauto_core.scene.errors import PropagationError
 

@@ -20,10 +20,9 @@ from tauto_core.machines.axle_pendulum import (
     AxleState,
     SupportMotion,
     energy,
-    forces,
 )
 from tauto_core.motion import Forcing
-from tauto_core.motion.axle import AxleInstant, AxleLaw, AxleSwings, axle_table, pushed
+from tauto_core.motion.axle import AxleSwings, axle_table, forces
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
@@ -363,20 +362,3 @@ def test_a_push_that_throws_it_ends_the_run() -> None:
         sailed(scene)
     assert 0.0 < ended.value.time_s < 1.0
     assert str(ended.value).count('t =') <= 1
-
-
-@pytest.mark.parametrize('touch', [AxleContact(0.03), AxleContact(0.03, True),
-                                   AxleContact(0.03, friction=-0.2)])  # fmt: skip
-@pytest.mark.parametrize('curvature', [12.5, 0.0, -1.0])
-def test_the_law_of_the_steps_is_that_of_the_forces(curvature: float, touch: AxleContact) -> None:
-    """At random states and motions of the support, to rounding."""
-    random = np.random.default_rng(1780)
-    body = AxlePendulum(curvature, 0.3, 0.15, G)
-    law = AxleLaw(curvature, 0.3, 0.15, G, touch.radius, touch.friction, touch.rolls)
-    for _ in range(40):
-        state, support = random.uniform(-0.5, 0.5, 4), random.uniform(-1.0, 1.0, 5)
-        found = pushed(law, AxleInstant(*state, *support))
-        wanted = forces(body, AxleState(*state), SupportMotion(*support), touch)
-        names = 'arc_acceleration', 'tilt_acceleration', 'contact', 'along'
-        exact = [float(getattr(wanted, name)) for name in names]
-        np.testing.assert_allclose(found, exact, rtol=1e-13, atol=1e-13)

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
+from tauto_core.motion.axle import forces
 from tauto_core.motion.suspended_case import AxleModes, BearingMotion, CaseMotion
 from tauto_core.ship.suspension import (
     HungCase,

@@ -21,7 +21,8 @@ from tauto_core.checks.cost import forecast
 from tauto_core.checks.readiness import check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
-from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, forces, modes
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, modes
+from tauto_core.motion.axle import forces
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
@@ -169,8 +170,10 @@ def test_full_equations_follow_dop853_on_a_rolling_support(height):
 
     def support(t):
         rho, rate, bend = waves(rolls, t)
-        down = -waves(heaves, t)[2]
-        return SupportMotion(rho, rate, bend, down=down, depth=E - height)
+        # the case hangs E − height below the axis of the ship
+        x, y = (E - height) * math.cos(rho), (E - height) * math.sin(rho)
+        down = -waves(heaves, t)[2] - bend * y - rate * rate * x
+        return SupportMotion(rho, rate, bend, down, bend * x - rate * rate * y)
 
     def right(t, y):
         now = forces(body, AxleState(*y), support(t))

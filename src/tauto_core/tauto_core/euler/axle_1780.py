@@ -18,10 +18,10 @@ from tauto_core.euler.edition import Claim, G
 from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
     AxleState,
-    forces,
     plane_period,
     small_motion,
 )
+from tauto_core.motion.axle import forces
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------

@@ -1,6 +1,6 @@
 """A body on a cylindrical axle as the regulator of a clock (Euler 1780).
 
-Its motion is that of `axle_pendulum.forces`; `motion.axle` computes it.
+`motion.axle` has its law and computes its motion.
 """
 
 from __future__ import annotations

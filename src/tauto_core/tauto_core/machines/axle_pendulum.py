@@ -1,6 +1,7 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
-Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), then the motion at any angles.
+Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), its energy and its periods.
+`motion.axle` has the motion at any angles.
 
 Euler 1780 (C in axle.md). x points down, y sideways. θ is the tilt of the normal at the contact,
 from the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre
@@ -15,7 +16,7 @@ import math
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -248,8 +249,10 @@ def axle_on(support_radius: float, axle_radius: float) -> float:
     return 0.0 if math.isinf(support_radius) else 1.0 / (support_radius - axle_radius)
 
 
-@dataclass(frozen=True)
-class AxleState:
+Reals: TypeAlias = float | FloatArray
+
+
+class AxleState(NamedTuple):
     """Position and velocity of the body, floats or arrays of one shape.
 
     Attributes:
@@ -259,10 +262,10 @@ class AxleState:
         tilt_rate: dφ/dt [rad/s].
     """
 
-    arc: ArrayLike
-    tilt: ArrayLike
-    arc_rate: ArrayLike
-    tilt_rate: ArrayLike
+    arc: Reals
+    tilt: Reals
+    arc_rate: Reals
+    tilt_rate: Reals
 
 
 def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> AxleState:
@@ -325,25 +328,22 @@ def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple
     )
 
 
-@dataclass(frozen=True)
-class SupportMotion:
+class SupportMotion(NamedTuple):
     """Motion of the support: it turns by ρ about an axis that is itself accelerated.
 
-    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (sideways).
+    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (sideways). The
+    axis is where the axle's centre is at s = 0.
 
     Attributes:
         turn, turn_rate, turn_acceleration: ρ [rad], ρ̇ [rad/s], ρ̈ [rad/s2].
         down, lateral: acceleration of the axis [m/s2].
-        depth, aside: X₀ below and Y₀ beside the axis, of the axle's centre at s = 0 and ρ = 0 [m].
     """
 
-    turn: ArrayLike = 0.0
-    turn_rate: ArrayLike = 0.0
-    turn_acceleration: ArrayLike = 0.0
-    down: ArrayLike = 0.0
-    lateral: ArrayLike = 0.0
-    depth: float = 0.0
-    aside: float = 0.0
+    turn: Reals = 0.0
+    turn_rate: Reals = 0.0
+    turn_acceleration: Reals = 0.0
+    down: Reals = 0.0
+    lateral: Reals = 0.0
 
 
 STILL = SupportMotion()
@@ -367,81 +367,6 @@ class AxleContact:
 
 
 SMOOTH = AxleContact()
-
-
-@dataclass(frozen=True)
-class AxleForces:
-    """Contact force and accelerations of the body at an instant, arrays.
-
-    Attributes:
-        contact: N/M, contact force over mass [m/s2]; where it is 0 or negative the axle lifts off.
-        arc_acceleration: d²s/dt² in the support's frame [m/s2].
-        tilt_acceleration: d²φ/dt² [rad/s2].
-        along: F/M, force along the support on the body, over the mass [m/s2]; 0 without friction.
-    """
-
-    contact: FloatArray
-    arc_acceleration: FloatArray
-    tilt_acceleration: FloatArray
-    along: FloatArray
-
-
-def forces(
-    body: AxlePendulum,
-    state: AxleState,
-    support: SupportMotion = STILL,
-    touch: AxleContact = SMOOTH,
-) -> AxleForces:
-    """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
-
-    With δ = φ − θ, D = b₀ − c cos δ, and A, A⊥ the components along the normal and across it of
-    the acceleration of that point of the support's frame where C is,
-
-        N/M = P + c φ̈ sin δ,   P = g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ,
-        k² φ̈ = −(N/M) c sin δ + (F/M) D,
-        s̈ = −g sin θ − A⊥ + F/M − c φ̈ cos δ + c φ̇² sin δ.
-
-    F = 0 without friction, F = fN where the axle slides, and where it rolls F follows from
-    s̈ = −b₀(φ̈ − ρ̈).
-    """
-    s, phi, s1, phi1 = (
-        np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
-    )
-    sigma = body.curvature * s
-    theta = np.asarray(support.turn) + sigma
-    # C's place from the axis, and A, A⊥ there
-    half, rho = 0.5 * sigma, np.asarray(support.turn)
-    chord = s * np.sinc(half / np.pi)
-    x, y = support.depth - chord * np.sin(half), support.aside + chord * np.cos(half)
-    down, lateral = x * np.cos(rho) - y * np.sin(rho), x * np.sin(rho) + y * np.cos(rho)
-    turning, faster = np.asarray(support.turn_rate), np.asarray(support.turn_acceleration)
-    a = np.asarray(support.down) - faster * lateral - turning * turning * down
-    b = np.asarray(support.lateral) + faster * down - turning * turning * lateral
-    along = a * np.cos(theta) + b * np.sin(theta)
-    aside = b * np.cos(theta) - a * np.sin(theta)
-    g, c, per_k = body.gravity, body.depth, body.depth / body.gyration_radius
-    sine, cosine = np.sin(phi - theta), np.cos(phi - theta)
-    pressed = g * np.cos(theta) - along + 2.0 * turning * s1 + body.curvature * s1 * s1
-    across = per_k * sine
-    pressing, pull = pressed + c * cosine * phi1 * phi1, g * np.sin(theta) + aside
-    if touch.rolls:
-        lever = touch.radius - c * cosine
-        spun = c * sine * phi1 * phi1 - pull
-        inertia = body.gyration_radius**2 + (c * sine) ** 2 + lever * lever
-        bend = (lever * (touch.radius * faster - spun) - c * sine * pressing) / inertia
-        slip = -touch.radius * (bend - faster)
-        return AxleForces(pressing + c * sine * bend, slip, bend, slip - spun + c * cosine * bend)
-    if touch.friction == 0.0:
-        contact = pressing / (1.0 + across * across)
-        bend = -contact * sine * per_k / body.gyration_radius
-        rubbed = np.zeros_like(contact)
-    else:
-        lever = touch.friction * (touch.radius - c * cosine) / body.gyration_radius
-        contact = pressing / (1.0 + across * (across - lever))
-        bend = contact * (lever - across) / body.gyration_radius
-        rubbed = touch.friction * contact
-    slides = c * (sine * phi1 * phi1 - cosine * bend) - pull + rubbed
-    return AxleForces(contact, slides, bend, rubbed)
 
 
 def energy(body: AxlePendulum, state: AxleState) -> FloatArray:

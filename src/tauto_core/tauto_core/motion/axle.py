@@ -1,7 +1,7 @@
 """A body on an axle, by Gauss–Legendre collocation; the axle may slide, roll, or both in turn.
 
 The state is s, φ, ṡ and φ̇ of `axle_pendulum`. A step of 16 stages is iterated to rounding with
-the law of `axle_pendulum.forces`, in compiled code; it is at most a radian of the fast mode, and
+the law of `pushed`, in compiled code; it is at most a radian of the fast mode, and
 halved where the iteration does not settle. In a step the accelerations are a polynomial, so that
 places and rates are known at any instant of it. Steps end where a span does, so the result does
 not depend on how spans are divided into calls. Where friction is limited, a step ends where the
@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,11 +21,12 @@ from tauto_core.curves.numerics import root_of
 from tauto_core.kernels import compiled, entry
 from tauto_core.machines.axle_clock import AxleClock
 from tauto_core.machines.axle_pendulum import (
+    SMOOTH,
     STILL,
     AxleContact,
+    AxlePendulum,
     AxleState,
     SupportMotion,
-    forces,
     small_motion,
 )
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
@@ -85,7 +86,7 @@ class AxleLaw(NamedTuple):
 
 
 class AxleInstant(NamedTuple):
-    """State of the body and motion of its support at an instant; its axis is at s = 0, ρ = 0."""
+    """The fields of `AxleState`, and those of `SupportMotion`."""
 
     arc: float
     tilt: float
@@ -98,18 +99,36 @@ class AxleInstant(NamedTuple):
     lateral: float
 
 
-class Pushed(NamedTuple):
-    """s̈, φ̈, N/M and F/M."""
+class AxleForces(NamedTuple):
+    """Accelerations of the body and forces on it; floats, or arrays of one shape.
 
-    arc_bend: float
-    tilt_bend: float
-    pressed: float
-    along: float
+    Attributes:
+        arc_acceleration: d²s/dt² in the support's frame [m/s2].
+        tilt_acceleration: d²φ/dt² [rad/s2].
+        contact: N/M, contact force over mass [m/s2]; where it is 0 or negative the axle lifts off.
+        along: F/M, force along the support on the body, over the mass [m/s2]; 0 without friction.
+    """
+
+    arc_acceleration: Any
+    tilt_acceleration: Any
+    contact: Any
+    along: Any
 
 
 @compiled
-def pushed(law: AxleLaw, at: AxleInstant) -> Pushed:
-    """Return accelerations and forces at an instant (equations: `axle_pendulum.forces`)."""
+def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
+    """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
+
+    With δ = φ − θ, D = b₀ − c cos δ, and A, A⊥ the components along the normal and across it of
+    the acceleration of that point of the support's frame where C is,
+
+        N/M = P + c φ̈ sin δ,   P = g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ,
+        k² φ̈ = −(N/M) c sin δ + (F/M) D,
+        s̈ = −g sin θ − A⊥ + F/M − c φ̈ cos δ + c φ̇² sin δ.
+
+    F = 0 without friction, F = fN where the axle slides, and where it rolls F follows from
+    s̈ = −b₀(φ̈ − ρ̈).
+    """
     sigma = law.curvature * at.arc
     theta, half = at.turn + sigma, 0.5 * sigma
     # the axle's centre in fixed axes, from its place at s = 0: its arc of curvature 1/e by the
@@ -138,13 +157,36 @@ def pushed(law: AxleLaw, at: AxleInstant) -> Pushed:
         turned = lever * (law.radius * at.turn_bend - spun) - c * sine * pressing
         bend = turned / inertia
         slip = -law.radius * (bend - at.turn_bend)
-        return Pushed(slip, bend, pressing + c * sine * bend, slip - spun + c * cosine * bend)
+        return AxleForces(slip, bend, pressing + c * sine * bend, slip - spun + c * cosine * bend)
     # sliding: F = ±μN enters φ̈ and, by c φ̈ sin δ, the contact force as well
     across, rubbing = c * sine / k, law.friction * lever / k
     contact = pressing / (1.0 + across * (across - rubbing))
     bend = contact * (rubbing - across) / k
     rubbed = law.friction * contact
-    return Pushed(c * (sine * swung - cosine * bend) - pull + rubbed, bend, contact, rubbed)
+    return AxleForces(c * (sine * swung - cosine * bend) - pull + rubbed, bend, contact, rubbed)
+
+
+def _instant(state: AxleState, there: SupportMotion) -> AxleInstant:
+    return AxleInstant(*(float(each) for each in (*state, *there)))
+
+
+def law_of(body: AxlePendulum, touch: AxleContact) -> AxleLaw:
+    """Return the body and its contact as plain numbers."""
+    own = body.curvature, body.depth, body.gyration_radius, body.gravity
+    return AxleLaw(*own, touch.radius, touch.friction, touch.rolls)
+
+
+def forces(
+    body: AxlePendulum,
+    state: AxleState,
+    support: SupportMotion = STILL,
+    touch: AxleContact = SMOOTH,
+) -> AxleForces:
+    """Return what `pushed` does for a state and a support whose numbers may be arrays."""
+    law, numbers = law_of(body, touch), np.broadcast_arrays(*state, *support)
+    each = zip(*(values.ravel().tolist() for values in numbers), strict=True)
+    found = np.array([pushed(law, AxleInstant(*instant)) for instant in each])
+    return AxleForces(*found.T.reshape(-1, *numbers[0].shape))
 
 
 @entry
@@ -210,14 +252,14 @@ def collocate_axle(
                     support[LATERAL, i],
                 ),
             )
-            if not math.isfinite(found.arc_bend + found.tilt_bend):
+            bend, tilt_bend = found.arc_acceleration, found.tilt_acceleration
+            if not math.isfinite(bend + tilt_bend):
                 return 0
-            arc_moved = max(arc_moved, abs(found.arc_bend - rows[ARC_BEND, i]))
-            tilt_moved = max(tilt_moved, abs(found.tilt_bend - rows[TILT_BEND, i]))
-            arc_size = max(arc_size, abs(found.arc_bend))
-            tilt_size = max(tilt_size, abs(found.tilt_bend))
-            rows[ARC_BEND, i], rows[TILT_BEND, i] = found.arc_bend, found.tilt_bend
-            rows[PRESSED, i], rows[ALONG, i] = found.pressed, found.along
+            arc_moved = max(arc_moved, abs(bend - rows[ARC_BEND, i]))
+            tilt_moved = max(tilt_moved, abs(tilt_bend - rows[TILT_BEND, i]))
+            arc_size, tilt_size = max(arc_size, abs(bend)), max(tilt_size, abs(tilt_bend))
+            rows[ARC_BEND, i], rows[TILT_BEND, i] = bend, tilt_bend
+            rows[PRESSED, i], rows[ALONG, i] = found.contact, found.along
         moved = max(arc_moved / arc_size, tilt_moved / tilt_size)
         # or rounding keeps the changes from falling further
         if sweep > 1 and (moved <= settled or (moved < 1e-13 and moved >= last)):
@@ -248,8 +290,8 @@ class _Now:
     """Whether φ ≥ ρ."""
 
     @property
-    def numbers(self) -> FloatArray:
-        return np.array([self.arc, self.tilt, self.arc_rate, self.tilt_rate])
+    def state(self) -> AxleState:
+        return AxleState(self.arc, self.tilt, self.arc_rate, self.tilt_rate)
 
 
 class AxleStep(NamedTuple):
@@ -278,6 +320,9 @@ class AxleStep(NamedTuple):
         return self.rows[2:6]
 
 
+Support: TypeAlias = Callable[[Any], SupportMotion]
+"""The support's motion by times from the beginning of a span [s], a float or an array."""
+
 Visit: TypeAlias = Callable[[FloatArray, FloatArray, SupportMotion], None]
 
 
@@ -295,7 +340,7 @@ class AxleMotion:
     def advance(
         self,
         length_s: float,
-        support: Callable[[FloatArray], SupportMotion],
+        support: Support,
         begin_s: float,
         visit: Visit | None = None,
     ) -> None:
@@ -321,18 +366,23 @@ class AxleMotion:
             at += took
             left = 0.0 if took == left else left - took
 
-    def touch(self) -> AxleContact:
-        """Return how the axle touches its support now."""
+    def law(self, *, rolls: bool = False) -> AxleLaw:
+        """Return the body and how it touches its support now, or as if it rolled."""
         clock = self.clock
-        if clock.contact == 'coulomb' and self.now.slips:
-            return AxleContact(clock.radius, friction=-self.now.slips * clock.friction)
-        return clock.touch
+        touch = clock.touch
+        if clock.contact == 'coulomb' and self.now.slips and not rolls:
+            touch = AxleContact(clock.radius, friction=-self.now.slips * clock.friction)
+        return law_of(clock.body, touch)
+
+    def pushed(self, there: SupportMotion, *, rolls: bool = False) -> AxleForces:
+        """Return accelerations and forces now, or as if the axle rolled."""
+        return pushed(self.law(rolls=rolls), _instant(self.now.state, there))
 
     def _step(
         self,
         at: float,
         size: float,
-        support: Callable[[FloatArray], SupportMotion],
+        support: Support,
         visit: Visit | None,
     ) -> float:
         """Take a step of at most a size [s]; return how long it was."""
@@ -354,7 +404,7 @@ class AxleMotion:
             again = self._collocate(at, size, support)
             step = step if again is None else again
         self._check(step)
-        begin = self.now.numbers
+        begin = np.array(self.now.state)
         rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
         places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
         end = np.concatenate([places, rates])
@@ -363,33 +413,17 @@ class AxleMotion:
         now = self.now
         now.arc, now.tilt, now.arc_rate, now.tilt_rate = end.tolist()
         if shorter is not None:
-            self._change(support(np.array([at + size])))
+            self._change(support(at + size))
         return size
 
-    def _collocate(
-        self, at: float, size: float, support: Callable[[FloatArray], SupportMotion]
-    ) -> AxleStep | None:
+    def _collocate(self, at: float, size: float, support: Support) -> AxleStep | None:
         """Return the step; None where its iteration does not settle."""
-        body, touch = self.clock.body, self.touch()
-        law = AxleLaw(
-            body.curvature,
-            body.depth,
-            body.gyration_radius,
-            body.gravity,
-            touch.radius,
-            touch.friction,
-            touch.rolls,
-        )
         times = at + size * _ENDS
         there = support(times)
         motion, rows = np.empty((5, _STAGES + 1)), np.zeros((8, _STAGES))
-        for row, values in zip(
-            motion,
-            (there.turn, there.turn_rate, there.turn_acceleration, there.down, there.lateral),
-            strict=True,
-        ):
+        for row, values in zip(motion, there, strict=True):
             row[:] = values
-        begin = self.now.numbers
+        law, begin = self.law(), np.array(self.now.state)
         if not collocate_axle(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
             return None
         # the last Legendre coefficients must be rounding
@@ -418,34 +452,33 @@ class AxleMotion:
                 float(step.times[over[0]]),
             )
 
-    def _slip(self, state: FloatArray, support: SupportMotion) -> FloatArray:
+    def _slip(self, arc_rate: float, tilt_rate: float, there: SupportMotion) -> float:
         """Return ṡ + b₀(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
-        turning = np.asarray(support.turn_rate)
-        return np.asarray(state[2] + self.clock.radius * (state[3] - turning))
+        return float(arc_rate + self.clock.radius * (tilt_rate - there.turn_rate))
 
     def _event(
         self,
         at: float,
         size: float,
         step: AxleStep,
-        support: Callable[[FloatArray], SupportMotion],
+        support: Support,
     ) -> float | None:
         """Return the length after which the axle begins or ceases to slip; None: not in it."""
         if self.clock.contact != 'coulomb':
             return None
-        slips, mu = self.now.slips, self.clock.friction
+        slips, mu, law = self.now.slips, self.clock.friction, self.law()
 
         def margin(share: float) -> float:
             """Return a margin that is positive while the contact stays as it is."""
             powers = (2.0 * share - 1.0) ** np.arange(_STAGES)
             gained = share * size * ((step.bends @ _POWERS.T) @ powers)
             moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
-            state = (self.now.numbers + np.concatenate([moved, gained]))[:, None]
-            there = support(np.array([at + size * share]))
+            state = np.array(self.now.state) + np.concatenate([moved, gained])
+            there = support(at + size * share)
             if slips:
-                return slips * float(self._slip(state, there)[0])
-            found = forces(self.clock.body, AxleState(*state), there, self.touch())
-            return float(np.min(mu * found.contact - np.abs(found.along)))
+                return slips * self._slip(state[2], state[3], there)
+            found = pushed(law, _instant(AxleState(*state), there))
+            return float(mu * found.contact - abs(found.along))
 
         if slips:
             turning = np.broadcast_to(step.there.turn_rate, step.times.shape)[:-1]
@@ -466,33 +499,32 @@ class AxleMotion:
 
     def _change(self, there: SupportMotion) -> None:
         """Let an axle that slid roll, or one that rolled slide, or slide the other way."""
-        now, clock = self.now, self.clock
-        state = AxleState(*(np.array([each]) for each in now.numbers))
-        rolling = forces(clock.body, state, there, AxleContact(clock.radius, rolls=True))
-        needed, allowed = float(rolling.along[0]), clock.friction * float(rolling.contact[0])
+        now, rolling = self.now, self.pushed(there, rolls=True)
         slid = now.slips != 0
         if slid:
             # no slip at all, so that rounding starts none
-            now.arc_rate -= float(self._slip(now.numbers[:, None], there)[0])
-        if slid and abs(needed) <= allowed:
+            now.arc_rate -= self._slip(now.arc_rate, now.tilt_rate, there)
+        if slid and self._holds(rolling):
             now.slips = 0
         else:
             # friction pushes as rolling would need, and the axle slides against it
-            now.slips = -1 if needed > 0.0 else 1
+            now.slips = -1 if rolling.along > 0.0 else 1
+
+    def _holds(self, rolling: AxleForces) -> bool:
+        """Return whether friction can be as large as rolling needs."""
+        return bool(abs(rolling.along) <= self.clock.friction * rolling.contact)
 
     def settle(self, there: SupportMotion) -> None:
         """Choose at the start whether the axle rolls or slides, by its slip and its friction."""
         if self.clock.contact != 'coulomb':
             return
-        slip = float(np.ravel(self._slip(self.now.numbers[:, None], there))[0])
+        slip = self._slip(self.now.arc_rate, self.now.tilt_rate, there)
         # a picometre a second is rounding of a contact that rolls
         if abs(slip) > 1e-12:
             self.now.slips = 1 if slip > 0.0 else -1
             return
         self.now.slips = 0
-        state = AxleState(*(np.array([each]) for each in self.now.numbers))
-        rolling = forces(self.clock.body, state, there, self.clock.touch)
-        if abs(float(rolling.along[0])) > self.clock.friction * float(rolling.contact[0]):
+        if not self._holds(self.pushed(there)):
             self._change(there)
 
 
@@ -537,10 +569,8 @@ def axle_table(clock: AxleClock, duration_s: float, every_s: float) -> AxleTable
     # rounding takes no row from a duration of a whole number of intervals
     count = math.floor(duration_s / every_s * (1.0 + 1e-12))
     for k in range(count + 1):
-        state = AxleState(*now.numbers)
-        found = forces(clock.body, state, STILL, motion.touch())
         slip = now.arc_rate + clock.radius * now.tilt_rate
-        pressed = float(found.contact) / clock.body.gravity
+        pressed = motion.pushed(STILL).contact / clock.body.gravity
         rows.append((k * every_s, now.tilt, now.arc, pressed, slip))
         if k == count:
             break
@@ -594,9 +624,8 @@ class AxleSwings:
     def release(self, forcing: Forcing) -> Motion:
         """Release the body where the first span begins; return that instant."""
         clock, support = self._clock, _support(forcing, 0, self._clock.body.gravity)
-        there = support(np.array([float(forcing.begin[0] * forcing.length_s[0])]))
-        rho, turning = (float(np.ravel(each)[0]) for each in (there.turn, there.turn_rate))
-        tilt, rate = rho + clock.tilt, turning + clock.tilt_rate
+        there = support(float(forcing.begin[0] * forcing.length_s[0]))
+        tilt, rate = float(there.turn) + clock.tilt, float(there.turn_rate) + clock.tilt_rate
         self._now = _Now(clock.arc, tilt, clock.arc_rate, rate)
         # a start at 0 is on the side from which it comes, so that it counts as no passage
         self._now.is_up = tilt > 0.0 or (tilt == 0.0 and rate >= 0.0)
@@ -615,14 +644,13 @@ class AxleSwings:
             support = _support(forcing, k, self._clock.body.gravity)
             whole = float(forcing.length_s[k])
             begin, end = (whole * float(each[k]) for each in (forcing.begin, forcing.end))
-
             try:
                 body.advance(end - begin, support, begin, self._count)
             except PropagationError as error:
                 late = float(forcing.end_ns[k]) * 1e-9 - end
                 raise PropagationError(error.what, late + error.time_s) from None
             if forcing.logged[k]:
-                rows.append(self._logged(support(np.array([end]))))
+                rows.append(self._logged(support(end)))
         return self._motion(rows) if rows else no_motion()
 
     def _count(self, times: FloatArray, states: FloatArray, there: SupportMotion) -> None:
@@ -647,12 +675,10 @@ class AxleSwings:
 
     def _logged(self, there: SupportMotion) -> tuple[float, ...]:
         """Return the row of an instant."""
-        now, motion = self._now, AxleMotion(self._clock, self._now or _Now(0.0, 0.0, 0.0, 0.0))
+        now = self._now
         assert now is not None
-        state = AxleState(*(np.array([each]) for each in now.numbers))
-        found = forces(self._clock.body, state, there, motion.touch())
-        rho, turning = (float(np.ravel(each)[0]) for each in (there.turn, there.turn_rate))
-        bend = float(np.ravel(found.tilt_acceleration)[0])
+        bend = AxleMotion(self._clock, now).pushed(there).tilt_acceleration
+        rho, turning = float(there.turn), float(there.turn_rate)
         return (now.tilt, now.tilt_rate, bend, rho, turning, float(now.turns), float(now.beats))
 
     def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
@@ -671,7 +697,7 @@ class AxleSwings:
         )
 
 
-def _support(forcing: Forcing, k: int, gravity: float) -> Callable[[FloatArray], SupportMotion]:
+def _support(forcing: Forcing, k: int, gravity: float) -> Support:
     """Return the motion of the support over the piece of a span, by times from its beginning."""
     neutral, felt, tilt = forcing.neutral, forcing.gravity, forcing.tilt
     if neutral is None or felt is None:
@@ -686,13 +712,13 @@ def _support(forcing: Forcing, k: int, gravity: float) -> Callable[[FloatArray],
     rate = (roll * powers)[1:] / whole
     bend = (rate * powers[: size - 1])[1:] / whole
 
-    def value(terms: FloatArray, x: FloatArray) -> FloatArray:
-        total = np.zeros_like(x)
+    def value(terms: FloatArray, x: Any) -> Any:
+        total = 0.0 * x
         for term in terms[::-1]:
             total = total * x + term
         return total
 
-    def support(times: FloatArray) -> SupportMotion:
+    def support(times: Any) -> SupportMotion:
         x = times / whole
         beta, pull = value(neutral[k], x), value(felt[k], x)
         return SupportMotion(
