@@ -163,12 +163,12 @@ def test_raw_and_batches_give_the_same_bytes(tmp_path: Path) -> None:
     assert digest(first) == digest(tmp_path / 'b' / 'voyage')
 
 
-def test_counts_and_bytes(tmp_path: Path) -> None:
+def test_what_is_written_is_in_the_file_chunk_by_chunk(tmp_path: Path) -> None:
     imu = {s.SHIP_IMU: example(s.ImuSamples, 1000)}
     with BagWriter(tmp_path / 'voyage', chunk_bytes=64 * 1024) as writer:
         writer.write(imu)
         assert writer.counts == {s.SHIP_IMU: 1000}
-        assert writer.bytes_written > 100_000
+        assert sum(file.stat().st_size for file in writer.path.glob('*.mcap')) > 100_000
         assert not (tmp_path / 'voyage/metadata.yaml').exists()
     assert writer.path == tmp_path / 'voyage'
 

@@ -164,9 +164,6 @@ def of_curve(curve):
         for branch in ('descent', 'ascent'):
             back = partial(curve.arc_of_height, branch=branch)
             laws[f'arc_of_height, {branch}'] = Law(back, (low, low + 1.0), numbers=True)
-        laws['series_of_height'] = Law(
-            partial(curve.series_of_height, terms=5), arcs, numbers=True
-        )
     return laws
 
 

@@ -45,8 +45,8 @@ def test_involute(entry):
 def test_hole(entry):
     given, expected = numbers(entry)
     cam, phi = Hole(given['b'], given['a_over_b']), expected['phi']
-    close(cam.p_of_lever_arm(given['t_over_a'] * cam.distance), expected['p'])
     close(cam.p(phi), expected['p'])
+    close(cam.p(given['t_over_a'] * cam.distance / cam.rate), expected['p'])
     close(cam.psi(phi), expected['psi'])
     close(cam.radius_of_curvature(phi), expected['R'])
     close(cam.free_thread(phi), expected['OM'])

@@ -163,8 +163,6 @@ def test_no_lever_arm_is_cut_to_the_distance_of_the_hole() -> None:
     for found in (cam.psi, cam.contact, cam.radius_of_curvature, cam.free_thread):
         with pytest.raises(CamRangeError, match=r'longer than the hole is away, 0\.08 m'):
             found(0.5)
-    with pytest.raises(CamRangeError, match=r'longer than the hole is away, 0\.08 m'):
-        cam.p_of_lever_arm(0.0801)
 
 
 @pytest.mark.parametrize('rate', np.geomspace(1e-4, 1e-1, 7).tolist())

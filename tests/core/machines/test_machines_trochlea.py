@@ -18,7 +18,6 @@ from tauto_core.machines.design import (
     disc_inertia,
     equivalent_pendulum_length,
     half_period,
-    lever_rate_for,
 )
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.scene.loader import Scene
@@ -202,7 +201,6 @@ def test_pendulum_length_of_a_disc(name):
     length = equivalent_pendulum_length(inertia, pull, r, g)
     assert length == pytest.approx(expected['L_m'], rel=1e-14, abs=0.0)
     assert half_period(length, g) == pytest.approx(expected['half_period_s'], rel=1e-14, abs=0.0)
-    assert lever_rate_for(inertia, pull, length, g) == pytest.approx(r, rel=1e-14, abs=0.0)
     # the machine of that design beats as that pendulum
     regulator = Machine(inertia, 0.0, 0.0, pull, 0.0, g, Involute(r), False, None, None, 0.1)
     assert regulator.period(1.0) / 2 == pytest.approx(expected['half_period_s'], rel=1e-14)

@@ -121,13 +121,6 @@ def test_components_after_100_days_are_those_of_the_scene():
         assert abs(value - float(wanted)) < limit
 
 
-@pytest.mark.parametrize('kind', sorted(KINDS))
-def test_roll_at_start_is_that_of_the_first_sample(kind):
-    ship = ShipMotion(scene_of(kind))
-    assert ship.roll_at_start() == pytest.approx(attitude(whole(kind)).roll[0], abs=1e-16)
-    assert len(ship.produce(3).stamp_ns) == 3
-
-
 def test_heave_alone_leaves_the_roll_at_zero():
     heave = [{'amplitude': 1.0, 'period': 10.0}]
     ship = {'kind': 'components', 'heave': heave, 'rate': 20.0}

@@ -547,11 +547,6 @@ class BagWriter:
         self.path = self._folder
         """The folder that holds the messages."""
 
-    @property
-    def bytes_written(self) -> int:
-        """Size of the file so far; up to one chunk of messages is still in memory."""
-        return self._file.end
-
     def __enter__(self) -> Self:
         with ExitStack() as held:
             try:

@@ -400,14 +400,6 @@ class FluidTautochrone(CurveInMedium):
 
         return lowest + bracketed_newton(excess, start, (-math.inf, math.inf), relative=_ROUNDING)
 
-    def series_of_height(self, arc: ArrayLike, terms: int) -> FloatArray:
-        """Return x by its first terms, γf x = s²/2 + κs³/6 + κ²s⁴/24 + … [m] (§24)."""
-        s = np.asarray(arc, np.float64)
-        total, term = np.zeros_like(s), 0.5 * s * s / self._gf
-        for n in range(terms):
-            total, term = total + term, term * self.kappa * s / (n + 3)
-        return self.friction * s + total
-
 
 # -----------------------------------------------------------------------------
 # Coordinates and curvature of a curve in a fluid, and its outline for drawing and cutting.

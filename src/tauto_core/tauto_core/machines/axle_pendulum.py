@@ -306,28 +306,6 @@ def _swing(
     return value * c + rate / w * s, rate * c - math.copysign(w, squared) * value * s
 
 
-def amplitudes_from_rest(body: AxlePendulum, speed: float, spin: float) -> tuple[float, float]:
-    """Return α and α′ of a motion that begins in equilibrium (§30–32), θ = Σ αc sin ωt.
-
-        α √(g/b) = (c ν b′ − n B′)/(eD),   α′ √(g/b′) = (n B − c ν b)/(eD),   D/c = B − B′
-
-    n is the speed of the centre of gravity [m/s] and ν the spin [rad/s] at the start.
-    UnsteadyAxleError: an unstable body, or a plane, where θ stays 0.
-    """
-    body.require_swing()
-    if not body.curvature > 0.0:
-        raise UnsteadyAxleError(
-            'curvature = 0: on a plane θ stays 0 and has no amplitude. Ask for small_motion'
-        )
-    own, c = body.modes, body.depth
-    slow, fast = (math.sqrt(w) for w in own.squared_frequencies(body.gravity))
-    per = body.curvature / (c * (own.B - own.B_prime))
-    return (
-        per * (c * spin * own.b_prime - speed * own.B_prime) / slow,
-        per * (speed * own.B - c * spin * own.b) / fast,
-    )
-
-
 class SupportMotion(NamedTuple):
     """Motion of the support: it turns by ρ about an axis that is itself accelerated.
 

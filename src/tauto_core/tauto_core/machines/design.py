@@ -309,11 +309,6 @@ def equivalent_pendulum_length(
     return inertia * gravity / (pull * lever_rate)
 
 
-def lever_rate_for(inertia: float, pull: float, length: float, gravity: float) -> float:
-    """Return b = I g/(P L) [m/rad]: the base radius that gives a pendulum length (§XX)."""
-    return inertia * gravity / (pull * length)
-
-
 def base_radius_of_disc(weight: float, pull: float, length: float) -> float:
     """Return r = 2 P L/Q [m], where the base circle is the disc itself, of weight Q (§XX)."""
     return 2.0 * pull * length / weight

@@ -71,11 +71,6 @@ def arc_of_harmonic(kappa: float, z: ArrayLike) -> FloatArray:
     return z * logarithmic_mean(-kappa * z)
 
 
-def euler_descent_time(curve: FluidTautochrone, gravity: float) -> float:
-    """Return (π/2) √(f/g): from rest anywhere to A [s] (§15)."""
-    return 0.5 * math.pi * math.sqrt(curve.pendulum_length / gravity)
-
-
 def composed_length(descent: float, ascent: float) -> float:
     """Return L = ((√f + √h)/2)² [m]: descent on a curve of f, ascent on one of h (§21)."""
     return (0.5 * (math.sqrt(descent) + math.sqrt(ascent))) ** 2

@@ -264,12 +264,6 @@ class ShipMotion:
         gravity = self._weighs(stamps) if felt else 0.0
         return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
 
-    def roll_at_start(self) -> float:
-        """Return the roll of the first sample [rad]."""
-        if self._roll is None:
-            return 0.0
-        return float(self._roll.between(0, 1, 0)[0][0])
-
     def _weighs(self, stamps: IntArray) -> FloatArray:
         """Return gravity, less Eötvös' term, at some stamps [m/s²]."""
         if self._gravity is None:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting, arm_rounding
+from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting
 from tauto_core.curves.lever_geometry import ArcLeverGeometry, LeverGeometry, LeverSetting
 from tauto_core.curves.numerics import arctangent_defect, farther, involute_defect
 from tauto_core.samples import FloatArray
@@ -119,12 +119,6 @@ class Hole(LinearCam):
     def hole_distance(self) -> float:
         """Distance a of the hole [m]."""
         return self.distance
-
-    def p_of_lever_arm(self, lever_arm: ArrayLike) -> FloatArray:
-        """Return p = b·√(a² − t²)/(b + √(a² − t²)) [m] for |t| ≤ a (§XXIX)."""
-        arm = np.asarray(lever_arm, dtype=np.float64)
-        rate = np.full_like(arm, self.rate)
-        return self.rate * self._thread_at(arm, rate, arm_rounding(0.0, arm, rate)).share
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""

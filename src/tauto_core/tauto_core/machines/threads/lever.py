@@ -207,10 +207,6 @@ class LeverMachine:
         """Return dβ/dθ."""
         return self.geometry.slopes(self._tau(angle))[0]
 
-    def ratio_rate(self, angle: ArrayLike) -> FloatArray:
-        """Return d²β/dθ² [1/rad]."""
-        return self.geometry.slopes(self._tau(angle))[1]
-
     def mass_at(self, angle: ArrayLike) -> FloatArray:
         """Return M(θ) [kg m2]."""
         ratio = self.ratio(angle)
