@@ -156,8 +156,15 @@ class Scene(Section):
                 case_hz = fast / (LARGEST_TURN * MOST_STEP_PARTS)
                 if hung.large_angles:
                     case_hz = max(case_hz, slow / (LARGEST_SLOW_TURN * MOST_STEP_PARTS))
-            forgets = self.escapement is not None
-            rate = rate_for(self, ship, accuracy, forgets=forgets, case_hz=case_hz)
+            swinging = self.trochlea is not None and self.trochlea.thread.swinging_length > 0.0
+            rate = rate_for(
+                self,
+                ship,
+                accuracy,
+                forgets=self.escapement is not None,
+                swings=hung is not None or swinging,
+                case_hz=case_hz,
+            )
             # the scene that is written and read again has the rate, so it is the same everywhere
             self.__dict__['ship'] = ship.model_copy(update={'rate': rate})
         return self

@@ -61,8 +61,8 @@ amplitude, and its rate with it: 5e-2 in all at most.
 """
 
 HUNG = 30.0
-"""The same over that of a fixed clock, in a suspended case, which the sea may excite (found: 50,
-and 200 without an escapement, both in all).
+"""The same over that of a fixed clock, where the sea may excite a suspended case or a thread that
+swings (found: 50, and 200 without an escapement, both in all).
 """
 
 
@@ -92,19 +92,27 @@ ROUNDING = 1e-14
 
 
 def rate_for(
-    scene: Surroundings, ship: ShipKind, accuracy: float, *, forgets: bool, case_hz: float | None
+    scene: Surroundings,
+    ship: ShipKind,
+    accuracy: float,
+    *,
+    forgets: bool,
+    swings: bool,
+    case_hz: float | None,
 ) -> float:
     """Return the lowest of `RATES_HZ` that keeps the error of the rate below the accuracy.
 
     The steps divide the log interval, and a wave has more than two of them. Where no rate is
     high enough it is the highest that fits; where the motion cannot be had, the ship's own. Of a
-    fixed clock with an escapement, asked for less than the default, the first piece counts once.
+    fixed clock with an escapement, asked for less than the default, the first piece counts once,
+    unless its thread swings: it keeps what that piece gave to the thread.
 
     Args:
         scene: the scene of the motion.
         ship: how she moves; her own rate does not matter.
         accuracy: error of the clock's rate by sampling [s/day].
         forgets: whether an escapement keeps the amplitude.
+        swings: whether case or thread swings, which the sea may excite.
         case_hz: least rate that the modes of a suspended case allow [Hz]; None without a case.
     """
     rates = [rate for rate in _rates_hz(scene) if case_hz is None or rate >= case_hz]
@@ -112,12 +120,12 @@ def rate_for(
     def worst(ship: ShipKind) -> list[ShipKind]:
         return [sea.ship for sea in ship.worst_seas(scene)]
 
-    if forgets and case_hz is None and accuracy > ACCURACY:
+    if forgets and not swings and accuracy > ACCURACY:
         # a trial of the scene (`checks.cost`) has its first piece in one of the worst seas
         demands = _under_way(accuracy, worst, worst)
     else:
         allowed = accuracy / (DAY_S * REACHES)
-        allowed /= (1.0 if forgets else REMEMBERS) * (1.0 if case_hz is None else HUNG)
+        allowed /= (1.0 if forgets else REMEMBERS) * (HUNG if swings else 1.0)
         demands = [(False, allowed, worst)]
     return _lowest(scene, ship, rates, demands, strides=case_hz is None)
 
