@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from trial_examples import CLOCK, OTHER, write_log
+from trial_examples import CLOCK, LOG, OTHER, write_log
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
@@ -33,7 +33,7 @@ def answers():
     way = WayAnswers(prizes, [1.0, 2.0, 3.0, 4.0, 5.0], 2.5, None, parts, parts)
     ways = {'raw': way, 'corrected': way, 'sensed': way}
     clock = ClockAnswers('the_clock', 'clock.yaml', {}, 0, ways)
-    return TrialAnswers('log.csv', 12, 10, 4.0, 1, 0, [clock], [], [])
+    return TrialAnswers('log.csv', 12, 10, 4.0, 1, 0, [clock], [], [], [])
 
 
 def test_the_answer_says_on_how_many_passages_she_would_have_won():
@@ -74,9 +74,28 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
     assert 'the last entry of 1 passage lies at sea, more than 30 km' in words
 
 
+def test_wrong_passages_are_left_out_and_told(tmp_path):
+    path = write_log(tmp_path, LOG.replace('270,9.3', '270,93').replace('150,4.6', '150,46'))
+    asked = ['--logs', path, '--days', '0..', '--harbour-days', '0.5', '--duration', '60000']
+    refused = run(*asked)
+    assert refused.exit_code == 2
+    assert '2 passages cannot be sailed. Correct them, or leave them out with --skip-wrong.' in (
+        refused.stderr
+    )
+    found = run(*asked, '--skip-wrong', '--json')
+    assert found.exit_code == 0, found.stderr
+    told = json.loads(found.stdout)
+    assert told['passages'] == 1
+    assert [each['passage'] for each in told['left_out']] == ['17700101-1', '17910701-3']
+    for each in told['left_out']:
+        assert f'left out: {each["problem"]}' in found.stderr
+        assert 'row 1 (line ' in each['problem']
+
+
 @pytest.mark.parametrize(
     ('asked', 'said'),
     [
+        (['--skip-wrong'], '--skip-wrong: needs --logs'),
         (['--days', '42..'], '--days 42..: needs --logs'),
         (['--wind-draws', '2'], '--wind-draws 2: needs --logs'),
         (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),

@@ -753,6 +753,7 @@ def trial(
     scheduler: str | None = None,
     out: str | Path | None = None,
     file: str | Path | None = None,
+    skip_wrong: bool = False,
     anyway: bool = False,
     **overrides: object,
 ) -> TrialAnswers:
@@ -777,6 +778,7 @@ def trial(
         scheduler: as for `fleet`.
         out: as for `fleet`, with a row for each clock on each passage.
         file: name of a picture, ending in .svg, .png or .pdf: the map of all tracks.
+        skip_wrong: leave out passages with a wrong row, or without a wind.
         anyway: sail even machines and ships larger than any known.
         overrides: as for `load`.
 
@@ -812,6 +814,7 @@ def trial(
         longest_s=None if duration is None else number('duration', duration, 's'),
         wind_draws=whole('wind_draws', wind_draws),
         hull_draws=whole('hull_draws', hull_draws),
+        skip_wrong=skip_wrong,
         anyway=anyway,
     )
     where = None if out is None else path('out', out)

@@ -29,6 +29,15 @@ def test_rows_are_what_was_put_in():
     assert list(Rows()) == []
 
 
+def test_a_column_is_that_of_the_rows():
+    rows = Rows(MIXED)
+    for name in MIXED[0]:
+        assert typed([{name: value} for value in rows.column(name)]) == typed(
+            [{name: row[name]} for row in MIXED]
+        )
+    assert Rows().column('ship') == []
+
+
 def test_a_row_of_other_names_is_refused():
     with pytest.raises(ValueError, match='after rows of'):
         Rows(MIXED).extend([{'ship': 3}])

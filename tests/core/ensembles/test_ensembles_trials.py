@@ -268,19 +268,42 @@ def test_a_passage_without_any_wind_is_refused_before_anything_sails(tmp_path, m
     silent = [f'{",".join(row.split(",")[:8])},,,' for row in others if row.endswith('4.6,')]
     text = '\n'.join([first, *(row for row in others if '17910701' not in row), *silent]) + '\n'
     with pytest.raises(SceneError, match='passage 17910701-3, wind_mps: has no wind'):
-        sail_trial(made(tmp_path, text=text), Crew(1), tmp_path / 'out')
+        made(tmp_path, text=text)
 
 
 def test_a_wrong_log_is_refused_by_passage_and_row_before_anything_sails(tmp_path, monkeypatch):
     monkeypatch.setattr(trials, 'sail_passage', lambda *_: pytest.fail('it sails'))
     text = LOG.replace('1770-01-02T12:00,46.55,-8.0', '1770-01-02T12:00,36.55,-8.0')
-    found = made(tmp_path, text=text)
     with pytest.raises(SceneError) as refused:
-        sail_trial(found, Crew(1), tmp_path / 'out')
+        made(tmp_path, text=text)
     key = refused.value.problems[0].key
     assert key == 'passage 17700101-2, row 2 (line 6), latitude'
     assert 'nautical miles from the entry before' in str(refused.value)
-    assert not (tmp_path / 'out').exists()
+
+
+THREE_WRONG = LOG.replace('46.5,-8.0,200,6.7', '46.5,-8.0,200,61').replace(
+    '150,4.6', '400,4.6'
+).replace('-13.5,-84.0,160,4.6', '-13.5,-84.0,160,99')  # fmt: skip
+
+
+def test_all_wrong_passages_are_told_and_the_others_sail_if_asked(tmp_path):
+    with pytest.raises(SceneError) as refused:
+        made(tmp_path, text=THREE_WRONG)
+    one, three, how = refused.value.problems
+    assert one.key == 'passage 17700101-1, row 2 (line 3), wind_mps'
+    assert three.key == 'passage 17910701-3, row 1 (line 8), wind_from_deg'
+    assert three.problem.endswith('(wrong too: 1 row, 4)')
+    assert how.text == (
+        '2 passages cannot be sailed. Correct them, or leave them out with skip_wrong=True.'
+    )
+    found = made(tmp_path, text=THREE_WRONG, skip_wrong=True)
+    assert [each.name for each in found.passages] == ['17700101-2']
+    assert found.left_out == (('17700101-1', one), ('17910701-3', three))
+    # of a sample none is lost to those that are left out
+    sampled = made(tmp_path, text=THREE_WRONG, choice=replace(ALL, sample=1), skip_wrong=True)
+    assert sampled.passages == found.passages
+    with pytest.raises(UsageError, match='none of its'):
+        made(tmp_path, text=THREE_WRONG, choice=replace(ALL, ocean='pacific'), skip_wrong=True)
 
 
 def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path):

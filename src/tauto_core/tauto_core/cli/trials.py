@@ -36,6 +36,7 @@ class Asked:
         harbour_days: days of rating before the first entry.
         wind_draws, hull_draws: number of repetitions with another random wind or hull.
         local_time_s: error of the navigator's local time [s].
+        skip_wrong: leave out passages that cannot be sailed.
     """
 
     logs: str
@@ -49,6 +50,7 @@ class Asked:
     wind_draws: int
     hull_draws: int
     local_time_s: float
+    skip_wrong: bool
 
 
 def between(option: str, text: str, example: str, unit: str | None = None) -> tuple[float, float]:
@@ -122,8 +124,11 @@ def sail_logs(
             longest_s=shortened_s,
             wind_draws=asked.wind_draws,
             hull_draws=asked.hull_draws,
+            skip_wrong=asked.skip_wrong,
             anyway=anyway,
         )
+    for _, why in trial.left_out:
+        say(f'left out: {why}')
     for clock in trial.rules.clocks:
         if clock.why_unsensed:
             say(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')

@@ -491,6 +491,10 @@ def fleet(
         float | None,
         takes('S', "With --logs: error of the navigator's local time; else 4 s.", 's'),
     ] = None,
+    skip_wrong: Annotated[
+        bool,
+        typer.Option('--skip-wrong', help='With --logs: leave out passages with a wrong row.'),
+    ] = False,
     plot: Plots = None,
     anyway: Anyway = False,
     as_json: AsJson = False,
@@ -544,6 +548,7 @@ def fleet(
             wind_draws or 0,
             hull_draws or 0,
             4.0 if local_time is None else local_time,
+            skip_wrong,
         )
         sail_logs(
             loaded,
@@ -560,6 +565,8 @@ def fleet(
     for name, value in of_logs.items():
         if value is not None:
             raise UsageError(f'{name} {value}: needs --logs. Name a log-book, or leave it out')
+    if skip_wrong:
+        raise UsageError('--skip-wrong: needs --logs. Name a log-book, or leave it out')
     ships = 100 if ships is None else ships
     loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     draws = read_draws(vary, loaded) if vary is not None else {}

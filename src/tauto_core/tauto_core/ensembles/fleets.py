@@ -515,7 +515,7 @@ def sail_fleet(
         check_scene(first)
     with nullcontext() if store is None else store.opened():
         rows = Rows() if store is None else store.rows
-        there = {number for row in rows if (number := row['ship']) < plan.ships}
+        there = {number for number in rows.column('ship') if number < plan.ships}
         left = [number for number in range(plan.ships) if number not in there]
         if left:
             crew = crew.for_work([work_s(first)] * len(left))

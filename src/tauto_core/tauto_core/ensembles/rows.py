@@ -52,6 +52,10 @@ class Rows(Sequence[dict[str, Any]]):
                 column.append(value)
             self._count += 1
 
+    def column(self, name: str) -> list[Any]:
+        """Return the values of a column, without making the rows; empty if there are none."""
+        return [_told(value) for value in self._columns.get(name, ())]
+
     def sort(self) -> None:
         """Put them in the order of the ships."""
         if not self._count:

@@ -158,6 +158,7 @@ class TrialAnswers:
         wind_draws, hull_draws: number of repetitions with another random wind or hull.
         clocks: in the order of the trial.
         companies: ships in company.
+        left_out: chosen passages that cannot be sailed, a mapping with `passage` and `problem`.
         voyages: a mapping for each clock on each passage, as logged; `ends` says where the last
             entry lies at sea, and is None elsewhere.
     """
@@ -170,6 +171,7 @@ class TrialAnswers:
     hull_draws: int
     clocks: list[ClockAnswers]
     companies: list[Company]
+    left_out: list[dict[str, str]]
     voyages: list[dict[str, Any]]
 
     @property
@@ -236,6 +238,7 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
         hull_draws=trial.hull_draws,
         clocks=clocks,
         companies=list(_companies(sailed)),
+        left_out=[{'passage': name, 'problem': str(why)} for name, why in trial.left_out],
         voyages=[
             _voyage(row, passages[row['passage']]) | {'ends': ends[row['passage']]}
             for row in sailed.rows

@@ -11,7 +11,7 @@ import hashlib
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -49,6 +49,7 @@ from tauto_core.scene import Scene, load_scene, scene_yaml
 from tauto_core.scene.errors import (
     ABSENT,
     Argument,
+    ArgumentText,
     MotionDataError,
     Problem,
     PropagationError,
@@ -69,6 +70,7 @@ from tauto_core.ship.imu import Sensed, kept, message
 from tauto_core.ship.logbook import LoggedPassage, read_passages, scene_of_passage
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sampling import rate_under_way
+from tauto_core.wording import counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -360,6 +362,7 @@ class Trial:
         passages: the passages that were chosen.
         wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
+        left_out: chosen passages that cannot be sailed, with what is wrong with them.
     """
 
     logs: str
@@ -367,6 +370,7 @@ class Trial:
     passages: tuple[LoggedPassage, ...]
     wind_draws: int = 0
     hull_draws: int = 0
+    left_out: tuple[tuple[str, Problem], ...] = ()
 
     def __post_init__(self) -> None:
         for name in ('wind_draws', 'hull_draws'):
@@ -429,21 +433,7 @@ class Trial:
         }
 
     def check(self, progress: Callable[[float], None] | None = None) -> None:
-        """Refuse a trial before anything sails: logs by passage and row, then scenes."""
-        wrong = [each for passage in self.passages for each in passage.problems()]
-        remedy = 'Leave it out, for example by --days or --years.'
-        wrong += [
-            Problem(
-                f'passage {passage.name}, wind_mps', ABSENT, 'has no wind to make a sea', remedy
-            )
-            for passage in self.passages
-            if not any(map(has_wind, passage.entries))
-        ]
-        if wrong:
-            first, *further = wrong
-            raise SceneError(
-                self.logs, first.key, first.value, first.problem, first.remedy, further=further
-            )
+        """Refuse a trial whose passages make no scenes, before anything sails."""
         for number, passage in enumerate(self.passages):
             for clock in self.rules.clocks:
                 # the rate that an accuracy needs takes a hundred times as long as all the rest
@@ -468,6 +458,7 @@ def make_trial(
     longest_s: float | None = None,
     wind_draws: int = 0,
     hull_draws: int = 0,
+    skip_wrong: bool = False,
     anyway: bool = False,
 ) -> Trial:
     """Return the trial of clocks that share ship and passage, after reading the log-book.
@@ -481,18 +472,38 @@ def make_trial(
         longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
         wind_draws: number of repetitions of each passage with another random wind.
         hull_draws: the same with another hull.
+        skip_wrong: leave out passages that cannot be sailed.
         anyway: sail even machines and ships larger than any known.
 
     Raises:
         UsageError: no such file or passages, numbers out of range, or a clock that comes twice.
-        SceneError: a clock that cannot be rated as its scene says.
+        SceneError: chosen passages that cannot be sailed, each with its rows; or a clock that
+            cannot be rated as its scene says.
     """
     check_logs(logs)
     names = [scene.name for _, scene in scenes]
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f'{name}: two clocks are called so. Give one another `name`')
-    chosen = choice.of(read_passages(logs, progress=progress), logs)
+    wrong: list[tuple[str, Problem]] = []
+
+    def sound() -> Iterator[LoggedPassage]:
+        for each in read_passages(logs, progress=progress):
+            fault = _fault(each)
+            if fault is not None and choice.takes(each):
+                wrong.append((each.name, fault))
+            if fault is None or not skip_wrong:
+                yield each
+
+    chosen = choice.of(sound(), logs)
+    if wrong and not skip_wrong:
+        (_, first), *others = wrong
+        skip = ArgumentText('Correct them, or leave them out with ', _SKIP, '.')
+        said = f'{counted(len(wrong), "passage")} cannot be sailed'
+        further = [*(fault for _, fault in others), Problem('', ABSENT, said, skip)]
+        raise SceneError(
+            logs, first.key, first.value, first.problem, first.remedy, further=further
+        )
     rules = Rules(
         tuple(TriedClock(origin, scene.name, _content(scene, origin)) for origin, scene in scenes),
         scenes[0][1].seed,
@@ -500,13 +511,20 @@ def make_trial(
         longest_s,
         anyway,
     )
-    sound = [each for each in chosen if next(each.problems(), None) is None]
-    if sound:
-        typical = Sailing(0, sound[len(sound) // 2])
-        rules = replace(
-            rules, clocks=tuple(_sensed(rules, each, typical) for each in rules.clocks)
-        )
-    return Trial(logs, rules, chosen, wind_draws, hull_draws)
+    typical = Sailing(0, chosen[len(chosen) // 2])
+    rules = replace(rules, clocks=tuple(_sensed(rules, each, typical) for each in rules.clocks))
+    return Trial(logs, rules, chosen, wind_draws, hull_draws, tuple(wrong))
+
+
+_SKIP = Argument('skip_wrong', value=True)
+
+
+def _fault(passage: LoggedPassage) -> Problem | None:
+    """Return why a passage cannot be sailed in the sea of its wind; None if it can."""
+    if (fault := passage.fault()) is not None or any(map(has_wind, passage.entries)):
+        return fault
+    key = f'passage {passage.name}, wind_mps'
+    return Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
 
 
 def check_logs(logs: str) -> None:
@@ -793,7 +811,7 @@ def sail_trial(
     with nullcontext() if store is None else store.opened():
         wanted = {each.number: each for each in trial.sailings}
         rows = Rows() if store is None else store.rows
-        there = {number for row in rows if (number := row['ship'] // clocks) in wanted}
+        there = {ship // clocks for ship in rows.column('ship')} & wanted.keys()
         left = [each for each in trial.sailings if each.number not in there]
         if left:
             scene, _ = trial.rules.scene(trial.rules.clocks[0], left[0])

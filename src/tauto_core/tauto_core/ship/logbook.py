@@ -82,6 +82,9 @@ WINDY_MPS = 13.0
 The 371 passages of CLIWOC tried have 4.0 to 12.6, in the median 7.9, which is 15.4 knots.
 """
 
+MOST_ROWS_TOLD = 12
+"""Wrong rows of a passage that are named beside the first; `tauto logbook` tells all."""
+
 FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
 
 Progress = Callable[[float], None]
@@ -122,6 +125,19 @@ class LoggedPassage:
                 place += f', row {each.entry + 1} ({self.unit} {self.lines[each.entry]})'
             key = f'{place}, {each.column}' if each.column else place
             yield Problem(key, each.value, each.problem, each.remedy)
+
+    def fault(self) -> Problem | None:
+        """Return the first problem, with the rows of the others, in one line; None if it sails."""
+        found = list(self.problems())
+        if not found:
+            return None
+        first, *others = found
+        if not others:
+            return first
+        rows = [part for each in others for part in re.findall(r', row (\d+) ', each.key)]
+        said = ', '.join(rows[:MOST_ROWS_TOLD]) + ', …' * (len(rows) > MOST_ROWS_TOLD)
+        problem = f'{first.problem} (wrong too: {counted(len(rows), "row")}, {said})'
+        return Problem(first.key, first.value, problem, first.remedy)
 
     @property
     def days(self) -> float:
