@@ -62,6 +62,20 @@ def tauto(*arguments: str) -> list[str]:
     return [sys.executable, '-c', code, *arguments]
 
 
+def graph_into(
+    out: Path, *options: str, env: dict[str, str] | None = None
+) -> subprocess.Popen[str]:
+    """Start a graph that sails `measured` into a bag, with pipes for what it prints."""
+    words = tauto('graph', 'measured', '--out', str(out), *options)
+    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
+    return subprocess.Popen(words, **pipes, text=True, env=env)
+
+
+def is_recording(out: Path) -> bool:
+    """Return whether the file of a bag has more than its first records."""
+    return any(file.stat().st_size > 2000 for file in out.glob('*.mcap'))
+
+
 def nodes_under(pid: int) -> list[int]:
     """Return the processes whose parent is `pid`."""
     children = []
@@ -154,11 +168,7 @@ def test_graph_refuses_before_it_starts_anything(tmp_path: Path) -> None:
 def test_an_old_bag_is_not_taken_for_what_was_sailed(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
     subprocess.run(tauto('sail', 'measured', '--duration', '5', '--out', str(out)), check=True)
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--out', str(out), '--force'),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = graph_into(out, '--force')
     until(lambda: nodes_under(process.pid))
     process.send_signal(signal.SIGTERM)
     _, words = process.communicate(timeout=PATIENCE_S)
@@ -172,12 +182,8 @@ def test_a_signal_stops_the_graph_and_keeps_the_bag(
     number: signal.Signals, tmp_path: Path
 ) -> None:
     out = tmp_path / 'bag'
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--speed', '20', '--out', str(out), '--namespace', 'h4'),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+    process = graph_into(out, '--speed', '20', '--namespace', 'h4')
+    until(lambda: is_recording(out))
     nodes = nodes_under(process.pid)
     assert len(nodes) == 5
     process.send_signal(number)
@@ -225,11 +231,7 @@ def test_a_node_that_dies_is_named_and_each_has_its_enclave(
     tmp_path: Path, ros: Callable[[Sequence[str]], None]
 ) -> None:
     out = tmp_path / 'bag'
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--speed', '5', '--out', str(out)),
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    process = graph_into(out, '--speed', '5')
     until(lambda: len(nodes_under(process.pid)) == 5)
     ros(())
     onlooker = Node('onlooker')
@@ -257,13 +259,8 @@ def node_of(pid: int, node: str) -> int:
 
 def test_a_recorder_that_is_stopped_makes_no_whole_voyage(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--speed', '20', '--out', str(out), '--json'),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+    process = graph_into(out, '--speed', '20', '--json')
+    until(lambda: is_recording(out))
     os.kill(node_of(process.pid, 'recorder'), signal.SIGTERM)
     said, words = process.communicate(timeout=PATIENCE_S)
     assert (process.returncode, said) == (1, ''), words
@@ -291,17 +288,11 @@ def test_who_is_frozen_loses_nothing_and_a_subscriber_that_is_holds_nobody_up(
         [sys.executable, '-c', watch], stdout=subprocess.PIPE, text=True, env=environment
     )
     out = tmp_path / 'bag'
-    process = subprocess.Popen(
-        tauto('graph', 'measured', '--speed', '100', '--out', str(out), '--json'),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment,
-    )
+    process = graph_into(out, '--speed', '100', '--json', env=environment)
     try:
         assert watcher.stdout is not None
         assert watcher.stdout.readline() == '1\n'
-        until(lambda: any(file.stat().st_size > 2000 for file in out.glob('*.mcap')))
+        until(lambda: is_recording(out))
         frozen = [node_of(process.pid, node) for node in ('trochlea', 'recorder')]
         for pid in frozen:
             os.kill(pid, signal.SIGSTOP)
