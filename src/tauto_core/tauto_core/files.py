@@ -201,12 +201,12 @@ DOTS_AN_INCH = 192
 """Twice the 96 of a CSS pixel, for the screens of laptops and telephones."""
 # letters stay letters, to search and to read aloud
 LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'none'}
+# Metadata left out of a file, so that it does not change from run to run.
 _NO_DATE: dict[str, dict[str, Any]] = {
     '.svg': {'Date': None},
     '.png': {'Software': None},
     '.pdf': {'CreationDate': None},
 }
-"""Metadata left out of a file, so that it does not change from run to run."""
 
 
 class OutputError(TautoError):

@@ -381,8 +381,8 @@ def _side(east_nmi: float) -> str:
 # The figures of a voyage in groups of rows, as the terminal and the report print them.
 
 _Section: TypeAlias = Mapping[str, Any]
+# Label, value, unit.
 _Row: TypeAlias = tuple[str, str, str]
-"""Label, value, unit."""
 
 SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
@@ -565,6 +565,7 @@ def _with_sigma(section: _Section, value: str, sigma: str) -> str:
     return with_sigma(section[value], section[sigma])
 
 
+# The groups in the order of the page: name, section of the result, function for the rows.
 _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
     ('sea', 'sea', _sea_rows),
     ('weather', 'weather', _weather_rows),
@@ -576,7 +577,6 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
     ('accuracy of the simulation', 'accuracy', _accuracy_rows),
     ('messages', 'counts', lambda counts: [(t, f'{n:,}', '') for t, n in counts.items()]),
 )
-"""The groups in the order of the page: name, section of the result, function for the rows."""
 
 
 # -----------------------------------------------------------------------------

@@ -65,8 +65,8 @@ def _to_place(value: float, place: int, *, signed: bool = False) -> str:
     return f'{sign}{size:,.{max(-place, 0)}f}'
 
 
+# Numbers from here on, and those with decimals beyond, have a power of ten.
 _WIDEST, _FINEST_PLACE = 1e7, -6
-"""Numbers from here on, and those with decimals beyond, have a power of ten."""
 
 
 def significant(value: float | None, digits: int = 3, *, signed: bool = False) -> str:

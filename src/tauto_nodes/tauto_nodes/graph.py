@@ -40,8 +40,8 @@ KILL_S = 5.0
 POLL_S = 0.02
 TAIL_LINES = 25
 
+# Marks of warnings and errors in the logs of rclpy and Fast DDS.
 _COMPLAINT = re.compile(r'\[(WARN|ERROR|FATAL)\]|\w (Error|Warning)\]')
-"""Marks of warnings and errors in the logs of rclpy and Fast DDS."""
 
 _COLOUR = re.compile(r'\x1b\[[\d;]*m')
 _TIME = re.compile(r'^[-\d]+ [.:\d]+ |\[\d+\.\d+\] ')

@@ -37,13 +37,13 @@ from tauto_nodes.running import (
     remove_left,
 )
 
+# Arguments that are parameters of the same name, with a node whose table has them.
 _ROLES = {
     'speed': 'ship_motion',
     'duration': 'ship_motion',
     'imu_reliability': 'trochlea',
     'executor': 'trochlea',
 }
-"""Arguments that are parameters of the same name, with a node whose table has them."""
 
 _FLAGS = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
 

@@ -41,8 +41,8 @@ DOMAIN = 'ROS_DOMAIN_ID'
 
 _LOOPBACK = '127.0.0.1'
 _RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
+# The ports of the next one lie beyond 65535.
 _HIGHEST_DOMAIN = 232
-"""The ports of the next one lie beyond 65535."""
 
 LAST_DOMAIN = 101
 """Largest domain whose DDS ports lie below Linux' ephemeral ports."""

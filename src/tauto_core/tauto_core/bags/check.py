@@ -30,8 +30,8 @@ from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
 from tauto_core.scene.tables import read_data
 
+# Messages of a topic that are held before they are decoded.
 _PART = 10_000
-"""Messages of a topic that are held before they are decoded."""
 
 _INDEX = struct.Struct('<BQHI')
 _ENTRY = struct.Struct('<QQ')

@@ -40,8 +40,8 @@ _BYTE_ORDER = {0: '>', 1: '<'}
 _Row: TypeAlias = tuple[str, str, int]
 Text: TypeAlias = str | tuple[str, ...] | int
 
+# The last layout of each type; messages that come one at a time seldom change it.
 _recent: dict[str, Layout] = {}
-"""The last layout of each type; messages that come one at a time seldom change it."""
 
 
 @dataclass(frozen=True)

@@ -54,8 +54,8 @@ _MESSAGE = struct.Struct('<BQHIQQ')
 _MESSAGE_INDEX = struct.Struct('<BQHI')
 _FOOTER_BYTES = 20
 _PIECE_BYTES = 1 << 20
+# Room for statistics, footer and rounding by file systems; also the step in which it grows.
 _ROOM_BYTES = 16 * 1024
-"""Room for statistics, footer and rounding by file systems; also the step in which it grows."""
 
 _NO_STAMP_NS = 2**64 - 1  # the largest that MCAP has, so that any stamp is less
 
@@ -764,14 +764,14 @@ def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> De
     return DeclaredTopic(name, ros_type, text.encode(), qos, type_hash)
 
 
+# Fields of Quaternion and NavSatStatus, and the same with the default values that Jazzy gives
+# them, which rosbags leaves out of its definitions.
 _DEFAULTS = {
     'float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n': (
         'float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n'
     ),
     'int8 status\nuint16 service\n': 'int8 status -2\nuint16 service\n',
 }
-"""Fields of Quaternion and NavSatStatus, and the same with the default values that Jazzy gives
-them, which rosbags leaves out of its definitions."""
 
 
 @cache

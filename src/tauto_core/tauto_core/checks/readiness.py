@@ -132,10 +132,10 @@ _SIZES = {
 }
 
 
+# Sections of which no number may be larger than any known.
 _REFUSED = ('gravity', 'trochlea', 'regulator', 'escapement', 'suspension', 'ship', 'clock')
-"""Sections of which no number may be larger than any known."""
+# A key in them that only says how the motion is sampled.
 _WARNED_OF = 'ship.rate'
-"""A key in them that only says how the motion is sampled."""
 
 
 def beyond_known(scene: Scene) -> list[Problem]:

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 HEIGHT_M, PERIOD_S = 2.5, 9.0
 """The standard sea of the table: significant height and peak period of a Bretschneider sea."""
 HEADINGS_DEG = (180, 135, 90, 45, 0)
+# Places of the clock, forward of amidships and over the waterline, as parts of the length.
 _PLACES = ((0.0, 0.0), (5.0 / 44.0, 1.0 / 44.0), (12.0 / 44.0, 3.0 / 44.0))
-"""Places of the clock, forward of amidships and over the waterline, as parts of the length."""
 
 
 def hull(

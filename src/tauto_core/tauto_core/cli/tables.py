@@ -63,10 +63,9 @@ class WholeTable(Table):
 
 Facts = Mapping[str, Any]
 
+# Width of the longest label; a sentence in place of a figure is broken there, since it would push
+# all figures to the right.
 _SENTENCE = 43
-"""Width of the longest label; a sentence in place of a figure is broken there, since it would
-push all figures to the right.
-"""
 
 
 def voyage_table(result: Facts) -> RenderableType:
@@ -411,8 +410,8 @@ def _departs(hung: dict[str, Any]) -> str:
     )
 
 
+# Why the error of propagators is not known, where they are never tried.
 _UNTRIED = {'axle': 'a body on an axle is not tried at finer steps of the ship'}
-"""Why the error of propagators is not known, where they are never tried."""
 
 
 def _error_lines(facts: dict[str, Any]) -> list[str]:

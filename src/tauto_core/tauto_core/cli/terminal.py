@@ -145,8 +145,8 @@ def listed(option: str, text: str, unit: str, words: str, example: str) -> list[
         ) from None
 
 
+# Options that are not called as the argument in Python.
 _OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll'}
-"""Options that are not called as the argument in Python."""
 
 
 def option(argument: Argument) -> str:
@@ -293,8 +293,8 @@ def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
 # -----------------------------------------------------------------------------
 # SIGTERM as an exception, so that a run ends as after Ctrl-C; and neither is lost.
 
+# Time after which a lost signal is sent again: what lost it has ended by then.
 _AGAIN_S = 0.05
-"""Time after which a lost signal is sent again: what lost it has ended by then."""
 
 
 class Terminated(KeyboardInterrupt):

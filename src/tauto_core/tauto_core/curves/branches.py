@@ -39,8 +39,8 @@ Side: TypeAlias = Literal['descent', 'ascent']
 
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
+# Places at which a curve is examined for a slope that it must not have.
 _SCANNED = 400
-"""Places at which a curve is examined for a slope that it must not have."""
 
 
 class Pieces:
@@ -152,6 +152,7 @@ class Quarter:
         pieces = np.arange(len(self._edges) - 1)
         least = 1 + int(kappa * float(np.max(np.diff(self._edges))))
         self._sums, parts = np.zeros(len(self._edges)), np.zeros(len(pieces))
+        # Gauss's error falls so fast that two equal sums are those of the limit
         for self._panels in (least, 2 * least, 4 * least, 8 * least, 16 * least):
             before, parts = parts, self._potential(self._edges[1:], pieces)
             if np.all(np.abs(parts - before) <= 4e-16 * parts):

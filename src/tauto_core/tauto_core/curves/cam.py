@@ -126,8 +126,8 @@ LeverArm: TypeAlias = LinearLever | ArcLever | TableLever | SpringLever | Smooth
 ROOT_ROUNDING = 4.0 * np.finfo(np.float64).eps
 """Relative rounding of a lift, and of the root of an equation for an angle."""
 
+# Relative rounding of an angle at the edge of a range, and of a lever arm there.
 _ROUNDING = 16.0 * np.finfo(np.float64).eps
-"""Relative rounding of an angle at the edge of a range, and of a lever arm there."""
 
 
 class _Thread(NamedTuple):
@@ -594,6 +594,7 @@ def smooth_lever(
     # the first piece: t/ϑ in u = (ϑ/knot)²
     first = float(ends[0])
     while (even := _interpolated(ratio, TERMS)) is None:
+        # by a fifth: half would make up to twice as many pieces as are needed
         first *= 0.8
         if not first > SHORTEST * edge:
             raise _rough(0.0)
@@ -605,6 +606,7 @@ def smooth_lever(
     left, width = first, first
     while left < edge:
         end = float(ends[np.searchsorted(ends, left, side='right')])
+        # away from a singularity pieces may grow
         width = min(1.5 * width, end - left)
         while True:
             # the last piece ends exactly at the edge, or at a joint

@@ -18,8 +18,8 @@ from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Argument, UsageError
 
+# Number of angles at which cheeks are looked at.
 _PROBES = 2001
-"""Number of angles at which cheeks are looked at."""
 
 
 class Cheeks(NamedTuple):

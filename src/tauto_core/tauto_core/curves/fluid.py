@@ -404,8 +404,8 @@ class FluidTautochrone(CurveInMedium):
 # -----------------------------------------------------------------------------
 # Coordinates and curvature of a curve in a fluid, and its outline for drawing and cutting.
 
+# κ|s| from which an ascent without a cusp is straight to rounding, e⁻⁴⁰.
 _FLAT = 40.0
-"""κ|s| from which an ascent without a cusp is straight to rounding, e⁻⁴⁰."""
 
 
 def abscissa(curve: DescentCurve, arc: ArrayLike) -> FloatArray:

@@ -41,6 +41,7 @@ line with the thread) or of upright.
 LEAST_FREE_SHARE = 0.1
 """Part of the thread that is still free at the edge."""
 
+# Places on each side at which the geometry is looked at; the edge lies between two of them.
 _SCAN = 4096
 
 

@@ -31,7 +31,7 @@ def sine_defect(x: FloatArray) -> FloatArray:
     small = np.where(np.abs(x) < 1.0, x, 0.0)
     square = small * small
     tail = np.ones_like(square)
-    for k in range(9, 1, -1):
+    for k in range(9, 1, -1):  # the first term left out is 1e-19 of the sum at |x| = 1
         tail = 1.0 - square / (2 * k * (2 * k + 1)) * tail
     return np.where(np.abs(x) < 1.0, small * square / 6.0 * tail, x - np.sin(x))
 
@@ -41,7 +41,7 @@ def involute_defect(x: FloatArray) -> FloatArray:
     small = np.where(np.abs(x) < 1.0, x, 0.0)
     square = small * small
     tail = np.ones_like(square)
-    for k in range(9, 0, -1):
+    for k in range(9, 0, -1):  # the first term left out is 3e-21 of the sum at |x| = 1
         tail = 1.0 - square / (2 * k * (2 * k + 3)) * tail
     return np.where(np.abs(x) < 1.0, small * square / 3.0 * tail, np.sin(x) - x * np.cos(x))
 
@@ -51,7 +51,7 @@ def arctangent_defect(x: FloatArray) -> FloatArray:
     small = np.where(np.abs(x) < 0.5, x, 0.0)
     square = small * small
     series = np.zeros_like(square)
-    for k in range(26, 0, -1):
+    for k in range(26, 0, -1):  # the first term left out is 1e-17 of the sum at |x| = 1/2
         series = 1.0 / (2 * k + 1) - square * series
     return np.where(np.abs(x) < 0.5, small * square * series, x - np.arctan(x))
 

@@ -39,21 +39,21 @@ from tauto_core.machines.fluid_pendulum import descent_time
 
 _QUARTER = 0.5 * math.pi * math.sqrt(F / G)
 _CURVE = FluidTautochrone(GLOBE, GAMMA, F)
+# 8ma/3n, the inverse of κ [m].
 _LONG = 8.0 * M * A / (3.0 * N)
-"""8ma/3n, the inverse of κ [m]."""
+# 3(m − n)nf/8mma, which is β.
 _CUSP = 3.0 * (M - N) * N * F / (8.0 * M**2 * A)
-"""3(m − n)nf/8mma, which is β."""
+# Factors of the exponential and of x in §23.
 _CUBE = 64.0 * M**3 * A**2
 _HEIGHT = 9.0 * (M - N) * N**2 * F
-"""Factors of the exponential and of x in §23."""
 
 _SHORT = 0.01
 # the remainder after three terms begins with κ³s³/60
 _LEFT_OUT = (GLOBE * _SHORT) ** 3 / 50.0
 
+# A κ at which the series of §27–28 converge, and the diameter of a globe that has it [m].
 _THIN = 0.01
 _WIDE = 3.0 * N / (8.0 * M * _THIN)
-"""A κ at which the series of §27–28 converge, and the diameter of a globe that has it [m]."""
 
 
 def claims() -> list[Claim]:

@@ -22,8 +22,8 @@ from tauto_core.samples import FloatArray
 
 _KAPPAS = Control('κ, 1/m', (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9), begin=5)
 _ALONG = np.sin(np.linspace(0.0, 0.5 * math.pi, 41))
+# Arc of the release in the first figure [m].
 _START = 0.55
-"""Arc of the release in the first figure [m]."""
 
 
 def _branch(curve: FluidTautochrone, end: float) -> tuple[FloatArray, FloatArray]:

@@ -198,6 +198,7 @@ def check_arrays() -> None:
     data = ctypes.c_void_p.from_address(begin + DATA).value
     shape = ctypes.POINTER(ctypes.c_ssize_t).from_address(begin + DIMENSIONS)
     flags = ctypes.c_int.from_address(begin + FLAGS).value
+    # contiguous, aligned and writeable are below 0x1000; NumPy marks arrays by higher bits, too
     if (
         data != array.ctypes.data
         or shape[:2] != [2, 3]
@@ -336,8 +337,8 @@ def write(name: str, header: dict[str, Any], code: bytes) -> None:
 # -----------------------------------------------------------------------------
 # The kernels that can be called.
 
+# LLVM is used by one thread at a time.
 _LOCK = threading.RLock()
-"""LLVM is used by one thread at a time."""
 
 OPTIMISED_AFTER_S = 0.25
 """Time that quick code of an entry runs in a process [s] until optimised code takes its place.
@@ -345,8 +346,8 @@ OPTIMISED_AFTER_S = 0.25
 Quick code takes up to half as long again, so that no run loses more than a tenth of a second.
 """
 
+# As many as there are `optimised` around.
 _no_hurry: list[None] = []
-"""As many as there are `optimised` around."""
 
 
 @contextmanager

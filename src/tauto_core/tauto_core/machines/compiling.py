@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 # at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
 # at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
 PERIOD = '.9f'
+# Heading, width and format of each column.
 _COLUMNS = {
     'amplitude_rad': ('amplitude rad', 14, '.6g'),
     'amplitude_m': ('amplitude m', 14, '.6g'),
@@ -43,7 +44,6 @@ _COLUMNS = {
     'period_s': ('period s', 13, PERIOD),
     'rate_s_per_day': ('rate s/day', 13, '+z,.3f'),
 }
-"""Heading, width and format of each column."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -95,13 +95,13 @@ def complete(
     return Design(period, inertia, pull, lever_rate)
 
 
+# The four numbers as messages name them.
 _WORDS = {
     'period': 'period',
     'inertia': 'inertia',
     'pull': 'pull',
     'lever_rate': 'base radius',
 }
-"""The four numbers as messages name them."""
 
 
 def _check_size(value: float, named: str | Argument) -> None:

@@ -181,8 +181,8 @@ def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
 LARGEST_SERIES = 1024
 LARGEST_REDUCED_ARC = 64.0
 """Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
+# Size of the last terms over the first at which a series is complete; t has them divided by k.
 _TAIL = 2.0**-48
-"""Size of the last terms over the first at which a series is complete; t has them divided by k."""
 _STEPS = 64
 _ROUNDING = 2.0**-51
 
@@ -397,10 +397,10 @@ def _on_descent(curve: DescentCurve, start: float) -> float:
 
 SERIES = (0.0, 0.0, 5 / 12, -5 / 18, 385 / 576, -385 / 432)
 """Coefficients of the duration over π√(f/g) in powers of q, without the leading 1."""
+# Number of arithmetic–geometric means; they agree to rounding down to m₁ = 1e-300.
 _MEANS = 12
-"""Number of arithmetic–geometric means; they agree to rounding down to m₁ = 1e-300."""
+# Below it the next term, 1.67 q⁶, is negligible.
 _SMALL_Q = 1e-3
-"""Below it the next term, 1.67 q⁶, is negligible."""
 
 
 class _Course(NamedTuple):

@@ -19,8 +19,8 @@ from tauto_core.scene.errors import DescentError
 if TYPE_CHECKING:
     from tauto_core.machines.linear_resistance import ResistedWay
 
+# Numbers held at once to compute places within half swings.
 _PLACES_AT_ONCE = 2**19
-"""Numbers held at once to compute places within half swings."""
 
 
 class Course(NamedTuple):

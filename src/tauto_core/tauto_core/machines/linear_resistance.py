@@ -30,21 +30,21 @@ from tauto_core.machines.half_swings import Course, zero_of_force
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
+# Numbers of nodes tried.
 _COUNTS = 16, 24, 36, 54, 80, 120
-"""Numbers of nodes tried."""
 
+# Largest size of the last two coefficients of U over the first at which a series is complete.
 _TAIL = 1e-14
-"""Largest size of the last two coefficients of U over the first at which a series is complete."""
 
 _NEWTON = 40
+# Largest last change of U, relative to its size: convergence is quadratic.
 _SETTLED = 1e-14
-"""Largest last change of U, relative to its size: convergence is quadratic."""
 
+# Numbers of the Newton matrices held at once.
 _NUMBERS = 2**22
-"""Numbers of the Newton matrices held at once."""
 
+# Amplitude below which p(s)/amplitude is its limit [m]: the quotient would underflow.
 _ALL_BUT_REST = 1e-290
-"""Amplitude below which p(s)/amplitude is its limit [m]: the quotient would underflow."""
 
 
 class _Nodes(NamedTuple):

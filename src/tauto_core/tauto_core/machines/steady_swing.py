@@ -28,20 +28,20 @@ from tauto_core.machines.trochlea import Machine
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 
+# Relative change of the energy lost on an arc at which the iteration ends.
 _SETTLED = 1e-14
-"""Relative change of the energy lost on an arc at which the iteration ends."""
 
 _ITERATIONS = 200
 _HALVINGS = 6
+# Share by which swings end before the edge, where arms and slopes may have no limit.
 _SHORT_OF_EDGE = 1e-6
-"""Share by which swings end before the edge, where arms and slopes may have no limit."""
 
+# Share by which the amplitude is changed for the slope of the loss; errors go with its square.
 _NUDGE = 1e-4
-"""Share by which the amplitude is changed for the slope of the loss; errors go with its square."""
 
 _SAME = 4.0 * np.finfo(float).eps
+# Relative error of the energy when it is asked whether a clock starts itself: yes or no.
 _START_ERROR = 1e-9
-"""Relative error of the energy when it is asked whether a clock starts itself: yes or no."""
 
 
 @dataclass(frozen=True)

@@ -250,6 +250,7 @@ class Machine:
         """ϑ at which the wheel would rest on land [rad]; 0 if it is balanced."""
         if self.imbalance is None:
             return 0.0
+        # short of the end of the cam, where the lever arm may have no limit
         end = min(math.pi, 0.999 * self.cam.range_rad)
         return root_of(lambda angle: float(self._slope(np.asarray(angle))), -end, end, 1e-16)
 
@@ -347,6 +348,7 @@ class Machine:
         T = 2 ∫ √(M/(2(V(A) − V))) dϑ from end to end. That the thread is taut is not looked at.
         """
         top = float(self.potential(amplitude))
+        # its period differs by the square of that, and its two ends are hardly two numbers
         if abs(amplitude - self.rest_angle) < 1e-7:
             return self.small_period
         far = self.far_turning(amplitude)

@@ -149,8 +149,8 @@ class Harmonic(ClosedForm):
 # Classical Mechanics, §50; the substitution is that of `machines.Machine.period`.
 
 LARGEST_DEGREE = 4096
+# Numbers of coefficients tried: 17 to LARGEST_DEGREE + 1.
 _COUNTS = tuple(1 + 2**n for n in range(4, 13))
-"""Numbers of coefficients tried: 17 to LARGEST_DEGREE + 1."""
 
 INVERTED_TO = 2.0**-32
 """Change of x at which Newton's method ends: its next step is exact to rounding."""

@@ -183,6 +183,7 @@ def lay_out(
 FIRST_TRIALS = 12
 """Places tried up to the last fraction, each four times as far on as the one before."""
 
+# Halving alone reaches the last bit of a fraction in 52; this only ends the loop.
 MAX_PROBES = 200
 
 

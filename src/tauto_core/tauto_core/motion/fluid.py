@@ -37,14 +37,14 @@ from tauto_core.scene.errors import PropagationError
 # them.
 
 SWING_DEGREE = 512
+# Numbers of coefficients tried: 9 to SWING_DEGREE + 1.
 _COUNTS = tuple(1 + 2**n for n in range(3, 10))
-"""Numbers of coefficients tried: 9 to SWING_DEGREE + 1."""
 
 SWING_TAIL = 2.0**-48
 """Size of the last three coefficients at which a series counts as complete."""
 
+# Numbers held at once to compute places within half swings.
 _NUMBERS = 2**20
-"""Numbers held at once to compute places within half swings."""
 
 
 class SwingEnd(NamedTuple):
@@ -227,8 +227,8 @@ def _sum(series: list[float], x: float) -> float:
 # With friction arcs count from the point where nothing pulls the body along, until it is held.
 
 
+# Beyond every instant of a run [ns].
 _NEVER_NS = 2**63
-"""Beyond every instant of a run [ns]."""
 
 
 @dataclass

@@ -301,6 +301,7 @@ def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
         return 0.0
     values, rates, most = u.values, u.rates, 0.0
     for i in range(1, len(values) - 1):
+        # Hermite's cubic at the middle of 2h, and h times its slope there
         value = 0.5 * (values[i - 1] + values[i + 1]) + 0.25 * step_s * (
             rates[i - 1] - rates[i + 1]
         )

@@ -232,11 +232,11 @@ def make_work(
 # error of n steps would grow like n, instead of √n. Source: T. J. Dekker, A floating-point
 # technique for extending the available precision, Numer. Math. 18 (1971).
 
+# Terms of the twofold series: at an eighth of MAX_ANGLE the next one is below 1e-31.
 _TERMS = 14
-"""Terms of the twofold series: at an eighth of MAX_ANGLE the next one is below 1e-31."""
 
+# Times that an angle is halved before its series, and the result doubled after it.
 _HALVINGS = 3
-"""Times that an angle is halved before its series, and the result doubled after it."""
 
 _SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
 _SINE_REST = (-1 / 1307674368000, 1 / 355687428096000, -1 / 121645100408832000)
@@ -521,6 +521,8 @@ def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
         if change <= floor or (n > 0 and change * change <= floor * (before - change)):
             settles = ends = True
         elif not change < before and n > 0:
+            # no change is smaller than the rounding of the sums over the stages; what ceases to
+            # fall above that diverges
             settles, ends = change <= 64.0 * UNIT_ROUNDOFF * size, True
         before = change
     return settles, size
@@ -642,6 +644,7 @@ def newton(step: Step) -> tuple[bool, float]:
         if change <= floor or (not change < before and change <= 64.0 * floor):
             sweep(step, 0.0, 0)
             return True, size
+        # far from the solution a change may be larger than the one before, but not so much
         if not change < 4.0 * before:
             return False, size
         before = change

@@ -418,6 +418,8 @@ class HungCollocation(Collocation):
         if code == stepping.SLACK:
             return lifted_off(time_s)
         reached = abs(float(self._state['planes']['x'][0]))
+        # the code has two causes: a wheel far from the end of its cam did not leave it, so it was
+        # the case that turned over
         if code == stepping.EDGE and reached < 0.9 * self._machine.cam.range_rad:
             return turned_over(time_s)
         return super()._failure(code, time_s)

@@ -78,8 +78,8 @@ MOST_GROWN = 64.0
 so much more than a rounding do powers lose at most by cancellation.
 """
 
+# Most iterations of Newton's method for τ of s; it converges in a few.
 _NEWTON = 60
-"""Most iterations of Newton's method for τ of s; it converges in a few."""
 
 
 class Series(NamedTuple):
@@ -124,6 +124,7 @@ def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
     """
     low, high = machine.edges
     arc = _arc_of_tau(machine, low, high)
+    # 0.1 rad for a wheel that is released at rest, which only the ship sets off
     reach = REACH_PER_RELEASE * abs(machine.release_angle) + 0.1
     near = np.clip(np.array([-reach, reach]), *machine.sides)
     inner = machine.geometry.tau_of(near)

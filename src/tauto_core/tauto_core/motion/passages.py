@@ -224,7 +224,7 @@ def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, fl
     if channel is None:
         return 0.0, 0.0
     x = splat(0.0)
-    for i in EIGHT:
+    for i in EIGHT:  # both ends and six places between: a row of lanes costs as much as one
         x = with_lane(x, i, i / 7.0)
     value, slope = splat(0.0), splat(0.0)
     for j in range(channel.shape[1] - 1, -1, -1):

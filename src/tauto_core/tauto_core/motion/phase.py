@@ -18,8 +18,8 @@ PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
 PHASE_DIGITS = 50
 """Digits of decimal arithmetic with phases."""
 
+# Largest time in nanoseconds that is exact as a float: 104 days.
 _COARSE_NS = 2**53
-"""Largest time in nanoseconds that is exact as a float: 104 days."""
 
 BELOW_ONE = 1.0 - 2.0**-53
 """The largest fraction of a half turn: at 1 the next half turn begins."""

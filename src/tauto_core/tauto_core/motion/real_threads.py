@@ -42,11 +42,11 @@ LONGEST_PHASE = 2.0
 COARSEN = 2.0**-17
 """Share of the tolerance below which steps double: by that their error grows 2^16 times."""
 
+# Factor by which the next shorter step is tried.
 _SHORTER = 0.94
-"""Factor by which the next shorter step is tried."""
 
+# Most steps of a trial, for threads whose own period is far longer than the wheel's.
 _MOST_TRIAL_STEPS = 4096
-"""Most steps of a trial, for threads whose own period is far longer than the wheel's."""
 
 
 class CaseAtStart(NamedTuple):

@@ -60,12 +60,10 @@ from tauto_core.motion.system import (
 )
 from tauto_core.samples import State
 
+# Longest step of a slack motion, as the angle that the wheel's swing turns in it [rad]. The thread
+# tautens where the stage polynomials say so, which are of half the order of the step: so all of
+# the last coefficient counts as the error of such a step, and not its square.
 _LONGEST_PHASE_RAD = 0.5
-"""Longest step of a slack motion, as the angle that the wheel's swing turns in it [rad].
-
-The thread tautens where the stage polynomials say so, which are of half the order of the step: so
-all of the last coefficient counts as the error of such a step, and not its square.
-"""
 
 ROUNDING = 2e-14
 """Gap in the thread that is no more than rounding, as a share of the planes' X [rad].
@@ -205,8 +203,8 @@ class Tautening(NamedTuple):
     lost_joule: float
 
 
+# Share of the tolerance below which steps double: by that the error within grows 2^8 times.
 _COARSEN = 2.0**-9
-"""Share of the tolerance below which steps double: by that the error within grows 2^8 times."""
 
 IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
 """Time that is next to none [s], and most changes of a thread in a row that each take no more."""

@@ -83,17 +83,17 @@ sea or an escapement commonly drives the wheel. Beyond it the functions take lon
 accuracy.
 """
 
+# Coefficients of x^2n in asinh(x)/x − 1, |x| < 1: (−1/4)^n (2n over n)/(2n + 1).
 _ASINH = [(-0.25) ** n * math.comb(2 * n, n) / (2 * n + 1) for n in range(1, 18)]
-"""Coefficients of x^2n in asinh(x)/x − 1, |x| < 1: (−1/4)^n (2n over n)/(2n + 1)."""
 
+# Largest kϑ for that series: the first term left out is 0.0036 · 0.3^36 = 5e-22.
 _SERIES_TO = 0.3
-"""Largest kϑ for that series: the first term left out is 0.0036 · 0.3^36 = 5e-22."""
 
+# u at which polynomials are compared with the functions.
 _CHECKED = (np.arange(64) + 0.5) / 64
-"""u at which polynomials are compared with the functions."""
 
+# Largest difference there, as a share of the function's largest value.
 _AGREED = 4e-15
-"""Largest difference there, as a share of the function's largest value."""
 
 
 WHOLE = 1.5 * 2.0**52
@@ -171,6 +171,7 @@ def arc_shape(machine: Machine) -> ArcShape | None:
     if machine.imbalance is not None:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
+    # 0.1 rad for a wheel that is released at rest, which only the ship sets off
     reach = min(machine.cam.range_rad, REACH_PER_RELEASE * abs(machine.release_angle) + 0.1)
     return _fitted(k, arc_of(reach, k) ** 2, rate)
 

@@ -685,8 +685,8 @@ MOST_DISTURBED = 1.0
 WIDE_ERROR_OF_LAST_STRONG = 0.1
 """The same for sixteen stages from kink to kink of a cheek: 0.0003 to 0.15, as measured."""
 
+# Phases of the swing at which steps are tried.
 _PHASES = 12
-"""Phases of the swing at which steps are tried."""
 
 
 def reference_frequency(machine: Machine) -> float:
@@ -768,7 +768,7 @@ def longest_step(
     # an impulse may come every half swing
     most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
     constants, angles = gauss_constants(stages), [most]
-    while angles[-1] > MIN_ANGLE:
+    while angles[-1] > MIN_ANGLE:  # so that the longest step is found to 3 %
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:

@@ -410,8 +410,8 @@ mean square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_wei
 0.56 (hanging_thread_at_sea).
 """
 
+# An observation stamped later than this after the newest reading belongs to another clock.
 _AHEAD_NS = 86_400 * NS_PER_S
-"""An observation stamped later than this after the newest reading belongs to another clock."""
 
 
 class DriftStage:

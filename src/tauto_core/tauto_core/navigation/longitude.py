@@ -141,8 +141,8 @@ HALF_TURN_ARCMIN = 180.0 * 60.0
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / DAY_S
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
 
+# A fix stamped later than this after the newest reading belongs to another clock.
 _AHEAD_NS = 3600 * NS_PER_S
-"""A fix stamped later than this after the newest reading belongs to another clock."""
 
 HELD = 4096
 """Largest number of samples of a topic held back where partners may never come

@@ -40,8 +40,8 @@ from tauto_core.scene.times import NS_PER_S
 LARGEST = 64
 """Averaging time, in intervals, beyond which it may be taken as continuous."""
 
+# Length of the transform in spans of the difference; beyond it ρ² is below 1e-6.
 _PERIODS = 32
-"""Length of the transform in spans of the difference; beyond it ρ² is below 1e-6."""
 
 
 class Difference(NamedTuple):
@@ -213,8 +213,8 @@ def _log_likelihood(
     return float(-0.5 * (wrong * wrong / variance + math.log(variance)))
 
 
+# Probability that a confidence interval contains the true deviation of the clock.
 _CONFIDENCE = 0.95
-"""Probability that a confidence interval contains the true deviation of the clock."""
 
 FEWEST = 32
 """Least number of readings from which the kind of noise can be identified."""

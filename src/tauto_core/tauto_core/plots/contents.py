@@ -212,8 +212,8 @@ def _felt(imu: ImuSamples, time_s: FloatArray, note: str) -> Seaway:
 
 MOST_POINTS = 2000
 """Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
+# Number of pieces of a voyage over which the rate is measured.
 _PIECES = 25
-"""Number of pieces of a voyage over which the rate is measured."""
 MOST_CHANGES = 8
 """Largest number of changes of the weather that are marked; more could not be distinguished."""
 SEGMENT_S = 120.0

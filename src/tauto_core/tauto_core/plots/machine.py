@@ -42,8 +42,8 @@ from tauto_core.ship.sections import SuspensionKind
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.
 
+# Extent over swing; a ship's motion and an escapement may increase the swing.
 _MARGIN = 1.5
-"""Extent over swing; a ship's motion and an escapement may increase the swing."""
 
 
 def cam_extent(scene: Scene) -> float:

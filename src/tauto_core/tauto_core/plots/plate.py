@@ -31,9 +31,9 @@ AMPLITUDES = (0.1, 0.2, 0.5, 1.0)
 PAPER_MM = (210.0, 297.0)
 MARGIN_MM = 15.0
 CHECK_MM = 100.0
+# Space for the words at the foot of the template, and letters in a line of 3.2 mm.
 _WORDS_MM, _LINE_MM = 90.0, 5.0
 _LETTERS = 88
-"""Space for the words at the foot of the template, and letters in a line of 3.2 mm."""
 
 OVERLAP_MM, _FOOT_MM = 10.0, 24.0
 """How far the parts of a larger template overlap, and space for the line at the foot of each."""

@@ -59,8 +59,8 @@ def variables(scheme: str) -> str:
 # -----------------------------------------------------------------------------
 # The map
 
+# Steps of land to a unit of the picture; coasts are whole numbers of them.
 _FINE = 10.0
-"""Steps of land to a unit of the picture; coasts are whole numbers of them."""
 
 
 class MapView:

@@ -548,8 +548,8 @@ class _RefusedError(Exception):
         super().__init__(self.problem)
 
 
+# A key at the left, or the path of one.
 _WORD = re.compile(r'[^\W\d][\w.\[\] -]{0,199}')
-"""A key at the left, or the path of one."""
 
 
 def read_mapping(text: str, origin: str) -> dict[str, Any]:

@@ -70,15 +70,15 @@ scruple is its thousandth. The table is part of Tauto: the library pint takes so
 and 0.4 s to read its definitions, a warm scene 0.8 s in all.
 """
 
+# The form of each section, of a sea's ship or of the scene, whose values are in a file.
 _FROM_FILES: dict[str, type[Section]] = {
     **FILE_FORMS,
     'air': AirRecordFile,
     'voyage.log': LogFile,
 }
-"""The form of each section, of a sea's ship or of the scene, whose values are in a file."""
 
+# The form of those whose values a hindcast has along the voyage.
 _FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
-"""The form of those whose values a hindcast has along the voyage."""
 
 
 def all_kinds() -> tuple[type[Kind], ...]:

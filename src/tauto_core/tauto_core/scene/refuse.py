@@ -355,8 +355,8 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
 # -----------------------------------------------------------------------------
 # Rules between the times of a scene: whole nanoseconds, and steps that fit each other.
 
+# Number of parts into which a length is divided in the search of a log interval.
 _MOST_TRIED = 100_000
-"""Number of parts into which a length is divided in the search of a log interval."""
 
 
 @dataclass(frozen=True)

@@ -899,8 +899,8 @@ class Itinerary(Section):
                 )
 
 
+# Keys of a voyage that follow from its log.
 _BY_LOG = ('departure', 'waypoints', 'arrival', 'date', 'sails_at', 'arrives_at', 'speed')
-"""Keys of a voyage that follow from its log."""
 
 
 def key_of_place(voyage: Itinerary, index: int) -> str:

@@ -160,8 +160,8 @@ def read_data(file: Path, most: int = LARGEST_BYTES) -> bytes:
     return content
 
 
+# A word that may name a column.
 _NAME = re.compile(r'[^\W\d][\w .%°/()-]{0,31}')
-"""A word that may name a column."""
 
 
 def header_words(cells: Sequence[str]) -> str:

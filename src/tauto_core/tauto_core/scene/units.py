@@ -140,8 +140,8 @@ NUMBER = r'[-+−]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?'
 _MEASURE = rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})'
 _FIRST = frozenset('+-−.0123456789')
 _FACTOR = r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?'
+# Characters of a text that are read.
 _LONGEST = 80
-"""Characters of a text that are read."""
 
 
 @cache
@@ -275,6 +275,7 @@ def quantity(value: float | str, unit: str, *named: str | Argument) -> float:
         raise UsageError(*named, f': {error}') from None
 
 
+# Units that messages and the reference name; all others follow from their factors.
 _SHOWN = (
     *('mm', 'cm', 'm', 'km', 'in', 'ft', 'fathom', 'nmi', 'paris_line', 'paris_inch'),
     *('paris_foot', 'scruple', 'rhenish_foot', 'g', 'kg', 'lb', 'oz', 'paris_pound', 'ms', 's'),
@@ -283,7 +284,6 @@ _SHOWN = (
     *('g cm2', 'N/m', 'N/mm', 'kg/m3', 'g/cm3', 'm/rad', 'mm/deg', 'rad/m', 'rad/s', 'deg/s'),
     *('s/d', 'min/week'),
 )
-"""Units that messages and the reference name; all others follow from their factors."""
 
 
 def _fitting(wanted: Unit) -> list[str]:

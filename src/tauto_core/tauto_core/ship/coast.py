@@ -195,10 +195,10 @@ def place_name(latitude: float, longitude: float) -> str:
 # Places that lie on land.
 
 _KM_PER_DEG = 60.0 * 1.852
+# Distance within which the nearest coast is sought.
 _FARTHEST_KM = 200.0
-"""Distance within which the nearest coast is sought."""
+# Bands of a degree on either side that hold it: 220 km.
 _REACH = 2
-"""Bands of a degree on either side that hold it: 220 km."""
 
 
 @cache
@@ -315,8 +315,8 @@ OCEANS = (
 )
 
 _AGULHAS_DEG, _TASMANIA_DEG, _HORN_DEG = 20.0, 146.8167, -67.2667
+# Latitude of the islands from Java to Timor, north of which the Pacific begins at Sumatra.
 _ISLES_DEG = -8.0
-"""Latitude of the islands from Java to Timor, north of which the Pacific begins at Sumatra."""
 _SUMATRA_DEG = 100.0
 
 # fmt: off

@@ -40,12 +40,12 @@ MOST_FROUDE = 0.25
 LEAST_ENCOUNTER = 0.2
 """Encounter frequency, as a part of the wave's, below which helm and sails hold her course."""
 LENGTHS_M = (2.0, 400.0)
+# Motions of a hull with equal sides that act on each other: 1, 3, 5 and 2, 4, 6.
 _PAIRS = np.add.outer(np.arange(6), np.arange(6)) % 2 == 0
-"""Motions of a hull with equal sides that act on each other: 1, 3, 5 and 2, 4, 6."""
 _FORMAT = 1
 _DAMAGED = (zipfile.BadZipFile, zlib.error)
+# Most bytes of the arrays of a hull, once decompressed; shipped ones have 30 kB.
 _LARGEST = 2**26
-"""Most bytes of the arrays of a hull, once decompressed; shipped ones have 30 kB."""
 
 SHAPES_FOLDER = Path(__file__).parent / 'hulls'
 

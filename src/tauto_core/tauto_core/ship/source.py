@@ -32,8 +32,8 @@ from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmoni
 PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'
 """Values of `TimeReference.source` for observations."""
 
+# Streams of random numbers from the seed, apart from the errors of observations in port.
 _LUNARS, _CLOUDS = 0x6C756E61, 0x636C6F75
-"""Streams of random numbers from the seed, apart from the errors of observations in port."""
 
 
 def schedule(scene: Scene) -> IntArray:

@@ -142,6 +142,7 @@ class WeightCorrected(CorrectedCam):
         x = np.asarray(x)
         per_rad, flat = 2.0 * self.rate / self.gyration, np.atleast_1d(x)
         mean = per_rad * flat
+        # from three quarters of the way to the edge at π/2 the angle is counted from there
         found, near = np.empty_like(mean), mean < 1.2
         if near.any():
             part = mean[near]

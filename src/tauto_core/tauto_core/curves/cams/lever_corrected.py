@@ -36,8 +36,8 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import Positive
 
+# Imaginary part of τ that gives derivatives: nothing is subtracted, so it may be tiny.
 _COMPLEX_STEP = 1e-30
-"""Imaginary part of τ that gives derivatives: nothing is subtracted, so it may be tiny."""
 
 
 class ThreadLine(NamedTuple):

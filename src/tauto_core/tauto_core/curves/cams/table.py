@@ -35,12 +35,11 @@ if TYPE_CHECKING:
 TABLE_COLUMNS = ('angle_rad', 'lever_arm_m')
 LEAST_ROWS = 6
 _MOST_ROWS = 500
+# Largest number of halvings of S, beginning where all points are off by the tolerance; after them
+# the points are interpolated.
 _TRIED = 32
-"""Largest number of halvings of S, beginning where all points are off by the tolerance; after them
-the points are interpolated.
-"""
+# Largest tolerance as a share of the longest arm: a larger one would ignore the measurement.
 _LARGEST_SHARE = 0.5
-"""Largest tolerance as a share of the longest arm: a larger one would ignore the measurement."""
 _FORM = f'Write the header {",".join(TABLE_COLUMNS)} and rows of two plain numbers.'
 
 

@@ -47,8 +47,8 @@ from tauto_core.scene.sections import Positive
 # geometrically, so the period is accurate to rounding.
 
 _FEWEST_TERMS, _MOST_TERMS = 8, 128
+# Size of the last coefficients over the amplitude at which a series is complete.
 _TAIL = 2.0**-46
-"""Size of the last coefficients over the amplitude at which a series is complete."""
 
 _SETTLED = 2.0**-48
 _ITERATIONS = 40

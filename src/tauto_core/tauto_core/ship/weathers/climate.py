@@ -82,8 +82,8 @@ CLIMATES = {
 # -----------------------------------------------------------------------------
 # The kind of weather: regions, port, and the states that the seed draws.
 
+# Stream of random numbers from the seed, separate from those of the seas and the dial's noise.
 _STREAM = 0x636C696D
-"""Stream of random numbers from the seed, separate from those of the seas and the dial's noise."""
 _NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
 _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
