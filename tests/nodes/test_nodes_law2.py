@@ -196,6 +196,26 @@ def test_a_passage_of_a_log_with_a_slack_thread_is_the_same_in_a_graph(tmp_path:
     assert read_bag(tmp_path / 'graph').counts[f'/{SLACK}'] > 0
 
 
+def test_a_real_passage_at_sea_is_the_same_in_a_graph(tmp_path: Path) -> None:
+    """The Espérance out of Tenerife, past the turn of five minutes to her first course at sea."""
+    at_sea = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
+    loaded = load_scene('esperance_to_the_cape', duration=360.0, **at_sea)
+    flat_out = GraphPlan(
+        'esperance_to_the_cape', tmp_path / 'graph', 360.0, 0.0, compose=True, changed=True
+    )
+    assert run_graph(flat_out, loaded, lambda _: None).lost == 0
+    sail(loaded, tmp_path / 'sail')
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    bag = read_bag(tmp_path / 'graph')
+    assert bag.counts[f'/{READING}'] == 73
+    imu, felt = bag.samples(SHIP_IMU), bag.samples(SHIP_TEMPERATURE)
+    assert isinstance(imu, ImuSamples)
+    assert isinstance(felt, TemperatureSamples)
+    # Auribeau's log has a wind at that noon, and the air's temperature
+    assert np.std(imu.linear_acceleration, axis=0).min() > 1e-3
+    assert 15.0 < felt.temperature.mean() < 30.0
+
+
 def middleware_threads() -> set[str]:
     """Return the threads of this process' DDS participants, by task."""
     threads = Path('/proc/self/task').iterdir()

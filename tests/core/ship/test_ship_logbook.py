@@ -139,6 +139,24 @@ def test_a_missing_column_is_not_guessed_to_be_one_that_is_needed(tmp_path, colu
     assert 'Rename' not in remedy if guess is None else remedy.startswith(guess)
 
 
+def test_a_column_that_is_there_twice_is_refused(tmp_path):
+    rows = ''.join(f'{row},1.0\n' for row in ROWS.splitlines())
+    with pytest.raises(SceneError, match='line 1, column latitude: is named more than once'):
+        list(read_passages(book(tmp_path, HEADER.replace('\n', ',latitude\n') + rows)))
+
+
+def test_names_over_several_lines_and_without_end_are_names_in_one_line(tmp_path):
+    named = '"La\r\nFolle\x1b[2J\u2028 et fille"'
+    text = ROWS.replace('A-1', 'A' * 5000).replace('La Folle', named)
+    one, other = read_passages(book(tmp_path, HEADER + text))
+    assert one.ship == 'La Folle [2J et fille'
+    assert one.name == 'A' * 1000
+    assert other.name == 'B-2'
+    own = load_scene('esperance_to_the_cape').model_dump(mode='json', exclude_none=True)
+    scene = parse_scene(write_mapping(scene_of_passage(own, one, 1.0)), 'made')
+    assert scene.voyage.log.passage == one.name
+
+
 def test_winds_in_knots_are_doubtful(tmp_path):
     knots = ROWS.replace('270,6.7', '270,13').replace(',9.3', ',18')
     found = [
@@ -366,6 +384,14 @@ LOGS = {
     'air on one day': (with_cells(slice(12, 13), air='17.5'), None),
     'air in kelvin': (with_cells(slice(12, 13), air='290'), 'row 13 (line 14), air_celsius'),
     'another zone': (with_cells(slice(4, 5), utc='1785-08-05T16:00+03:00'), None),
+    'before all calendars': (
+        with_cells(slice(4, 5), utc='1285-08-05T13:00'),
+        'row 5 (line 6), utc',
+    ),
+    'the first year': (
+        with_cells(slice(0, 1), utc='0001-01-01T00:00+05:00'),
+        'row 1 (line 2), utc',
+    ),
     'a day without an hour': (with_cells(slice(4, 5), utc='1785-08-05'), None),
     'backwards': (logged()[::-1], 'row 2 (line 3), utc'),
     'a row twice': ([*logged()[:5], *logged()[4:]], 'row 6 (line 7), utc'),

@@ -538,6 +538,8 @@ def log_time(text: str) -> datetime.datetime:
         found = datetime.datetime.fromisoformat(text)
     except ValueError:
         raise ValueError('is not a date with time, such as 1791-10-26T13:00') from None
+    if not EARLIEST_YEAR <= found.year <= LATEST_YEAR:
+        raise ValueError(f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}')
     if found.tzinfo is not None:
         found = found.astimezone(datetime.UTC).replace(tzinfo=None)
     return found

@@ -44,6 +44,7 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.refuse import explain
 from tauto_core.scene.sections import (
     FASTEST_KNOTS,
+    LONGEST_TEXT,
     NEAREST_ENTRIES_S,
     VARIABLE_WINDS,
     EntryProblem,
@@ -209,7 +210,7 @@ def scene_of_passage(
     """
     dropped = ('duration', 'starts_at', 'voyage', 'air')
     found = {key: value for key, value in scene.items() if key not in dropped}
-    found['name'] = f'{scene.get("name", "scene")} {passage.name}'
+    found['name'] = f'{scene.get("name", "scene")} {passage.name}'[:LONGEST_TEXT]
     ship = dict(found.get('ship') or {})
     for key in ('sea', 'heading', 'speed'):
         ship.pop(key, None)
@@ -395,6 +396,11 @@ codecs.register_error(_LATIN, _as_latin)
 
 def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int]:
     """Return where the columns of a header stand; refuses where one that is wanted is missing."""
+    for name in wanted:
+        if names.count(name) > 1:
+            problem = f'is named more than once; the columns are {", ".join(names)}'
+            remedy = 'Rename the one that is not meant.'
+            raise SceneError(path, f'line 1, column {name}', ABSENT, problem, remedy)
     missing = [name for name in wanted if name not in names]
     if missing:
         others = [name for name in names if name not in wanted]
@@ -446,7 +452,7 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             wrong = wrong or EntryProblem(0, 'passage', name, said, remedy)
         past.add(name)
         words: dict[str, Any] = {
-            key: group[0][1][at[column]].strip()
+            key: _printed(group[0][1][at[column]])
             for key, column in _WORDS.items()
             if at.get(column, len(names)) < len(group[0][1])
         }
@@ -458,11 +464,21 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
     numbered = ((rows_read + 2, cells) for rows_read, cells in enumerate(rows))
     named = ((line, cells) for line, cells in numbered if ''.join(cells).strip())
     empty = True
-    for name, group in groupby(named, lambda row: (row[1] + [''] * len(names))[at['passage']]):
+
+    def name_of(row: tuple[int, list[str]]) -> str:
+        return _printed((row[1] + [''] * len(names))[at['passage']])
+
+    for name, group in groupby(named, name_of):
         empty = False
-        yield passage(name.strip(), list(group))
+        yield passage(name, list(group))
     if empty:
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', 'Add some.')
+
+
+def _printed(cell: str) -> str:
+    """Return the letters of a cell in one line, as a scene takes them; at most `LONGEST_TEXT`."""
+    printable = ''.join(each if each.isprintable() else ' ' for each in cell)
+    return ' '.join(printable.split())[:LONGEST_TEXT]
 
 
 def _measured(column: str, cell: str) -> float | None:
@@ -590,7 +606,7 @@ def _pieces(
             pieces[-1].append(row)
         if progress is not None:
             progress(0.5 + 0.5 * number / len(logs.rows))
-        words: dict[str, Any] = {**logs.named.get(log, {})}
+        words = {key: _printed(word) for key, word in logs.named.get(log, {}).items()}
         name = words.pop('number', number)
         for piece in pieces:
             if len(piece) >= least:
