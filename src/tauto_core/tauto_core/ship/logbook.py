@@ -606,7 +606,9 @@ def _pieces(
             pieces[-1].append(row)
         if progress is not None:
             progress(0.5 + 0.5 * number / len(logs.rows))
-        words = {key: _printed(word) for key, word in logs.named.get(log, {}).items()}
+        words: dict[str, Any] = {
+            key: _printed(word) for key, word in logs.named.get(log, {}).items()
+        }
         name = words.pop('number', number)
         for piece in pieces:
             if len(piece) >= least:
