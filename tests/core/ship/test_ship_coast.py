@@ -16,6 +16,7 @@ from tauto_core.ship.coast import (
     inland_km,
     land,
     map_frame,
+    ocean_of,
     place_name,
 )
 
@@ -157,3 +158,32 @@ def test_the_coast_is_as_far_from_the_sea_as_from_the_land(
 ) -> None:
     assert least <= coast_km(*place) <= most
     assert coast_km(place[0], place[1] + 360.0) == pytest.approx(coast_km(*place), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('latitude', 'longitude', 'ocean'),
+    [
+        (47.0, -8.0, 'North Atlantic'),  # Biscay
+        (23.5, -82.0, 'North Atlantic'),  # off Havana
+        (8.0, -80.5, 'North Pacific'),  # the bay of Panama
+        (-35.5, -54.0, 'South Atlantic'),  # off the River Plate
+        (-57.0, -67.0, 'South Atlantic'),  # either side of the Horn
+        (-57.0, -68.0, 'South Pacific'),
+        (-12.0, -78.0, 'South Pacific'),  # Callao
+        (-36.0, 19.0, 'South Atlantic'),  # either side of the Cape
+        (-36.0, 21.0, 'Indian Ocean'),
+        (29.9, 48.5, 'Indian Ocean'),  # the head of the gulf of Persia
+        (31.5, 30.0, 'North Atlantic'),  # Alexandria, and Archangel
+        (65.0, 39.5, 'North Atlantic'),
+        (76.0, 60.0, 'North Atlantic'),
+        (-10.0, 105.0, 'Indian Ocean'),  # south and north of Java
+        (-5.0, 110.0, 'South Pacific'),
+        (14.0, 120.0, 'North Pacific'),  # off Manila
+        (-43.0, 150.0, 'South Pacific'),  # east of Tasmania
+        (10.0, 181.0, 'North Pacific'),
+    ],
+)
+def test_seas_belong_to_their_ocean(latitude: float, longitude: float, ocean: str) -> None:
+    """By the limits of the International Hydrographic Organization, but for polar seas."""
+    assert ocean_of(latitude, longitude) == ocean
+    assert ocean_of(latitude, longitude - 360.0) == ocean

@@ -303,7 +303,8 @@ def _turns(longitude: float) -> tuple[float, float, float]:
 # -----------------------------------------------------------------------------
 # Oceans. The meridians that part them are those of the International Hydrographic Organization
 # (Limits of Oceans and Seas, 1953): Cape Agulhas, the South East Cape of Tasmania, Cape Horn.
-# Inner seas count with their ocean. North of Australia a line through the islands, and the Isthmus
+# Inner seas count with their ocean, the Mediterranean and the polar seas of Europe with the
+# Atlantic. North of Australia a line through the islands, and the Isthmus
 # of America by a few points, take the place of coasts.
 
 OCEANS = (
@@ -318,6 +319,8 @@ _AGULHAS_DEG, _TASMANIA_DEG, _HORN_DEG = 20.0, 146.8167, -67.2667
 # Latitude of the islands from Java to Timor, north of which the Pacific begins at Sumatra.
 _ISLES_DEG = -8.0
 _SUMATRA_DEG = 100.0
+# North of the gulfs of Suez and Persia no water east of 20° E is that of the Indian Ocean.
+_SUEZ_DEG = 30.5
 
 # fmt: off
 _DIVIDE_DEG = np.array([
@@ -338,5 +341,5 @@ def ocean_of(latitude: float, longitude: float) -> str:
         return OCEANS[0] if north else OCEANS[1]
     ends_deg = _TASMANIA_DEG if latitude < _ISLES_DEG else _SUMATRA_DEG
     if _AGULHAS_DEG <= east < ends_deg:
-        return OCEANS[2]
+        return OCEANS[0] if latitude > _SUEZ_DEG else OCEANS[2]
     return OCEANS[3] if north else OCEANS[4]
