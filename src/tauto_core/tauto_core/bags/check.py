@@ -386,10 +386,11 @@ def _same(said: object, held: object) -> bool:
 class Recovered:
     """The result of a recovery.
 
-    Args:
+    Attributes:
         path: folder of the new bag.
         counts: its messages, by full topic name.
-        start_ns, end_ns: their first and last log time [ns].
+        start_ns: their first log time [ns].
+        end_ns: their last log time [ns].
         lost: descriptions of damaged parts that are left out or were made again.
         missing: number of messages that a valid index counts and that cannot be read; messages
             after a truncation are not counted anywhere.

@@ -570,7 +570,7 @@ class _Sailing:
         self.run_s += time.process_time() - began
 
     def row(self, shared_s: float) -> Row:
-        """Return the figures; `shared_s` is its part of what all clocks have cost together."""
+        """Return the figures; `shared_s` is its share of the time of all clocks together."""
         entry, scene, trace = self.entry, self.entry.scene, self.trace
         report: Mapping[str, Any] = {} if self.stopped else self._summary.result()
         clock, longitude = report.get('clock', {}), report.get('longitude', {})

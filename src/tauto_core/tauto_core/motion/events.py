@@ -519,9 +519,9 @@ def _on_polynomials(
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
-    Values are compared at the beginning and at the end of the step; kinds that come after a
-    turning point in it are compared at that point instead of the end, since what is reached before
-    it may be left again after it.
+    Values are compared at the beginning and at the end of the step. If the step holds a turning
+    point, kinds after it in the order are compared there instead of at the end, since a value that
+    is reached before the turning point may be left again after it.
     """
     system, step = run.system, StepWatch(run, mode, place)
     fill_integrals(run.omega, run.work)

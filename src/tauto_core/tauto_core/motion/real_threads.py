@@ -190,7 +190,8 @@ class RealThreads(SlackThread):
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces, with the machine's numbers where heat changes them.
 
-        Their channels are constants where the ship lies still, and of what a force feels.
+        Channels are constants on a ship that lies still. So are gravity and tilt for a force,
+        which feels neither.
         """
         still = np.zeros((len(forcing.length_s), 1))
         if forcing.neutral is None or forcing.tilt is None:

@@ -1,9 +1,9 @@
 """A slack thread as a motion: the wheel goes free, the weight falls, the thread tautens (H4).
 
-While the thread is slack the wheel feels its drag, the escapement and the case alone, and the
-weight apparent gravity alone, and a spring that pulls at it. When the weight is as far from the
-wheel as the thread lets it, the thread tautens without rebound: the momentum along it is shared,
-and the energy of what differed is lost. threads.md has the equations.
+While the thread is slack the wheel feels only its drag, the escapement and the case; the weight
+feels only apparent gravity and a spring that pulls at it. When the weight is as far from the wheel
+as the thread lets it, the thread tautens without rebound: both then have one velocity along it,
+and the energy of their relative motion is lost. threads.md has the equations.
 
 Such a motion is another system, which the driver of `stepping` moves until the thread is
 taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.

@@ -47,8 +47,8 @@ class HotNumbers(NamedTuple):
     Attributes:
         carried, force, stiffness, weight, viscous: as in `wells.PerInertia`. Of a lever `weight`
             is κ (`lever`); of a swinging thread it is m r/I, `carried` r and `force` ṙ [m/s].
-        share: I where the machine's numbers hold, over I; what acts on the wheel and does not
-            feel heat itself changes by it.
+        share: I at `at_celsius`, where the machine's numbers hold, over I. Torques on the wheel
+            that heat does not change are multiplied by it.
         growth: İ/I [1/s].
     """
 

@@ -433,9 +433,9 @@ def _pushed(
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
-    `down` and `across` are what draws the weight along the thread and across it, g_eff cos(δ − β)
-    and g_eff sin(δ − β) with what a spring adds, and `drag` the torques of drag and recoil,
-    reversed, over I. α̇ is the rate of the case, which the damping of the lean asks for.
+    `down` and `across` are the accelerations of the weight along the thread and across it,
+    g_eff cos(δ − β) and g_eff sin(δ − β), with the pull of a spring added. `drag` is the torque of
+    drag and recoil, reversed, over I. The damping of the lean needs α̇, the rate of the case.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta

@@ -166,9 +166,9 @@ def fit_hermite(
 ) -> None:
     """Fill rows of the result with the polynomials through evenly spaced values and rates [1/s].
 
-    Each sample counts twice. Differences of level k that begin with the first of its two are
-    kept apart from those that begin with the second. `size` is twice the number of samples in a
-    window, `first` the first of them and `step_s` the time between them, of each row.
+    Each sample is two equal nodes. Divided differences that begin at the first of them are kept
+    apart from differences that begin at the second. `size` is twice the number of samples in a
+    window; of each row, `first` is its first sample and `step_s` the time between samples.
     """
     points = size // 2
     ones, twos = np.empty((points, SIZE)), np.empty((points, SIZE))

@@ -393,8 +393,9 @@ class Hindcast:
             at_s: UTC from 1970 [s], (n,), increasing.
             latitude: of the ship [degrees north], (n,).
             longitude: of the ship [degrees east], (n,), of any turn.
-            turns: whether the values are directions [degrees], of which the mean is that of the
-                vectors and of what each is beyond it: linear for directions within half a turn.
+            turns: whether the values are directions [degrees]. Their mean is the direction of the
+                mean vector, plus the mean of their differences from it; so it is linear for
+                directions within half a turn.
 
         Raises:
             SceneError: the track leaves the file, or is too far from any sea.

@@ -832,8 +832,8 @@ class PlaceRate:
         heave: part of the motion up and down.
         athwart: part of the motion to the sides.
         fore_and_aft: part of the motion fore and aft.
-        along_the_deck: <(x'' - g theta_p)^2>/4g^2, what a plane that pitches with her does not
-            let the thread follow.
+        along_the_deck: <(x'' - g theta_p)^2>/4g^2, the loss of a thread that must stay in a
+            plane which pitches with her.
     """
 
     heading: float

@@ -11,9 +11,9 @@ Formats, recognised by the beginning of a file:
 - tracks in GPX (by gpxpy, the extra `gpx`), with a CSV file of winds: `utc`, `wind_from_deg`,
   `wind_mps`, `air_celsius`.
 
-Any of them may be compressed (`.gz`). In our columns a passage is what is named so, and what is
-wrong with it is refused. In the others the entries of a log are sorted, and one passage goes on as
-long as no gap is longer than `LONGEST_GAP_DAYS` and no step faster than a ship sails.
+Any of them may be compressed (`.gz`). In our columns the rows of one name are a passage, and a
+faulty passage is refused. In the other formats the entries of a log are sorted, and a passage ends
+at a gap longer than `LONGEST_GAP_DAYS` or at a step faster than a ship sails.
 """
 
 from __future__ import annotations

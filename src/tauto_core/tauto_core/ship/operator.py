@@ -18,10 +18,10 @@ from tauto_core.ship.waves import Encounter, Harmonics
 
 @dataclass(frozen=True)
 class Answer:
-    """The motions of a ship by an operator, per metre of wave amplitude, and what it leaves open.
+    """The motions of a ship by an operator, per metre of wave amplitude.
 
     Attributes:
-        waves: those that she answers to.
+        waves: the waves that move her.
         motions: by name, factors of exp(iω_e t), (n,) each.
         above: share of the energy of waves beyond the operator's highest frequency.
         below: the same under its lowest.

@@ -152,7 +152,7 @@ Demand: TypeAlias = tuple[bool, float, Seas]
 
 
 def _under_way(accuracy: float, at_start: Seas, later: Seas) -> list[Demand]:
-    """Return what a fixed clock with an escapement demands: its first piece counts once."""
+    """Return the demands of a fixed clock with an escapement; its first piece counts once."""
     return [(False, accuracy / BEGUN_S, at_start), (True, accuracy / (DAY_S * UNDER_WAY), later)]
 
 

@@ -137,15 +137,15 @@ KEPT_BYTES = 2**24
 
 
 class ShipMotion:
-    """IMU samples k = 0 ... scene.samples - 1, and those that the stages need beyond the end.
+    """IMU samples k = 0 ... scene.samples - 1, and those beyond the end that the stages need.
 
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
     still sends one constant sample per log interval.
 
     Args:
         scene: the scene.
-        without: motions of `Channels` that are switched off, or `gravity`, which then is that of
-            the start everywhere: the same voyage for who asks what they do to the clock.
+        without: motions of `Channels` that are switched off, or `gravity`, which is then
+            everywhere that of the start. So a caller finds the effect of each on the clock.
 
     Attributes:
         total: number of samples in all.

@@ -502,8 +502,8 @@ class _Case:
 class CaseInCommon:
     """The suspension of one of several clocks that are fed in turn in one sea.
 
-    Their cases move alike, and so the first of them computes the motion. Arguments are those of
-    `Suspension`, the buffers of these clocks, and on what their parts of the samples depend.
+    Their cases move alike, so the first of them computes the motion. Arguments are those of
+    `Suspension`, the buffers of these clocks, and `parts`, the key of their parts of the samples.
     """
 
     def __init__(
@@ -537,7 +537,7 @@ class CaseInCommon:
         return self._case.felt.answer(self._turn, lambda: self._case.motion.finish(origin_ns))
 
     def state(self) -> State:
-        """Refuse: what clocks share is not saved with one of them."""
+        """Refuse: a case that clocks share is not saved with one of them."""
         raise TypeError('the case of clocks in one sea is not saved')
 
     def restore(self, _: State) -> None:
