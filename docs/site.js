@@ -14,7 +14,7 @@ text a quotient ends where the reader sees it. Words stay words. */
   const row = (inner) => '<mrow>' + inner + '</mrow>';
   const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet][alphabet.indexOf(c)]).join('');
   // Euler writes products without signs, such as zzdz
-  const isProduct = (run) => /^[a-hkmnpqstvxz]+$/.test(run) && /d[dpstxz]|(.)\1|mn/.test(run);
+  const isProduct = (run) => !/^(?:added|stands)$/.test(run) && /^[a-hkmnpqstvxz]+$/.test(run) && /d[dpstxz]|(.)\1|mn/.test(run);
   const isWords = (text) => !/[=√∫]/.test(text) &&
     (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word) && !isProduct(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
 
@@ -40,7 +40,8 @@ text a quotient ends where the reader sees it. Words stay words. */
     const atom = () => {
       const letter = /^[A-Za-z\u0370-\u03ff]/.test(text[k]);
       if (letter) {
-        const word = take(/^(?:or|at|as|the|of|to|from|with|by|for|here|day|rad)(?![A-Za-z\u0300-\u036f(_^])/);
+        // behind a letter, number or power it is a product, such as the as of 8m²as
+        const word = !/[\p{L}\p{N}]/u.test(text[k - 1] ?? '') && take(/^(?:or|at|as|the|of|to|from|with|by|for|here|day|rad)(?![A-Za-z\u0300-\u036f(_^])/);
         if (word) return '<mtext>' + word + '</mtext>';
         const run = text.slice(k).match(/^[A-Za-z]+/)?.[0] ?? '';
         const name = [...FUNCTIONS].find((each) => run === each);
@@ -113,15 +114,33 @@ text a quotient ends where the reader sees it. Words stay words. */
   const math = (text, style) => '<math display="inline" alttext="' + escape(text).replace(/"/g, '&quot;') + '">' +
     '<mstyle displaystyle="' + style + '">' + parse(text) + '</mstyle></math>';
 
-  // at the signs outside brackets: a line may end there, and inside <math> it can't
+  // A formula in parts, each after the space before it. A line may end between two of them, and inside
+  // <math> it can't: before the signs outside brackets, in a long part also before a slash, behind a
+  // bracket, before a word, and before the signs within one bracket. Roots and exponents stay whole.
   const pieces = (text) => {
     let depth = 0, made = [''];
     for (const word of text.trim().split(/\s+/)) {
       if (depth === 0 && SIGN.test(word) && made.at(-1)) made.push('');
-      made[made.length - 1] += (made.at(-1) ? ' ' : '') + word;
+      made[made.length - 1] += ' ' + word;
       depth += (word.match(/[(\[{]/g) ?? []).length - (word.match(/[)\]}]/g) ?? []).length;
     }
-    return made;
+    return made.flatMap(shorter);
+  };
+  const shorter = (long) => {
+    if (long.length < 20) return [long];
+    const made = [], within = [];
+    let from = 0;
+    for (let k = 0; k < long.length; k++) {
+      const [before, next] = [long[k - 1], long.slice(k)];
+      const ends = within.length === 0 ?
+        next[0] === '/' && !/\d/.test(before) || /^[(√A-Za-z]/.test(next) && /[)}]/.test(before) ||
+          isWords(next.match(/^ [^ ]*/)?.[0] ?? '') :
+        within.length === 1 && within[0] && / . /.test(next.slice(0, 3)) && SIGN.test(next[1]);
+      if (ends && k - from > 7 && next.length > 3) { made.push(long.slice(from, k)); from = k; }
+      if ('([{'.includes(next[0])) within.push(next[0] === '(' && before !== '√' && before !== '^');
+      if (')]}'.includes(next[0])) within.pop();
+    }
+    return [...made, long.slice(from)];
   };
 
   for (const marked of document.querySelectorAll('.md-typeset em')) {
@@ -130,7 +149,15 @@ text a quotient ends where the reader sees it. Words stay words. */
     if (/^[a-z]{3,}\.?$/.test(text) && !isProduct(text)) continue;
     const formula = document.createElement('span');
     formula.className = 'formula';
-    formula.innerHTML = pieces(text).map((piece) => math(piece, false)).join(' ');
+    const set = pieces(text).map((piece) => [piece.match(/^ ?/)[0], math(piece.trim(), false)]);
+    // no line ends between a formula and the point or bracket after it, nor begins behind the one before
+    const [before, after] = [marked.previousSibling, marked.nextSibling];
+    const opens = before?.nodeType === 3 ? before.data.match(/[([]$/)?.[0] ?? '' : '';
+    const stops = after?.nodeType === 3 ? after.data.match(/^[.,;:)\]]+/)?.[0] ?? '' : '';
+    const whole = (each) => '<span style="white-space: nowrap">' + each + '</span>';
+    if (opens) { before.data = before.data.slice(0, -1); set[0][1] = whole(opens + set[0][1]); }
+    if (stops) { after.data = after.data.slice(stops.length); set.at(-1)[1] = whole(set.at(-1)[1] + stops); }
+    formula.innerHTML = set.map(([space, each]) => space + '<wbr>' + each).join('').trim();
     marked.replaceWith(formula);
   }
 

@@ -176,6 +176,17 @@ def test_a_browser_typesets_every_equation_of_the_theory(
                 "[...document.querySelectorAll('.md-typeset em')].map((each) => each.textContent)"
             )
             assert not [each for each in words if not re.search('[A-Za-z]{3}', each)], file
+        # the claims of Euler's papers need no scrolling on a laptop
+        browser.show(built / 'euler.html', 1280, dark=False, drawn='true')
+        wide = '[...document.querySelectorAll(".md-typeset__scrollwrap")]'
+        assert browser.run(f'{wide}.map(each => each.scrollWidth - each.clientWidth)') == [0] * 6
+        names = browser.run('[...document.querySelectorAll("em")].map(each => each.textContent)')
+        assert {'As it stands', 'added'} <= set(names)
+        # a stop is not alone on a line: it is kept with its formula
+        lone = (
+            '[...document.querySelectorAll(".formula")].map(each => each.nextSibling?.data ?? "")'
+        )
+        assert not [each for each in browser.run(lone) if each[:1] in ('.', ',', ';', ':')]
     assert left == 0
     assert not [each for each in inline.values() if re.search('[_^]', each)]
     assert set(typeset) - {''} == written
@@ -187,6 +198,7 @@ def test_a_browser_typesets_every_equation_of_the_theory(
     assert {'ψ', '= θ', '+ α_c', 'ω', '= √(F t′(0)/I)'} <= set(inline)
     # a product without signs in a claim of Euler's is letters, not a word
     assert {'OC', 'PM'} <= set(inline)
+    assert not [each for each in inline if '\\' in each]
     assert not [each for each in inline.values() if re.search('[⁰-ⁿ₀-₎ᵀᵢ²³]', each)]
 
 

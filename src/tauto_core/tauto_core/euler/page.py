@@ -206,6 +206,7 @@ def _sentence(words: str) -> str:
 
 def _safe(text: str) -> str:
     """Return text in which the characters that Markdown would interpret are escaped."""
-    for each in '\\|*_`<':
+    for each in '\\|*_`':
         text = text.replace(each, '\\' + each)
-    return text
+    # an entity, since not every reader of Markdown takes a backslash before the sign
+    return text.replace('<', '&lt;')
