@@ -170,6 +170,14 @@ def test_winds_in_knots_are_doubtful(tmp_path):
     assert found == [[], ['a wind of 16.3 m/s in the mean: perhaps in knots']]
 
 
+def test_a_passage_without_any_wind_is_told(tmp_path):
+    silent = HEADER + ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
+    for rows, sealess in ((silent, False), (silent.replace(',180,9.3,', ',,,'), True)):
+        notes = next(read_passages(book(tmp_path, rows))).notes()
+        assert any('without a wind, 1 variable' in each for each in notes)
+        assert any(each.endswith('no sea grows from it') for each in notes) == sealess
+
+
 def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):
     again = ROWS + 'A-1,French,La Folle,Brest,,1785-08-06T12:00,40.0,-13.0,,,20.0\n'
     *_, last = read_passages(book(tmp_path, HEADER + again))

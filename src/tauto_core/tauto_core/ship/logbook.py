@@ -174,7 +174,8 @@ class LoggedPassage:
         if windless:
             variable = sum(each[3] in VARIABLE_WINDS for each in self.entries)
             said = f', {variable} variable' if variable else ''
-            found.append(f'{counted(windless, "noon")} without a wind{said}')
+            sealess = ': no sea grows from it' if windless == len(self.entries) else ''
+            found.append(f'{counted(windless, "noon")} without a wind{said}{sealess}')
         winds = [wind for *_, wind, _ in self.entries if wind is not None]
         mean = sum(winds) / max(len(winds), 1)
         if mean > WINDY_MPS:
