@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import pytest
 
-from tauto_core.wording import counted, figure, printed, significant, span, to_sigma, with_sigma
+from tauto_core.wording import (
+    counted,
+    figure,
+    percent,
+    printed,
+    significant,
+    span,
+    to_sigma,
+    with_sigma,
+)
 
 
 @pytest.mark.parametrize(
@@ -129,3 +138,11 @@ def test_span_uses_the_unit_a_reader_would(seconds: float, said: str) -> None:
 def test_a_noun_agrees_with_its_number() -> None:
     assert counted(1, 'observation') == '1 observation'
     assert counted(1200, 'reading') == '1,200 readings'
+
+
+@pytest.mark.parametrize(
+    ('share', 'said'),
+    [(0.0, '0 %'), (8.09e-130, '<0.01 %'), (1e-4, '0.01 %'), (0.184324, '18.4 %'), (1.0, '100 %')],
+)
+def test_a_share_has_no_digits_that_say_nothing(share: float, said: str) -> None:
+    assert percent(share) == said

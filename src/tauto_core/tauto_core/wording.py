@@ -110,8 +110,8 @@ def counted(number: float, noun: str) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share as text."""
-    return f'{100.0 * share:.3g} %'
+    """Return a share as text; less than a hundredth of a per cent has no digits."""
+    return '<0.01 %' if 0.0 < share < 1e-4 else f'{100.0 * share:.3g} %'
 
 
 def place(latitude: float, longitude: float) -> str:

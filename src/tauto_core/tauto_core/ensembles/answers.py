@@ -260,6 +260,8 @@ def mark_prizes(axes: Axes) -> None:
             va='bottom',
             fontsize=7.0,
             color='#555555',
+            zorder=3.0,  # above the curves, which may cross it
+            bbox={'facecolor': 'white', 'edgecolor': 'none', 'alpha': 0.8, 'pad': 0.5},
         )
 
 
