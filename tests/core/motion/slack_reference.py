@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from thread_references import LeverReference
 
 RTOL, ATOL = 1e-13, 1e-15
@@ -38,9 +39,60 @@ class Ship:
         tilt = tuple(float(c(x)) * per_s**n for n, c in enumerate(self.tilt))
         return line, tilt, self.gravity if self.pull is None else float(self.pull(x))
 
+    def force(self, t: float) -> tuple[float, float]:
+        """Specific force to port and up in the case.
+
+        By g_eff and τ, of which it makes another near weightlessness: z̃ in place of z, and the
+        component along that (threads.md).
+        """
+        _, tilt, g = self(t)
+        slope, z = math.tan(tilt[0]), g * math.cos(tilt[0])
+
+        def upward(z: float) -> float:
+            return z if z >= 1.0 else 0.5 * (1.0 + math.exp(2.0 * z - 2.0))
+
+        if z < 1.0:
+            n = math.hypot(1.0, slope)
+            z = brentq(
+                lambda z: (z + upward(z) * slope * slope) / n - g,
+                -1e3,
+                1.0,
+                xtol=1e-15,
+                rtol=1e-15,
+            )
+        return -upward(z) * slope, z
+
+    def falls(self, t: float) -> np.ndarray:
+        """Acceleration of a weight that falls, to port and up."""
+        line, tilt, _ = self(t)
+        (y, z), alpha = self.force(t), line[0] - tilt[0]
+        sine, cosine = math.sin(alpha), math.cos(alpha)
+        return -np.array([y * cosine - z * sine, y * sine + z * cosine])
+
+
+class TrueShip(Ship):
+    """The force at the clock by E1, of the ship of test_motion_slack that falls: no z̃ in it."""
+
+    amplitude = 2.5
+
+    def __init__(self, forcing: Any, k: int, gravity: float) -> None:
+        super().__init__(forcing, k, gravity)
+        self.end_s = 1e-9 * float(forcing.end_ns[k])
+
+    def force(self, t: float) -> tuple[float, float]:
+        now = self.end_s - self.seconds + t
+        heave, omega = math.tau / 3.1, math.tau / 7.0
+        roll, rate = 0.05 * math.cos(omega * now), -0.05 * omega * math.sin(omega * now)
+        upward = self.gravity - self.amplitude * heave * heave * math.cos(heave * now + 1.6)
+        # f′ of E1: in axes that turn with the roll, 3 m above it
+        y = upward * math.sin(roll) + 3.0 * omega * omega * roll
+        return y, upward * math.cos(roll) - 3.0 * rate * rate
+
 
 class Reference:
     """A wheel (its angle and ψ̇ come first in the state) and what its thread carries."""
+
+    ship: type[Ship] = Ship
 
     def __init__(self, machine: Any) -> None:
         self.machine, drag = machine, machine.drag
@@ -68,7 +120,7 @@ class Reference:
 
     def run(self, forcing: Any) -> np.ndarray:
         """θ, θ̇ at the logged ends."""
-        ship = Ship(forcing, 0, self.machine.gravity)
+        ship = self.ship(forcing, 0, self.machine.gravity)
         y, rows = self.start(ship), []
         self.pallet = -1.0 if self.machine.release_angle < 0.0 else 1.0
         self.taut = self.tension(0.0, y, ship) > 0.0
@@ -76,7 +128,7 @@ class Reference:
         self.direction = -1.0 if self.wheel(1e-7, soon, ship)[1] < 0.0 else 1.0
         self.armed = self.due(self.wheel(0.0, y, ship)[0])
         for k in range(len(forcing.length_s)):
-            ship, t = Ship(forcing, k, self.machine.gravity), 0.0
+            ship, t = self.ship(forcing, k, self.machine.gravity), 0.0
             if self.taut:
                 # where γ̇ of two polynomials differs the momentum stays
                 y = self.shared(0.0, y, ship)
@@ -233,11 +285,10 @@ class Swinging(Reference):
 
     def tension(self, t: float, y: np.ndarray, ship: Ship) -> float:
         """T/m from d/dt (r u ψ̇ + Ẇ·d) = 0."""
-        (beta, _, _), _, g = ship(t)
         machine, (u, n, d, reach) = self.machine, self.along(y)
         r, mu = machine.base_radius, machine.mass / machine.inertia
         delta_rate = (float(y[4:6] @ n) - r * y[1]) / reach
-        down = g * np.array([math.sin(beta), -math.cos(beta)])
+        down = ship.falls(t)
         free = -self.braking(self.wheel(t, y, ship)[1])
         pulled = float(down @ d) + r * (y[1] - delta_rate) * y[1] + r * u * free
         pulled += float(y[4:6] @ n) * delta_rate
@@ -248,10 +299,9 @@ class Swinging(Reference):
         return self.machine.length - 0.5 * self.machine.base_radius * u * u - reach
 
     def moved(self, t: float, y: np.ndarray, ship: Ship, tension: float) -> np.ndarray:
-        (beta, _, _), _, g = ship(t)
         machine, (u, _, d, _) = self.machine, self.along(y)
         mu = machine.mass / machine.inertia
-        down = g * np.array([math.sin(beta), -math.cos(beta)]) - tension * d
+        down = ship.falls(t) - tension * d
         bend = -self.braking(self.wheel(t, y, ship)[1]) - mu * machine.base_radius * u * tension
         return np.array([y[1], bend, y[4], y[5], *down])
 
@@ -304,8 +354,8 @@ class Lever(Reference):
 
     def falling(self, t: float, y: np.ndarray, ship: Ship) -> float:
         """β̈ + the case's, without a thread."""
-        _, tilt, g = ship(t)
-        return -self.weight * g * math.cos(y[2] - tilt[0])
+        across, up = ship.force(t)
+        return -self.weight * (up * math.cos(y[2]) - across * math.sin(y[2]))
 
     def tension(self, t: float, y: np.ndarray, ship: Ship) -> float:
         """Torque of the thread on the lever over J, from β̈ = b θ̈ + b′ θ̇²."""

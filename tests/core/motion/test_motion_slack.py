@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import run, scene_of
-from slack_reference import Ideal, Lever, Swinging
+from slack_reference import Ideal, Lever, Swinging, TrueShip
 from thread_references import HELD, on_land, sampled
 
 from tauto_core.clockwork import TrochleaStage
@@ -74,7 +74,10 @@ CASES = {
 
 @pytest.mark.parametrize('name', CASES)
 def test_a_slack_thread_is_what_dop853_makes_of_it(name):
-    """To 1e-9 rad: where a thread tautens depends on all before, and so do the swings after it."""
+    """To 1e-9 rad: where a thread tautens depends on all before, and so do the swings after it.
+
+    On the swinging thread to 1e-7: its force bends within a step where z̃ takes the place of z.
+    """
     trochlea, amplitude, more = CASES[name]
     scene = scene_of(trochlea=trochlea, ship=falling(amplitude), duration=4.0, **more)
     machine, forcing = compile_machine(scene), sampled(scene)
@@ -85,12 +88,33 @@ def test_a_slack_thread_is_what_dop853_makes_of_it(name):
     found, exact = engine.advance(forcing), reference.run(forcing)
     tautened = engine.tautened()
     assert len(tautened) == len(reference.slacks) > 0
-    np.testing.assert_allclose([each.time_s for each in tautened], reference.slacks, atol=1e-9)
-    np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=1e-9)
-    np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=1e-8)
+    near = 1e-7 if isinstance(reference, Swinging) else 1e-9
+    np.testing.assert_allclose([each.time_s for each in tautened], reference.slacks, atol=near)
+    np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=near)
+    np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=10.0 * near)
     lost = [each.lost_joule for each in tautened]
-    np.testing.assert_allclose(lost, reference.lost, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(lost, reference.lost, rtol=100.0 * near, atol=1e-12)
     assert min(each.slack_s for each in tautened) > 0.0
+
+
+@pytest.mark.parametrize('name', ['swinging', 'lever'])
+def test_a_weight_falls_by_the_whole_force_near_weightlessness(name):
+    """Beside the apparent vertical too, which a thread cannot follow there: without that part the
+    wheel of the swinging thread is off by 0.08 rad in four seconds, that of the lever by 5e-4.
+    What is left is the sampling at 200 Hz.
+    """
+    trochlea, amplitude, more = CASES[name]
+    assert amplitude == TrueShip.amplitude
+    ship = {**falling(amplitude), 'rate': 200.0}
+    scene = scene_of(trochlea=trochlea, ship=ship, duration=4.0, **more)
+    machine, forcing = compile_machine(scene), sampled(scene)
+    reference = {'lever': Lever, 'swinging': Swinging}[name](machine)
+    reference.ship = TrueShip
+    engine = make_collocation(machine)
+    engine.release(forcing)
+    found, exact = engine.advance(forcing), reference.run(forcing)
+    assert len(engine.tautened()) == len(reference.slacks) > 0
+    np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=1e-5)
 
 
 def steep() -> Table:

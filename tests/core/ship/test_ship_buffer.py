@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from tauto_core.motion.forcing import LEAST_UPWARD
 from tauto_core.samples import take
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.buffer import TURNS, MotionBuffer, SharedBuffers, samples_a_piece
 from tauto_core.ship.imu import attitude, imu_samples
-from tauto_core.ship.kernels import LEAST_UPWARD
 
 STEP = 50_000_000
 LOG = 60 * STEP

@@ -6,7 +6,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.ship.kernels import LEAST_UPWARD, force_of, roll_of
+from tauto_core.motion.forcing import LEAST_UPWARD
+from tauto_core.ship.kernels import force_of, roll_of
 
 ROUNDING = 2.0**-53
 

@@ -18,6 +18,10 @@ from tauto_core.machines import Machine
 from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import PropagationError
 
+LEAST_UPWARD = 1.0
+"""Specific force upwards in the case with which a thread still follows its direction [m/s²]."""
+
+
 # -----------------------------------------------------------------------------
 # Errors that end a motion, the same for all propagators.
 

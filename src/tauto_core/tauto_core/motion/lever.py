@@ -40,6 +40,8 @@ from tauto_core.motion.system import (
 from tauto_core.motion.threads import (
     OnWheel,
     ThreadSystem,
+    beside,
+    beside_at_nodes,
     beyond_by,
     case_bounds,
     drag_on_wheel,
@@ -244,7 +246,10 @@ def _complete(
 # and χ' of the series change their sign, and κ with them.
 
 LEVER_NODES = 'alpha_rate', 'alpha_bend', 'g_up', 'g_across'
-"""Rows of α̇, α̈ and of g_eff cos τ, g_eff sin τ at the nodes."""
+"""Rows of α̇, α̈ and of apparent gravity along and across the case at the nodes.
+
+These are g_eff cos τ and g_eff sin τ, with what acts beside g_eff near weightlessness.
+"""
 
 
 class LeverNodes(Protocol):
@@ -290,12 +295,14 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
         x, nodes = nodes_of(place, work), work.nodes
-        sine, versine = sine_versine(column_at(TILT, place.terms, x, work))
+        tilt = column_at(TILT, place.terms, x, work)
+        sine, versine = sine_versine(tilt)
         g_eff = column_at(APPARENT_GRAVITY, place.terms, x, work)
+        aside = beside_at_nodes(g_eff, tilt, work)
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
         store(nodes.alpha_bend, 0, difference(DRIVE_BEND, TILT_BEND, place.terms, x, work))
-        store(nodes.g_up, 0, g_eff - g_eff * versine)
-        store(nodes.g_across, 0, g_eff * sine)
+        store(nodes.g_up, 0, g_eff - g_eff * versine - aside * sine)
+        store(nodes.g_across, 0, g_eff * sine + aside * (1.0 - versine))
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
@@ -360,7 +367,9 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
         sine, cosine = math.sin(tilt.value), math.cos(tilt.value)
+        aside = beside(at.gravity, tilt.value)
         gravity = at.gravity * (arc.cosine * cosine + arc.sine * sine)
+        gravity += aside * (arc.sine * cosine - arc.cosine * sine)
         # İψ̇ is left out of s̈, as in `Wheel.instant`
         acceleration, tension, drag = _pushed(hot, mode, arc, a, speed, alpha_bend, gravity)
         bend = arc.n * acceleration - arc.w * arc.chi_slope * speed * speed

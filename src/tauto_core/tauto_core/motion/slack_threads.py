@@ -6,9 +6,10 @@ The wheel is free: ψ̈ = −(drag and recoil)/I. The lever falls about its fulc
 
 with the letters of `lever`, and is slack while it is higher than β(θ), at which the thread would
 hold it. The weight of a swinging thread falls freely beside the axle, Ẅ = g_eff (sin β, −cos β)
-with the direction β of the apparent vertical. A thread that leaves the cam for the weight at W has
-the lean δ of W · n = r u, u = ψ − δ, with n = (cos δ, sin δ) and d = (sin δ, −cos δ). It has to
-reach W · d − r and has l₀ − ½ r u² left: slack while that is more.
+with the direction β of the apparent vertical, and what acts beside it (`beside`). A thread that
+leaves the cam for the weight at W has the lean δ of W · n = r u, u = ψ − δ, with
+n = (cos δ, sin δ) and d = (sin δ, −cos δ). It has to reach W · d − r and has l₀ − ½ r u² left:
+slack while that is more.
 
 Along the thread, with ρ = r u and v = −Ẇ · d, the momentum is shared,
 
@@ -52,18 +53,18 @@ from tauto_core.motion.system import (
     planes_of,
 )
 from tauto_core.motion.threads import (
+    MOST_ITERATIONS,
+    SETTLED,
     Hanging,
     OnWheel,
     ThreadNodes,
     WithThread,
+    beside,
     drag_on_wheel,
     hot_on_wheel,
     thread_now,
 )
 from tauto_core.motion.wells import whole_turns_off
-
-SETTLED, MOST_ITERATIONS = 1e-15, 40
-"""Change of an angle at which Newton's method ends, and most of its iterations."""
 
 
 class LooseOnWheel(WithThread, LooseSystem):
@@ -141,9 +142,11 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, rate, w)
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
-        fall = row_of(nodes.gravity) * (1.0 / (self.thread.length * omega[1]))
-        store(work.d2, 1, omega[1] * row_of(work.x, 1) + fall * sine)
-        store(work.d2, 2, omega[2] * row_of(work.x, 2) - fall * (1.0 - versine))
+        scale = 1.0 / (self.thread.length * omega[1])
+        fall, aside = scale * row_of(nodes.gravity), scale * row_of(nodes.beside)
+        cosine = 1.0 - versine
+        store(work.d2, 1, omega[1] * row_of(work.x, 1) + (fall * sine + aside * cosine))
+        store(work.d2, 2, omega[2] * row_of(work.x, 2) - (fall * cosine - aside * sine))
 
     def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
         """Return whether the thread tautens in the step, or the weight comes up to the wheel."""
@@ -180,8 +183,10 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         rate = psi_rate - (line.rate - tilt.rate)
         psi_bend = -_against(thread.on_wheel, mode, rate, psi_rate)
         hangs = _hangs_at(thread, thread.radius, psi, planes[1].x, planes[2].x)
-        across_bend = at.gravity * math.sin(line.value)
-        up_bend = -at.gravity * math.cos(line.value)
+        aside = beside(at.gravity, tilt.value)
+        sine, cosine = math.sin(line.value), math.cos(line.value)
+        across_bend = at.gravity * sine + aside * cosine
+        up_bend = aside * sine - at.gravity * cosine
         across_rate = length * omega[1] * planes[1].y
         up_rate = length * omega[2] * planes[2].y
         u, (sine, cosine) = psi - hangs.delta, (math.sin(hangs.delta), math.cos(hangs.delta))
@@ -371,7 +376,9 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         rate, held = psi_rate - alpha_rate, _held_at(lever, theta)
         psi_bend = -_against(lever.on_wheel, mode, rate, psi_rate)
         bend, speed = psi_bend - alpha_bend, rate / held.n
-        fall = lever.kappa * at.gravity * math.cos(height / lever.root_j - tilt.value)
+        above = height / lever.root_j - tilt.value
+        gravity = at.gravity * math.cos(above) + beside(at.gravity, tilt.value) * math.sin(above)
+        fall = lever.kappa * gravity
         height_rate = omega[1] * planes[1].y - lever.root_j * alpha_rate
         return Instant(
             angle=theta,

@@ -8,16 +8,21 @@ from typing import NamedTuple, Protocol
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
 from tauto_core.motion.events import BEYOND, is_due, phase_to
+from tauto_core.motion.forcing import LEAST_UPWARD
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
     Numeric,
     NumericPair,
+    filled,
     fma,
+    lane,
     largest,
     lowest,
     row_of,
     store,
+    width,
+    with_lane,
 )
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
@@ -49,6 +54,9 @@ from tauto_core.motion.system import (
 )
 from tauto_core.motion.wells import law_torque, term
 from tauto_core.samples import FloatArray
+
+SETTLED, MOST_ITERATIONS = 1e-15, 40
+"""Change, relative or of an angle, at which Newton's method ends, and most of its iterations."""
 
 WELL_WITHIN = 0.05
 """Margin at all nodes from which on a step counts as within the range between them, too."""
@@ -204,6 +212,42 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
     return value, slope / pieces.length_s[k]
 
 
+@compiled
+def beside(gravity: float, tilt: float) -> float:
+    """Return what draws the weight across the apparent vertical, to port of it [m/s²]; mostly 0.
+
+    Near weightlessness g_eff and β are those of a force that has z̃ upwards in the case in place
+    of z (`ship.kernels.force_of`). A thread that swings and a lever do not keep to β, and their
+    weight feels the whole force. With z̃ = ½a (1 + e^(2z/a − 2)), z solves
+
+        z + z̃ tan² τ = g_eff/cos τ,    and (z̃ − z) sin τ is left across β.
+    """
+    sine, cosine = math.sin(tilt), math.cos(tilt)
+    if gravity * cosine >= LEAST_UPWARD:
+        return 0.0
+    square, whole = (sine / cosine) ** 2, gravity / cosine
+    # convex and increasing in z, which is less than this start: Newton's method goes down to it
+    z, upward = LEAST_UPWARD, LEAST_UPWARD
+    for _ in range(MOST_ITERATIONS):
+        more = math.exp(2.0 * (z / LEAST_UPWARD - 1.0))
+        upward = 0.5 * LEAST_UPWARD * (1.0 + more)
+        change = (z + upward * square - whole) / (1.0 + more * square)
+        z -= change
+        if abs(change) <= SETTLED * (abs(z) + LEAST_UPWARD):
+            break
+    upward = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (z / LEAST_UPWARD - 1.0)))
+    return (upward - z) * sine
+
+
+@compiled
+def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
+    """Return `beside` at the nodes."""
+    found = filled(gravity, 0.0)
+    for i in range(width(work.fractions)):
+        found = with_lane(found, i, beside(lane(gravity, i), lane(tilt, i)))
+    return found
+
+
 # -----------------------------------------------------------------------------
 # The swinging thread in two rotating planes: its normal modes of small swings.
 #
@@ -212,8 +256,8 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
 # The accelerated axle enters by the apparent gravity alone (E2 in machine_at_sea.md), so that no
 # derivative of the ship's motion is needed but α̇, the rate of the case, for the drag.
 
-THREAD_NODES = 'vertical', 'gravity', 'alpha_rate'
-"""Rows of β, g_eff and α̇ at the nodes."""
+THREAD_NODES = 'vertical', 'gravity', 'beside', 'alpha_rate'
+"""Rows of β, g_eff, what acts beside it, and α̇ at the nodes."""
 
 SPRING_NODES = ('tilt',)
 """Row of τ = β − α, where a spring of the case draws the weight."""
@@ -224,6 +268,7 @@ class ThreadNodes(Protocol):
 
     vertical: FloatArray
     gravity: FloatArray
+    beside: FloatArray
     alpha_rate: FloatArray
     tilt: FloatArray
 
@@ -264,13 +309,16 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     """The swinging thread as `system.System`."""
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill β, g_eff and α̇."""
+        """Fill β, g_eff, what acts beside it, and α̇."""
         x, nodes = nodes_of(place, work), work.nodes
+        tilt = column_at(TILT, place.terms, x, work)
+        gravity = column_at(APPARENT_GRAVITY, place.terms, x, work)
         store(nodes.vertical, 0, column_at(DRIVE, place.terms, x, work))
-        store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
+        store(nodes.gravity, 0, gravity)
+        store(nodes.beside, 0, beside_at_nodes(gravity, tilt, work))
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
         if self.spring is not None:
-            store(nodes.tilt, 0, column_at(TILT, place.terms, x, work))
+            store(nodes.tilt, 0, tilt)
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
@@ -322,7 +370,8 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         drag = drag_on_wheel(hot.on_wheel, mode, rate)
         lean, turn = delta - line.value, line.rate - tilt.rate
         cosine, sine = math.cos(lean), math.sin(lean)
-        down, across = at.gravity * cosine, at.gravity * sine
+        aside = beside(at.gravity, tilt.value)
+        down, across = at.gravity * cosine + aside * sine, at.gravity * sine - aside * cosine
         if hot.spring is not None:
             in_case = lean + tilt.value
             drawn = hot.spring * _risen(
@@ -434,8 +483,9 @@ def _pushed(
     """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
 
     `down` and `across` are the accelerations of the weight along the thread and across it,
-    g_eff cos(δ − β) and g_eff sin(δ − β), with the pull of a spring added. `drag` is the torque of
-    drag and recoil, reversed, over I. The damping of the lean needs α̇, the rate of the case.
+    g_eff cos(δ − β) and g_eff sin(δ − β), with what acts beside g_eff and the pull of a spring
+    added. `drag` is the torque of drag and recoil, reversed, over I. The damping of the lean needs
+    α̇, the rate of the case.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
@@ -481,6 +531,9 @@ def _at_stages(
     sine, versine = sine_versine(lean)
     alpha_rate, gravity = row_of(nodes.alpha_rate), row_of(nodes.gravity)
     down, across = gravity * (1.0 - versine), gravity * sine
+    if largest(row_of(nodes.beside)) > 0.0:
+        aside = row_of(nodes.beside)
+        down, across = down + aside * sine, across - aside * (1.0 - versine)
     if system.spring is not None:
         sine, versine = sine_versine(lean + row_of(nodes.tilt))
         drawn = system.spring * _risen(system, psi - delta, sine, versine)

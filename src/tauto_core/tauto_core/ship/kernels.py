@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import entry, inlined
+from tauto_core.motion.forcing import LEAST_UPWARD
 from tauto_core.motion.lanes import (
     SIZE,
     fma,
@@ -406,10 +407,6 @@ def roll_of(
             rate[i] = angular_velocity[i, 0] + more  # type: ignore[index]
 
 
-LEAST_UPWARD = 1.0
-"""Specific force upwards in the case with which a thread still follows its direction [m/s²]."""
-
-
 @entry
 def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
     """Fill the direction of (-f_y, f_z) [rad], turned upwards in the case, and its size [m/s²].
@@ -418,7 +415,8 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     its direction would turn round at once. The thread then leans as if it had a little more, at
     least half of that, and the size is the component along it: negative where the force would
     throw the weight out of the top of the case. Both are smooth in the force, so that the slack
-    thread is found. The direction is positive to starboard in the case.
+    thread is found; `motion.threads.beside` gives the rest of the force. The direction is positive
+    to starboard in the case.
     """
     rows = len(force) // SIZE
     for i in range(rows):
