@@ -34,6 +34,11 @@ def test_pages_need_nothing_but_themselves(written: Path) -> None:
         assert not re.search(r'\b(?:src|srcset)=|url\(|@import|https?://(?!www\.w3\.org)', text)
         links = set(re.findall(r'href="([^"#]*)', text)) - {''}
         assert links <= {f'{edition.file}.html' for edition in EDITIONS}
+        # the letters in the words under a figure are formulas, at every value of its controls
+        said = re.findall(r'<p class="says"[^>]*>(.*?)</p>', text)
+        assert any('<math>' in each for each in said)
+        assert not [each for each in said if '*' in each]
+        assert '"says":["<math>' in text
 
 
 def test_pages_are_the_same_each_time(written: Path, tmp_path: Path) -> None:

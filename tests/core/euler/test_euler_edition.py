@@ -101,7 +101,9 @@ def _shown(figure: EulerFigure) -> list[tuple[tuple[float, ...], str, str]]:
     """Return the values of the controls, the words and the drawing, for all values."""
     every = itertools.product(*(each.values for each in figure.controls))
     frames = [(values, figure.draw(*values)) for values in every]
-    return [(values, shown.says, shown.drawing.markup) for values, shown in frames]
+    return [
+        (values, shown.says.replace('*', ''), shown.drawing.markup) for values, shown in frames
+    ]
 
 
 def _figure(paper: str, name: str) -> EulerFigure:

@@ -38,7 +38,7 @@ def _swings(e: float, c: float, k: float) -> str:
     """Return the lengths of both modes, and how long a swing takes or how fast the body falls."""
     found = modes(e, c, k * k)
     said = []
-    for name, length in (('b', found.b), ('b′', found.b_prime)):
+    for name, length in (('*b*', found.b), ('*b′*', found.b_prime)):
         if math.isinf(length):
             said.append(f'{name} is infinite, the axle drifts')
         elif length < 0.0:
@@ -83,8 +83,8 @@ def _figure_3(c: float) -> Shown:
     own = K * K + c * c
     return Shown(
         drawing,
-        f'GC = c = {c:g} m. With k = {K:g} m about IK the moment of inertia about the axis of the '
-        f'axle would be M times {own:.4f} m².',
+        f'*GC = c* = {c:g} m. With *k* = {K:g} m about *IK* the moment of inertia about the axis '
+        f'of the axle would be *M* times {own:.4f} m².',
     )
 
 
@@ -106,7 +106,7 @@ def _figure_4(e: float, c: float, k: float) -> Shown:
         ((-side, -a * math.cos(1.1)), 'M', -10.0, 2.0),
         ((side, -a * math.cos(1.1)), 'N', 10.0, 2.0),
     )
-    return Shown(drawing, f'a = {a:g} m, e = a − b = {e:g} m. {_swings(e, c, k)}')
+    return Shown(drawing, f'*a* = {a:g} m, *e = a − b* = {e:g} m. {_swings(e, c, k)}')
 
 
 _MOTIONS = ('slow mode', 'fast mode', 'push n at G')
@@ -162,8 +162,8 @@ def _figure_5(motion: float, seconds: float) -> Shown:
             drawing.letter((0.0, above), 'h', 9.0, 5.0)
     return Shown(
         drawing,
-        f'{_MOTIONS[int(motion)]}, {seconds:.2f} s from equilibrium: θ = AOa = {theta:.5f}, Φ = '
-        f'Ahg = {phi:.5f}, x = Op = {-low[1]:.4f} m, y = pg = {low[0]:.4f} m.',
+        f'{_MOTIONS[int(motion)]}, {seconds:.2f} s from equilibrium: *θ = AOa* = {theta:.5f}, '
+        f'*Φ = Ahg* = {phi:.5f}, *x = Op* = {-low[1]:.4f} m, *y = pg* = {low[0]:.4f} m.',
     )
 
 
@@ -186,8 +186,8 @@ def _figure_6(phi: float, c: float, k: float) -> Shown:
     b = k * k / c
     return Shown(
         drawing,
-        f'The axle is at {axle[0]:.4f} m = −c sin Φ, g in its vertical. A swing takes '
-        f'{math.pi * math.sqrt(b / G):.5f} s, as of a pendulum kk/c = {b:.5f} m.',
+        f'The axle is at {axle[0]:.4f} m = *−c sin Φ*, *g* in its vertical. A swing takes '
+        f'{math.pi * math.sqrt(b / G):.5f} s, as of a pendulum *kk/c* = {b:.5f} m.',
     )
 
 
@@ -222,7 +222,7 @@ def _figure_v_1(i: float, c: float, k: float) -> Shown:
         (touch, 'a', -7.0, -9.0),
         (low, 'g', 10.0, -4.0),
     )
-    return Shown(drawing, f'OC = i = {i:g} m. {_swings(-i, c, k)}')
+    return Shown(drawing, f'*OC = i* = {i:g} m. {_swings(-i, c, k)}')
 
 
 ROCKER = 0.5
@@ -257,7 +257,7 @@ def _figure_v_2(e: float, c: float, k: float) -> Shown:
         (low, 'g', 10.0, -3.0),
         (touch, 'a', 9.0, -9.0),
     )
-    return Shown(drawing, f'OC = e = {e:g} m. {_swings(e, c, k)}')
+    return Shown(drawing, f'*OC = e* = {e:g} m. {_swings(e, c, k)}')
 
 
 _C = Control('c, m', (0.1, 0.2, 0.3, 0.4), begin=2)

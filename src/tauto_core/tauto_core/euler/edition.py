@@ -238,7 +238,10 @@ class Control:
 
 @dataclass(frozen=True)
 class Shown:
-    """A figure at certain values of its controls: the drawing, and its numbers."""
+    """A figure at certain values of its controls: the drawing, and its numbers.
+
+    In `says` formulas stand between asterisks.
+    """
 
     drawing: Drawing
     says: str = ''

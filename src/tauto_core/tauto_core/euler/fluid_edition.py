@@ -58,9 +58,9 @@ def _figure_1(kappa: float, part: float) -> Shown:
     seconds = descent_time(curve, G, arc)
     return Shown(
         drawing,
-        f'AM = s = {arc:.3f} m, AP = x = {height:.4f} m. From E the globe passes M with v = '
-        f'{1e3 * v:.2f} mm and A with b = {1e3 * b:.2f} mm. From rest at M it needs '
-        f'{seconds:.6f} s to A.',
+        f'*AM = s* = {arc:.3f} m, *AP = x* = {height:.4f} m. From *E* the globe passes *M* with '
+        f'*v* = {1e3 * v:.2f} mm and *A* with *b* = {1e3 * b:.2f} mm. From rest at *M* it needs '
+        f'{seconds:.6f} s to *A*.',
     )
 
 
@@ -92,9 +92,9 @@ def _figure_2(descent: float, ascent: float) -> Shown:
     length = composed_length(descent, ascent)
     return Shown(
         drawing,
-        f'f = {descent:g} m, h = {ascent:g} m: a half swing takes as long as one of a pendulum of '
-        f'{length:.5f} m, {math.pi * math.sqrt(length / G):.5f} s, from any start. From AM = '
-        f'{arc:.4f} m the globe gets to AN = {far:.5f} m.',
+        f'*f* = {descent:g} m, *h* = {ascent:g} m: a half swing takes as long as one of a '
+        f'pendulum of {length:.5f} m, {math.pi * math.sqrt(length / G):.5f} s, from any start. '
+        f'From *AM* = {arc:.4f} m the globe gets to *AN* = {far:.5f} m.',
     )
 
 
@@ -122,8 +122,8 @@ def _figure_3(kappa: float) -> Shown:
     drawing.note((cusp, top), 'ds = dx', 28.0, -8.0)
     return Shown(
         drawing,
-        f'ds = dx at s = {cusp:.5f} m, x = {top:.5f} m: there the tautochrone stands upright, and '
-        'turns back.',
+        f'*ds = dx* at *s* = {cusp:.5f} m, *x* = {top:.5f} m: there the tautochrone stands '
+        'upright, and turns back.',
     )
 
 
@@ -150,8 +150,8 @@ def _figure_4(ascent: float) -> Shown:
     if math.isinf(cusp):
         return Shown(
             drawing,
-            f'h = {ascent:g} m: 3(m − n)nh is at least 8mma, β = {curve.beta:.4f}. The curve '
-            'never gets as steep as dt = du, so the ascent has no point of return.',
+            f'*h* = {ascent:g} m: *3(m − n)nh* is at least *8mma*, *β* = {curve.beta:.4f}. The '
+            'curve never gets as steep as *dt = du*, so the ascent has no point of return.',
         )
     top, other = float(curve.height(-cusp)), float(curve.height(curve.descent_cusp))
     if top < 1.2:
@@ -159,8 +159,8 @@ def _figure_4(ascent: float) -> Shown:
         drawing.note((cusp, top), 'dt = du', 30.0, -8.0)
     return Shown(
         drawing,
-        f'h = {ascent:g} m, β = γκh = {curve.beta:.4f}: dt = du at t = {cusp:.5f} m, u = '
-        f'{top:.5f} m; on the descent of f = h it is at x = {other:.5f} m.',
+        f'*h* = {ascent:g} m, *β = γκh* = {curve.beta:.4f}: *dt = du* at *t* = {cusp:.5f} m, *u* '
+        f'= {top:.5f} m; on the descent of *f = h* it is at *x* = {other:.5f} m.',
     )
 
 
@@ -187,8 +187,8 @@ def _figure_5(kappa: float) -> Shown:
     across = float(abscissa(curve, ends[1]) - abscissa(curve, ends[0]))
     return Shown(
         drawing,
-        f'B is {float(x[-1]):.4f} m and C {float(x[0]):.4f} m high; BD and CE are as wide as BC, '
-        f'{across:.4f} m.',
+        f'*B* is {float(x[-1]):.4f} m and *C* {float(x[0]):.4f} m high; *BD* and *CE* are as wide '
+        f'as *BC*, {across:.4f} m.',
     )
 
 

@@ -66,6 +66,7 @@ def mathml(formula: str, *, flat: bool = False) -> str:
         depth += (kind == 'open') - (kind == 'close')
         beside = [each for each, _ in tokens[max(k - 1, 0) : k + 2]]
         if depth == 0 and beside == ['space', 'other', 'space']:
+            lines[-1] = lines[-1][:-1]  # the sign brings its own space
             lines.append([])
         lines[-1].append((kind, text))
     return '<wbr/>'.join(f'<math>{_row(line, 0, flat=flat)[0]}</math>' for line in lines if line)

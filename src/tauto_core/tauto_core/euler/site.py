@@ -25,7 +25,7 @@ _HEAD = dedent("""\
     the formulas stand as in our text of the paper, a transcription by machine from scans, in which
     the plates are missing. The figures are constructed from the text, with Euler’s letters.
     “Computed” is the same quantity found independently, by quadrature, by integrating the motion
-    or by another closed form. Which faults of the text are in the print only scans can tell, and
+    or by another closed form. Only scans could show which faults of the text are in the print;
     none were compared.""")
 _VERDICTS = {
     'holds': 'holds',
@@ -142,7 +142,7 @@ def _figure(figure: EulerFigure) -> str:
     )
     return (
         f'<figure id="{name}">{svg(shown.drawing, f"{called}: {plain(figure.caption)}")}'
-        f'{controls}<p class="says" aria-live="polite">{escape(typeset(shown.says))}</p>'
+        f'{controls}<p class="says" aria-live="polite">{_sentence(typeset(shown.says))}</p>'
         f'<figcaption>{called}, constructed from the text. {_sentence(figure.caption)}'
         f'</figcaption></figure>'
     )
@@ -155,7 +155,7 @@ def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
     return {
         'values': [list(map(each.label, range(len(each.values)))) for each in figure.controls],
         'drawn': [each.drawing.markup for each in shown],
-        'says': [typeset(each.says) for each in shown],
+        'says': [_sentence(typeset(each.says)) for each in shown],
     }
 
 

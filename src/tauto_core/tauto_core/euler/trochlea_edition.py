@@ -82,7 +82,7 @@ def _figure_i(turn: float) -> Shown:
     drawing.note(_weight(drawing, (touch[0], -3.7), 0.3), 'P', 20.0, -3.0, 'letter')
     return Shown(
         drawing,
-        f'The weight pulls at {arm / bend:.3f} of the radius of the arc from C, and turns the '
+        f'The weight pulls at {arm / bend:.3f} of the radius of the arc from *C*, and turns the '
         'wheel back.' if turn else 'At rest the thread touches neither cheek.',
     )  # fmt: skip
 
@@ -95,7 +95,9 @@ def _figure_ii(turn: float) -> Shown:
     drawing.circle(counter, 0.32, 'solid')
     drawing.note(counter, 'counterweight', 0.0, 12.0)
     drawing.letter((0.0, 0.0), 'C', 9.0, 6.0)
-    return Shown(drawing, 'The centre of gravity of wheel and cheeks is C: it rests at any turn.')
+    return Shown(
+        drawing, 'The centre of gravity of wheel and cheeks is *C*: it rests at any turn.'
+    )
 
 
 def _figure_iii(turn: float) -> Shown:
@@ -119,7 +121,7 @@ def _figure_iii(turn: float) -> Shown:
     drawing.note(end, 'P', 2.0, -22.0, 'letter')
     return Shown(
         drawing,
-        f'D has risen by {150.0 * math.sin(beta):.1f} mm, and the thread leans by '
+        f'*D* has risen by {150.0 * math.sin(beta):.1f} mm, and the thread leans by '
         f'{abs(math.degrees(delta)):.2f}°.',
     )
 
@@ -147,8 +149,8 @@ def _figure_iv(turn: float) -> Shown:
         drawing.letter((arm, 0.0), 'N', 6.0, 7.0)
     return Shown(
         drawing,
-        f'TM = {arm:.3f} CT at the angle BCO = {turn:.1f}: the force at O, in units of P, is '
-        f'TM/CO = {arm / rim:.4f}.',
+        f'*TM* = {arm:.3f} *CT* at the angle *BCO* = {turn:.1f}: the force at *O*, in units of '
+        f'*P*, is *TM/CO* = {arm / rim:.4f}.',
     )
 
 
@@ -210,8 +212,8 @@ def _figure_v(step: float) -> Shown:
     off = float(np.linalg.norm(centre - t_point))
     return Shown(
         drawing,
-        f'R is {off:.3f} from T, for m at {step:.2f} rad from M. As m comes to M, R, p and t run '
-        'into T, for CT has no increment.',
+        f'*R* is {off:.3f} from *T*, for *m* at {step:.2f} rad from *M*. As *m* comes to *M*, '
+        '*R*, *p* and *t* run into *T*, for *CT* has no increment.',
     )
 
 
@@ -254,9 +256,9 @@ def _figure_vi(z: float) -> Shown:
     found = math.hypot(*_at(_UNIT.contact(z)))
     return Shown(
         drawing,
-        f'BP = z = {z:.1f}, BN = arctan z = {n_angle:.5f}, BS = BP − BN = {s_angle:.5f}, CM = CP '
-        f'= {size:.5f}. The cheek that Tauto cuts is there at {found:.5f} from C, and TM = '
-        f'{z:.1f}.',
+        f'*BP = z* = {z:.1f}, *BN = arctan z* = {n_angle:.5f}, *BS = BP − BN* = {s_angle:.5f}, '
+        f'*CM = CP* = {size:.5f}. The cheek that Tauto cuts is there at {found:.5f} from *C*, and '
+        f'*TM* = {z:.1f}.',
     )
 
 
@@ -300,8 +302,8 @@ def _figure_vii(turn: float) -> Shown:
     _cycloid(drawing, turn, fall)
     return Shown(
         drawing,
-        f'BS = BM = {turn:.1f}, Qn = {lift:.4f} while Ss = {fall}: Qn/Ss is {lift / fall:.4f}, '
-        f'the mean of BM/BC and Bm/BC, {turn:.1f} and {turn - fall:.2f}.',
+        f'*BS = BM* = {turn:.1f}, *Qn* = {lift:.4f} while *Ss* = {fall}: *Qn/Ss* is '
+        f'{lift / fall:.4f}, the mean of *BM/BC* and *Bm/BC*, {turn:.1f} and {turn - fall:.2f}.',
     )
 
 
@@ -358,9 +360,9 @@ def _figure_viii(ratio: float) -> Shown:
     )
     return Shown(
         drawing,
-        f'CD = a = {ratio:g} BC: the pendulum is a⁴ = {ratio**4:.4g} times as long. The inertia '
-        f'of a weight of a hundredth of the small disc costs {86400.0 * loss / (1 + loss):.3g} '
-        'seconds a day at 1 rad.',
+        f'*CD = a* = {ratio:g} *BC*: the pendulum is *a⁴* = {ratio**4:.4g} times as long. The '
+        f'inertia of a weight of a hundredth of the small disc costs '
+        f'{86400.0 * loss / (1 + loss):.3g} seconds a day at 1 rad.',
     )
 
 
@@ -420,8 +422,8 @@ def _figure_ix(ratio: float, angle: float) -> Shown:
     p = float(np.linalg.norm(places['P']))
     return Shown(
         drawing,
-        f'a = {ratio:g} b, t = PM = {arm:.3f} b: p = CP = {p:.5f} b in the figure, '
-        f'{free / (1.0 + free):.5f} b by the equation.',
+        f'*a* = {ratio:g} *b*, *t = PM* = {arm:.3f} *b*: *p = CP* = {p:.5f} *b* in the figure, '
+        f'{free / (1.0 + free):.5f} *b* by the equation.',
     )
 
 
@@ -451,7 +453,7 @@ def _figure_x(angle: float) -> Shown:
     arm = float(np.linalg.norm(places['N']))
     return Shown(
         drawing,
-        f'CN = MP = {arm:.4f} b at the angle BCO = {angle:.1f}: both are proportional.',
+        f'*CN = MP* = {arm:.4f} *b* at the angle *BCO* = {angle:.1f}: both are proportional.',
     )
 
 
@@ -501,8 +503,8 @@ def _figure_xi(step: float) -> Shown:
     p = float(np.linalg.norm(first['P']))
     return Shown(
         drawing,
-        f'OCo : PCt = {turn:.4f}, CP : b = {p:.4f}, for o at {step:.2f} rad from O; they agree as '
-        'o comes to O.',
+        f'*OCo : PCt* = {turn:.4f}, *CP : b* = {p:.4f}, for *o* at {step:.2f} rad from *O*; they '
+        'agree as *o* comes to *O*.',
     )
 
 
