@@ -20,7 +20,7 @@ import numpy as np
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import ride_held
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import SIZE, Lanes, Numeric, fma, larger, row_of, store, width
+from tauto_core.motion.lanes import SIZE, Numeric, fma, larger, row_of, store, width
 from tauto_core.motion.stepping import state_type
 from tauto_core.motion.suspended_case import (
     OVER,
@@ -142,14 +142,6 @@ class GimbalsCase(_GimbalsNumbers, System):
         x = row_of(work.x)
         edge = first_below(OVER - larger(x, x), work)
         return Beyond(edge, NOWHERE, edge > 1.0, OVER)
-
-    def coordinates(self, work: Work) -> Lanes:
-        """Return φ at the nodes."""
-        return row_of(work.x)
-
-    def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return φ."""
-        return planes[0].x
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
         """Return the case at an instant; its angle is that in the ship, φ − ρ."""

@@ -23,7 +23,6 @@ from tauto_core.motion.gauss_step import Omega, Work
 from tauto_core.motion.gimbals import GIMBALS_NODES, GimbalsLaw, gimbals_bend
 from tauto_core.motion.lanes import (
     SIZE,
-    Lanes,
     Numeric,
     fma,
     larger,
@@ -183,14 +182,6 @@ class HungWheel(_HungNumbers, WithWheel, System):
             slack = first_below(bends.contact, work)
         within = reach <= SURELY_WITHIN * wheel.range and min(edge, slack) > 1.0
         return Beyond(edge, slack, within, reach)
-
-    def coordinates(self, work: Work) -> Lanes:
-        """Return ϑ at the nodes."""
-        return row_of(work.x, 0)
-
-    def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return ϑ."""
-        return planes[0].x
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ϑ."""

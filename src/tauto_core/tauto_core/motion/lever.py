@@ -338,14 +338,6 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         x = (s - whole.middle) * (1.0 / whole.half)
         return beyond_by(tension, 1.0 - x * x, s, work)
 
-    def coordinates(self, work: Work) -> Lanes:
-        """Return s at the nodes."""
-        return row_of(work.x)
-
-    def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return s."""
-        return planes[0].x
-
     def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return the y² above which ṡ has the sign of y: the square of Aα̇/ω, with |A| ≤ √(1 + j).
 

@@ -27,7 +27,6 @@ from typing import Any, NamedTuple
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
-    Lanes,
     Numeric,
     filled,
     lane,
@@ -162,10 +161,6 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
             margin = with_lane(margin, i, _margin(self.thread, hangs))
         edge, slack = first_below(margin, work), first_below(gap, work)
         return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
-
-    def coordinates(self, work: Work) -> Lanes:
-        """Return u at the nodes; passages are not counted by it."""
-        return row_of(work.x, 0)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return u."""
@@ -355,14 +350,6 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
             margin = with_lane(margin, i, _within(self.lever, held, height))
         edge, slack = first_below(margin, work), first_below(gap, work)
         return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
-
-    def coordinates(self, work: Work) -> Lanes:
-        """Return θ, of the sign of s, at the nodes."""
-        return row_of(work.x, 0)
-
-    def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return θ, of the sign of s."""
-        return planes[0].x
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ."""

@@ -29,7 +29,7 @@ from tauto_core.motion.gauss_step import (
     fill_integrals,
     inside,
 )
-from tauto_core.motion.lanes import Lanes, larger, largest, row_of, store, width
+from tauto_core.motion.lanes import larger, largest, row_of, store, width
 from tauto_core.motion.slack import ROUNDING, LooseSystem, Tautened, rounding_of
 from tauto_core.motion.system import (
     NOWHERE,
@@ -134,14 +134,6 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     def pull_rounding(self) -> float:
         """Pull of a massless weight over I that is no more than rounding."""
         return ROUNDING * term(self.wheel.per_inertia.weight, self.wheel.gravity)
-
-    def coordinates(self, work: Work) -> Lanes:
-        """Return ϑ at the nodes."""
-        return row_of(work.x, 0)
-
-    def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return ϑ."""
-        return planes[0].x
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ = ϑ + τ."""

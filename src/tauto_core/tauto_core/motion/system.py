@@ -428,9 +428,9 @@ class System(Protocol):
     """A system that moves, as the driver sees it; its methods run in compiled code only.
 
     Methods with a body are defaults for systems that derive from this class: no escapement, kink
-    or friction that holds; a thread that may go slack; and motion in the case that matters. The
-    driver calls `drift`, `wheel_angle` and `strike` where there are an escapement, a kink or drag
-    with a kink, and `set_off` at the release besides.
+    or friction that holds; a thread that may go slack; motion in the case that matters; and a
+    coordinate that is X of the first plane. The driver calls `drift`, `wheel_angle` and `strike`
+    where there are an escapement, a kink or drag with a kink, and `set_off` at the release too.
     """
 
     @property
@@ -488,9 +488,11 @@ class System(Protocol):
 
     def coordinates(self, work: Work) -> Lanes:
         """Return a quantity with the sign of `Instant.coordinate`, at the nodes of the step."""
+        return row_of(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return the same quantity at an instant."""
+        return planes[0].x
 
     def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
         """Return the bound over piece k with which `clear` compares the square of the swing."""
