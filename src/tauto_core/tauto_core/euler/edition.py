@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 import yaml
@@ -328,19 +329,26 @@ class Edition:
         return found
 
 
+@cache
+def read_text(file: str) -> dict[str, Any]:
+    """Return the text of a paper, `<file>.yaml` beside this module."""
+    text = yaml.safe_load(Path(__file__).with_name(f'{file}.yaml').read_text('utf-8'))
+    return cast(dict[str, Any], text)
+
+
 def read_edition(
     paper: Paper,
     file: str,
     figures: Mapping[str, tuple[Callable[..., Shown], *tuple[Control, ...]]],
 ) -> Edition:
-    """Return a paper, its text from `<file>.yaml` beside this module.
+    """Return a paper, its text from `<file>.yaml`.
 
     Args:
         paper: its letter, as in the claims.
         file: name of the file, and of the page, without the suffix.
         figures: the function that draws each figure, by Euler's name, and its controls.
     """
-    text = yaml.safe_load(Path(__file__).with_name(f'{file}.yaml').read_text('utf-8'))
+    text = read_text(file)
     return Edition(
         paper,
         file,

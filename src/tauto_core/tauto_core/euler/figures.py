@@ -16,7 +16,7 @@ from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone, chained, coordinates, fluid_outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.edition import G, Paper, turned
+from tauto_core.euler.edition import G, Paper, read_text, turned
 from tauto_core.files import LOOK, write_whole
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.compiling import rate_s_per_day
@@ -483,80 +483,28 @@ class EngravedPlate:
     draw: Callable[[], Figure]
 
 
-PLATES = (
-    EngravedPlate(
-        'a_involute',
-        'A',
-        'XIV: the wheel and its cheeks, the involutes *BE* and *BF* of the circle *CB*. The '
-        'thread is tangent at *M*; *TM = rθ* is its lever arm, *CT = CB*.',
-        involute_cheeks,
-    ),
-    EngravedPlate(
-        'a_hole',
-        'A',
-        'XXIX: the cam for a thread through a fixed hole *O*, here *CO = 2b*. *CN = MP* is the '
-        'lever arm *t = bφ*, *CP = b√(a² − t²)/(b + √(a² − t²))*.',
-        hole_cheeks,
-    ),
-    EngravedPlate(
-        'a_period',
-        'A',
-        'XX–XXI: what a clock loses on the involute by the inertia of the weight, and the '
-        'cam made for that weight, which Euler did not draw.',
-        weight_period,
-    ),
-    EngravedPlate(
-        'a_lever',
-        'A',
-        "V: Sully's machine. The thread pulls at *B* on a lever that turns about *A* and carries"
-        ' the weight *D*; with the involute it is not isochronous. That the lever is level at '
-        'rest, with *B* under *C*, is an assumption: the text does not say.',
-        lever_machine,
-    ),
-    EngravedPlate(
-        'b_curve',
-        'B',
-        '22, 26–30: descent *MA* and ascent *AN* in a fluid of a tenth of the density of the '
-        'globe (*β = 0.675*), the cusps *B* and *C*, the congruent arcs *BD* and *CE* beyond '
-        'them, and the cycloid of the same pendulum.',
-        curve_in_fluid,
-    ),
-    EngravedPlate(
-        'b_speed',
-        'B',
-        '31–34: the height of fall *v* of the speed. It is greatest at an arc before *A* which '
-        'is exactly the difference between the arcs of descent and ascent.',
-        speed_along_arc,
-    ),
-    EngravedPlate(
-        'b_backward',
-        'B',
-        '22, the open remark: a swing in the other direction, down *NA* and up *AM*, is not '
-        'isochronous; *q = 1 − exp(−κs)*, *s* its first arc.',
-        backward_swing,
-    ),
-    EngravedPlate(
-        'c_modes',
-        'C',
-        '33–36: the two normal modes, each at both ends of its swing. *O*: centre of the '
-        'support, *C*: of the axle, *A*: contact, *G*: centre of gravity, about it the circle of'
-        ' gyration.',
-        both_modes,
-    ),
-    EngravedPlate(
-        'c_lengths',
-        'C',
-        '37–42: the pendulum lengths *b* and *b′* of both modes against *e*, and their limits; '
-        '*c = 300* mm, *k = 150* mm.',
-        mode_lengths,
-    ),
-    EngravedPlate(
-        'c_supports',
-        'C',
-        '37–40, 45–47: the body on a plane and on a convex support, and the squared frequencies '
-        'of both modes against the curvature *1/e*.',
-        other_supports,
-    ),
+_DRAWN: dict[tuple[Paper, str], dict[str, Callable[[], Figure]]] = {
+    ('A', 'trochlea'): {
+        'a_involute': involute_cheeks,
+        'a_hole': hole_cheeks,
+        'a_period': weight_period,
+        'a_lever': lever_machine,
+    },
+    ('B', 'fluid'): {
+        'b_curve': curve_in_fluid,
+        'b_speed': speed_along_arc,
+        'b_backward': backward_swing,
+    },
+    ('C', 'axle'): {
+        'c_modes': both_modes,
+        'c_lengths': mode_lengths,
+        'c_supports': other_supports,
+    },
+}
+PLATES = tuple(
+    EngravedPlate(name, paper, read_text(file)['plates'][name], draw)
+    for (paper, file), drawn in _DRAWN.items()
+    for name, draw in drawn.items()
 )
 """The figures in the order of the papers."""
 
