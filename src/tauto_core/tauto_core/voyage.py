@@ -75,7 +75,7 @@ CHUNK = 65_536
 QUIET_CHUNK = 2 * CHUNK
 """The same where the motion is not needed as messages: a fifth less time for a linear machine."""
 
-HUNG_CHUNK = CHUNK // 4
+HUNG_CHUNK = CHUNK // 2
 """The same for a clock that is hung: arrays of its suspension stay in the cache, and no memory
 goes back to the system with every chunk: a quarter less time.
 """

@@ -343,6 +343,23 @@ def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
     assert felt_parts(slow) == 1
 
 
+def test_less_than_the_default_accuracy_is_felt_at_a_third_of_the_samples(monkeypatch):
+    """In the sea that the clock feels most, against the samples that the default would take."""
+    name, asked = 'clock_own_cam_weight', 1e-3
+    changes = {'solver.accuracy': asked, 'duration': 7200.0, 'voyage.sails_at': 0.0}
+    default, coarse = (load_scene(name, **{'solver.accuracy': a}) for a in (1e-6, asked))
+    *_, fast = coarse.suspension.frequencies(coarse.g)
+    assert 0.4 < fast * felt_step_ns(coarse) * 1e-9 < 1.2
+    assert fast * felt_step_ns(default) * 1e-9 < 0.4
+    read = [sail(load_scene(name, **changes)).samples[READING].time_ref_ns]
+    monkeypatch.setattr('tauto_core.ship.sampling.LARGEST_COARSE_TURN', 0.4)
+    assert felt_parts(coarse) == 5
+    read.append(sail(load_scene(name, **changes)).samples[READING].time_ref_ns)
+    apart_s = np.max(np.abs(read[0] - read[1])) * 1e-9
+    # two hours may err as much as a day
+    assert 0.0 < apart_s < 0.01 * asked
+
+
 def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
     """The wheel on a case that swings by 1 rad, against DOP853 with case and wheel together.
 

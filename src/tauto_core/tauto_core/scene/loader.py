@@ -57,8 +57,8 @@ from tauto_core.ship.motions.still import StillShip
 from tauto_core.ship.passage import normal_gravity
 from tauto_core.ship.sampling import (
     LARGEST_SLOW_TURN,
-    LARGEST_TURN,
     MOST_STEP_PARTS,
+    largest_turn,
     rate_for,
 )
 from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind, names_hindcast
@@ -150,10 +150,11 @@ class Scene(Section):
             )
         accuracy, ship = self.accuracy, self.ship
         if accuracy is not None and 'rate' not in ship.model_fields_set and not ship.lies_still:
-            hung, case_hz = self.suspension, None
+            hung, case_hz, linear = self.suspension, None, True
             if hung is not None:
                 slow, *_, fast = 2 * hung.frequencies(self.g)
-                case_hz = fast / (LARGEST_TURN * MOST_STEP_PARTS)
+                linear = hung.is_linear
+                case_hz = fast / (largest_turn(accuracy, linear=linear) * MOST_STEP_PARTS)
                 if hung.large_angles:
                     case_hz = max(case_hz, slow / (LARGEST_SLOW_TURN * MOST_STEP_PARTS))
             swinging = self.trochlea is not None and self.trochlea.thread.swinging_length > 0.0
@@ -164,6 +165,7 @@ class Scene(Section):
                 forgets=self.escapement is not None,
                 swings=hung is not None or swinging,
                 case_hz=case_hz,
+                linear=hung is not None and linear and not swinging,
             )
             # the scene that is written and read again has the rate, so it is the same everywhere
             self.__dict__['ship'] = ship.model_copy(update={'rate': rate})

@@ -36,10 +36,10 @@ from tauto_core.ship.imu import contiguous, in_parts, read_force, read_roll
 from tauto_core.ship.sampling import (
     FORCE_BEFORE,
     LARGEST_SLOW_TURN,
-    LARGEST_TURN,
     MAX_STRIDE,
     MOST_STEP_PARTS,
     ROLL_BEFORE,
+    largest_turn,
 )
 from tauto_core.ship.six_motions import ThreadPlane, force_in_plane
 
@@ -192,7 +192,7 @@ def felt_parts(scene: Scene) -> int:
 
     1 without a suspension, or where case and wheel move together; otherwise the least number that
     divides the step into whole nanoseconds and keeps the turn of the fast mode within
-    LARGEST_TURN, and where angles may be large that of the slow mode within LARGEST_SLOW_TURN.
+    `largest_turn`, and where angles may be large that of the slow mode within LARGEST_SLOW_TURN.
 
     Raises:
         SceneError: a mode is too fast for that.
@@ -202,13 +202,14 @@ def felt_parts(scene: Scene) -> int:
         return 1
     step_s = scene.step_ns / NS_PER_S
     slow, *_, fast = 2 * hung.frequencies(scene.g)
-    needed_hz = fast / LARGEST_TURN
+    turn = largest_turn(scene.accuracy, linear=hung.is_linear)
+    needed_hz = fast / turn
     if hung.large_angles:
         needed_hz = max(needed_hz, slow / LARGEST_SLOW_TURN)
     for parts in range(max(math.ceil(needed_hz * step_s), 1), MOST_STEP_PARTS + 1):
         if scene.step_ns % parts == 0:
             return parts
-    if needed_hz > fast / LARGEST_TURN and needed_hz * step_s > MOST_STEP_PARTS:
+    if needed_hz > fast / turn and needed_hz * step_s > MOST_STEP_PARTS:
         raise SceneError(
             scene.name,
             'ship.rate',
@@ -217,7 +218,7 @@ def felt_parts(scene: Scene) -> int:
             f'Use a rate of at least {needed_hz / MOST_STEP_PARTS:.6g} Hz, or set '
             'suspension.large_angles to false.',
         )
-    limit = LARGEST_TURN * MOST_STEP_PARTS / step_s
+    limit = turn * MOST_STEP_PARTS / step_s
     if fast <= limit:
         raise SceneError(
             scene.name,

@@ -35,6 +35,11 @@ LARGEST_TURN = 0.4
 then below 3e-8 of the amplitude of that mode.
 """
 
+LARGEST_COARSE_TURN = 1.2
+"""The same where less than the default accuracy is asked for: the sea hardly moves the fast mode,
+so that in 2.5 days of a winter sea it changed the reading by less than 1e-5 s.
+"""
+
 LARGEST_SLOW_TURN = 0.05
 """Largest phase of the slow mode between two samples where angles may be large [rad]. A swing of
 1 rad has overtones, which then put the wheel off by 1e-9 of its swing; at 0.1 rad it is 1e-6.
@@ -62,7 +67,7 @@ amplitude, and its rate with it: 5e-2 in all at most.
 
 HUNG = 30.0
 """The same over that of a fixed clock, where the sea may excite a suspended case or a thread that
-swings (found: 50, and 200 without an escapement, both in all).
+swings, unless `HUNG_UNDER_WAY` is for it (found: 50, and 200 without an escapement, both in all).
 """
 
 
@@ -74,6 +79,11 @@ UNDER_WAY = 1e-3
 BEGUN_S = 30.0
 """Error of the reading of such a clock over the error of the first piece [s]:
 found 8 s after three hours, in which the escapement brings the amplitude back.
+"""
+
+HUNG_UNDER_WAY, HUNG_BEGUN_S = 0.2, 300.0
+"""The same for a clock in a case that swings by linear equations: found 0.04 in all, in 2.5 days
+of a winter's passage with a weight, and next to nothing with a force; and 60 s, in random waves.
 """
 
 TRIED_WINDOWS = 64
@@ -99,13 +109,14 @@ def rate_for(
     forgets: bool,
     swings: bool,
     case_hz: float | None,
+    linear: bool = False,
 ) -> float:
     """Return the lowest of `RATES_HZ` that keeps the error of the rate below the accuracy.
 
     The steps divide the log interval, and a wave has more than two of them. Where no rate is
     high enough it is the highest that fits; where the motion cannot be had, the ship's own. Of a
-    fixed clock with an escapement, asked for less than the default, the first piece counts once,
-    unless its thread swings: it keeps what that piece gave to the thread.
+    clock with an escapement, asked for less than the default, the first piece counts once, unless
+    its thread swings, or its case widely: they keep what that piece gave them.
 
     Args:
         scene: the scene of the motion.
@@ -114,15 +125,16 @@ def rate_for(
         forgets: whether an escapement keeps the amplitude.
         swings: whether case or thread swings, which the sea may excite.
         case_hz: least rate that the modes of a suspended case allow [Hz]; None without a case.
+        linear: whether all that swings is a case, by linear equations.
     """
     rates = [rate for rate in _rates_hz(scene) if case_hz is None or rate >= case_hz]
 
     def worst(ship: ShipKind) -> list[ShipKind]:
         return [sea.ship for sea in ship.worst_seas(scene)]
 
-    if forgets and not swings and accuracy > ACCURACY:
+    if forgets and (linear or not swings) and accuracy > ACCURACY:
         # a trial of the scene (`checks.cost`) has its first piece in one of the worst seas
-        demands = _under_way(accuracy, worst, worst)
+        demands = _under_way(accuracy, worst, worst, hung=case_hz is not None)
     else:
         allowed = accuracy / (DAY_S * REACHES)
         allowed /= (1.0 if forgets else REMEMBERS) * (HUNG if swings else 1.0)
@@ -151,9 +163,21 @@ Demand: TypeAlias = tuple[bool, float, Seas]
 """Whether windows have both sides, the error that is allowed there, and in which seas."""
 
 
-def _under_way(accuracy: float, at_start: Seas, later: Seas) -> list[Demand]:
-    """Return the demands of a fixed clock with an escapement; its first piece counts once."""
-    return [(False, accuracy / BEGUN_S, at_start), (True, accuracy / (DAY_S * UNDER_WAY), later)]
+def _under_way(
+    accuracy: float, at_start: Seas, later: Seas, *, hung: bool = False
+) -> list[Demand]:
+    """Return the demands of a clock with an escapement; its first piece counts once."""
+    begun_s, share = (HUNG_BEGUN_S, HUNG_UNDER_WAY) if hung else (BEGUN_S, UNDER_WAY)
+    return [(False, accuracy / begun_s, at_start), (True, accuracy / (DAY_S * share), later)]
+
+
+def largest_turn(accuracy: float | None, *, linear: bool) -> float:
+    """Return the largest phase of the fast mode of a case between two samples [rad].
+
+    `accuracy` is that of the scene; `linear`: whether the case swings by linear equations.
+    """
+    coarse = accuracy is not None and accuracy > ACCURACY and linear
+    return LARGEST_COARSE_TURN if coarse else LARGEST_TURN
 
 
 def _rates_hz(scene: Surroundings) -> list[float]:

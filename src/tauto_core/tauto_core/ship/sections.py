@@ -349,6 +349,11 @@ class SuspensionKind(Kind):
         'the case against the wheel; when left out the case is taken as too heavy for that',
     )
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether the case swings by linear equations, in which the clock does not enter."""
+        return self.mass is None and not self.large_angles
+
     def case_of_mass(self, gravity: float) -> CaseOfMass | None:
         """Return the case that the wheel turns; None without a mass."""
         if self.mass is None:
