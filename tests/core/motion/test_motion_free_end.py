@@ -266,7 +266,7 @@ def test_the_tolerance_decides_and_a_number_of_sweeps_overrules_it():
     assert type(driver) is Collocation
     tolerances = None, 2e-12, 1e-9, 1e-7, 1e-6, 1e-4
     assert [sweeps_for(each) for each in tolerances] == [0, 0, 3, 3, 2, 2]
-    assert [sweeps_for(each, kinked=True) for each in tolerances] == [0, 0, 0, 3, 3, 3]
+    assert [sweeps_for(each, strong=True) for each in tolerances] == [0, 0, 0, 3, 3, 3]
 
 
 def test_the_coarsest_accuracy_keeps_a_weight_in_a_winter_s_sea():

@@ -193,13 +193,16 @@ single sweep is never chosen: in a winter's sea the swings of a weight go wrong 
 """
 
 
-KINKED_SWEEPS = ((1e-7, 3),)
-"""The same on a kinked cam: sixteen stages are no better on a well so anharmonic."""
+STRONG_SWEEPS = ((1e-7, 3),)
+"""The same on a kinked cam and on a real thread, whose wells are strongly anharmonic."""
 
 
-def sweeps_for(tolerance: float | None, kinked: bool = False) -> int:
-    """Return the sweeps of free-end steps that a tolerance asks for; 0: none keep it."""
-    asked, known = tolerance or 0.0, KINKED_SWEEPS if kinked else FREE_END_SWEEPS
+def sweeps_for(tolerance: float | None, strong: bool = False) -> int:
+    """Return the sweeps of free-end steps that a tolerance asks for; 0: none keep it.
+
+    A `strong` well is that of a kinked cam or of a real thread.
+    """
+    asked, known = tolerance or 0.0, STRONG_SWEEPS if strong else FREE_END_SWEEPS
     return next((sweeps for least, sweeps in known if asked >= least), 0)
 
 
@@ -221,6 +224,12 @@ def make_collocation(
         from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)
+    sweeps = sweeps_for(tolerance, True) if sweeps is None else sweeps
+    if sweeps and machine.escapement is not None:
+        from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
+
+        if thread_takes_free_ends(machine):
+            return FreeEndThreads(machine, tolerance, sweeps)
     from tauto_core.motion.real_threads import RealThreads
 
     return RealThreads(machine, tolerance)

@@ -46,6 +46,13 @@ from tauto_core.motion.free_step import (
     ship_at,
     span_at,
 )
+from tauto_core.motion.free_thread import (
+    LONGEST_ON_THREAD,
+    holds_on_thread,
+    lasting,
+    time_to_impulse,
+    to_impulse_on_thread,
+)
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MAX_SWEEPS,
@@ -67,6 +74,7 @@ from tauto_core.motion.lanes import (
     WIDE_SIZE,
 )
 from tauto_core.motion.passages import bounds_of, count_step, signs_at_nodes
+from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import (
     OK,
     ROW,
@@ -83,6 +91,7 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     NOWHERE,
     ForcingPieces,
+    Mode,
     RunningState,
     SteppedRun,
     Tolerance,
@@ -241,6 +250,7 @@ def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
 FREE = np.dtype(
     [
         *((name, 'f8') for name in ('x', 'x_rest', 'line_rate', 'gravity')),
+        *((name, 'f8') for name in ('forth', 'back')),
         *((name, 'i8') for name in ('shown', 'waits', 'missed')),
         ('free', '?'),
     ],
@@ -250,10 +260,11 @@ FREE = np.dtype(
 SWEEPS_ON_LAND = 20
 """Sweeps that settle the stages of half a swing on land, where free-end steps pay."""
 
-CONSTANTS = 'half_cosine', 'half_sine', 'land_u', 'land_v', 'first', 'second', 'third'
-"""Rows of constants: cos and sin of πξ, U and V on land over the amplitude, and integrals of the
-slopes' Taylor series about the end of the step.
-"""
+CONSTANTS = 'half_cosine', 'half_sine', 'land_u', 'land_v'
+"""Rows of constants of a wheel: cos and sin of πξ, and U and V on land over the amplitude."""
+
+TO_END = 'first', 'second', 'third'
+"""Rows of integrals of the slopes' Taylor series about the end of the step."""
 
 WAITS = 15
 """Half swings of the driver after the one that a step did not hold for."""
@@ -267,10 +278,15 @@ def _to_row(
     run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
 ) -> int:
     """Write the row at the end of the last span if it precedes the impulse; the state stays."""
-    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
-    plane, h, mode = state.planes[0], half.known_s, mode_of(state)
+    wheel, omega, state, work = half.system, run.omega, run.state, run.work
+    h, mode = half.known_s, mode_of(state)
     if wheel.kinked and h > LONGEST * expected_s(run, half, free, free_end):
         return PAST
+    if not isinstance(wheel, Wheel):
+        # beyond the second turning point the motion would seem to come before the impulse
+        expected = time_to_impulse(run, half, free_end.usual_s) * lasting(run, free)
+        if not h <= LONGEST * expected:
+            return PAST
     fill_from_spans(half, h, work)
     step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
     fill_rotations(step)
@@ -284,18 +300,42 @@ def _to_row(
     now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
     if is_past(wheel, state, now):
         return PAST
-    if not holds(run, half, mode, free_end.error, h):
+    if not _holds(run, half, mode, free_end.error, h):
         return MISSES
     # the state is advanced for the row, and then restored
     turns, beats = state.turns, state.beats
-    x, x_rest, y, y_rest = plane.x, plane.x_rest, plane.y, plane.y_rest
-    found = signs_at_nodes(wheel.coordinates(work), x < 0.0, NOWHERE, work)
+    saved: tuple[tuple[float, float, float, float], ...] = ()
+    for p in range(len(omega)):
+        plane = state.planes[p]
+        saved = (*saved, (plane.x, plane.x_rest, plane.y, plane.y_rest))
+    below = wheel.coordinate(planes_of(omega, state.planes)) < 0.0
+    found = signs_at_nodes(wheel.coordinates(work), below, NOWHERE, work)
     copy_planes(omega, work.end, state.planes)
     count_step(True, found, run, 0, 0.0)
     write_row(run, at, row)
     state.turns, state.beats = turns, beats
-    plane.x, plane.x_rest, plane.y, plane.y_rest = x, x_rest, y, y_rest
+    for p in range(len(omega)):
+        plane = state.planes[p]
+        plane.x, plane.x_rest, plane.y, plane.y_rest = saved[p]
     return HOLDS
+
+
+@inlined
+def _holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
+    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
+    if isinstance(half.system, Wheel):
+        return holds(run, half, mode, error, h)
+    return holds_on_thread(run, half, mode, error, h)
+
+
+@inlined
+def _to_next(
+    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next event, as `free_step.to_impulse`."""
+    if isinstance(half.system, Wheel):
+        return to_next(run, half, free, free_end)
+    return to_impulse_on_thread(run, half, free, free_end)
 
 
 @inlined
@@ -323,7 +363,7 @@ def _ahead(
         last += 1
         x = spans.begin[last]
     known = FreeHalfSwing(
-        start.wheel,
+        start.system,
         k,
         start.x,
         last,
@@ -340,7 +380,7 @@ def _ahead(
 
 @entry
 def advance_freely(
-    system: Wheel,
+    system: Any,
     omega: Omega,
     tolerance: Tolerance,
     longest_s: float,
@@ -360,7 +400,8 @@ def advance_freely(
     which on they are needed again.
     """
     run = SteppedRun(system, omega, tolerance, state, work)
-    reach_s, written, count = LONGEST * free_end.usual_s, 0, len(spans.begin)
+    longest = LONGEST if isinstance(system, Wheel) else LONGEST_ON_THREAD
+    reach_s, written, count = longest * free_end.usual_s, 0, len(spans.begin)
     squares, bends = np.empty(count), np.empty(count)
     fill_rates(pieces.drive, pieces, rates.line)
     fill_rates(pieces.tilt, pieces, rates.tilt)
@@ -383,7 +424,7 @@ def advance_freely(
                     shown = half.last + 1
                     continue
             if code != MISSES:
-                code, time = to_next(run, half, free, free_end)
+                code, time = _to_next(run, half, free, free_end)
             if code == HOLDS:
                 j, x = span_at(half, time)
                 further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
@@ -392,6 +433,7 @@ def advance_freely(
                 k = j
                 continue
             free.waits, free.missed = WAITS + 1, free.missed + 1
+            free.forth = free.back = 0.0
         # the driver continues to the next impulse, or to the end of the span
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
@@ -484,24 +526,21 @@ _SPANNED = (
 )
 
 
-class FreeEndCollocation(Collocation):
-    """Propagator of a wheel with an escapement that steps from impulse to impulse."""
+class FreeEnds(SlackThread):
+    """A propagator of a machine with an escapement that steps from impulse to impulse.
 
-    def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
-        super().__init__(machine, tolerance, WIDE_SIZE)
-        self._free_end = free_end_of(machine, sweeps)
-        self._free = np.zeros((), FREE)
-        self._kept: Forcing | None = None
-        rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
-        self._work = make_work(1, (*rows, *CONSTANTS), WIDE_SIZE, columns)
+    A derived class sets `_free_end` and `_free`, and calls `_fill_constants`.
+    """
+
+    _free_end: FreeEnd
+    _free: NDArray[np.void]
+    _kept: Forcing | None = None
+
+    def _fill_constants(self) -> None:
+        """Fill the integrals of the slopes' Taylor series about the end, by P_n'(1), P_n''(1) …"""
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
-        nodes['half_cosine'] = np.cos(math.pi * constants.nodes)
-        nodes['half_sine'] = np.sin(math.pi * constants.nodes)
-        land = _on_land(machine, self._shape, self._omega)
-        nodes['land_u'], nodes['land_v'] = land.u, land.v
-        # integrals of the slopes' Taylor series about the end, by derivatives of Legendre's P_n
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
-        for j, name in enumerate(('first', 'second', 'third'), start=1):
+        for j, name in enumerate(TO_END, start=1):
             at_end = at_end * (n - j + 1) * (n + j) / (2.0 * j)
             nodes[name] = (2.0**j / math.factorial(j + 1) * at_end) @ constants.projection
 
@@ -510,10 +549,9 @@ class FreeEndCollocation(Collocation):
         """Steps so far that did not hold, after each of which the driver took `WAITS` + 1."""
         return int(self._free['missed'])
 
-    def release(self, forcing: Forcing) -> Motion:
-        """Release the wheel, as `Collocation`."""
+    def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
         self._free[()], self._kept = np.zeros((), FREE), None
-        return super().release(forcing)
+        return super()._released(forcing)
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
@@ -576,3 +614,20 @@ class FreeEndCollocation(Collocation):
             felt = spans['temperatures']
             felt = None if felt is None else Temperatures(**felt)
             self._kept = Forcing(**{**spans, 'temperatures': felt})
+
+
+class FreeEndCollocation(FreeEnds, Collocation):
+    """Propagator of a wheel with an escapement that steps from impulse to impulse."""
+
+    def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
+        super().__init__(machine, tolerance, WIDE_SIZE)
+        self._free_end = free_end_of(machine, sweeps)
+        self._free = np.zeros((), FREE)
+        rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
+        self._work = make_work(1, (*rows, *CONSTANTS, *TO_END), WIDE_SIZE, columns)
+        constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
+        nodes['half_cosine'] = np.cos(math.pi * constants.nodes)
+        nodes['half_sine'] = np.sin(math.pi * constants.nodes)
+        land = _on_land(machine, self._shape, self._omega)
+        nodes['land_u'], nodes['land_v'] = land.u, land.v
+        self._fill_constants()

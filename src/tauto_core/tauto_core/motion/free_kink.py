@@ -83,7 +83,7 @@ def goes_on(state: RunningState) -> bool:
 @inlined
 def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
     """Return the time to the next kink or impulse, whichever comes first [s]."""
-    wheel, state, plane = half.wheel, run.state, run.state.planes[0]
+    wheel, state, plane = half.system, run.state, run.state.planes[0]
     d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
     since = arc_sine(d * q * per_size)
@@ -120,7 +120,7 @@ def _solve(
     Returns whether it holds, whether it ends with an impulse, its length, and how far beyond it
     the event is [s].
     """
-    wheel, omega, state, work, way = half.wheel, run.omega, run.state, run.work, mode.direction
+    wheel, omega, state, work, way = half.system, run.omega, run.state, run.work, mode.direction
     plane, usual_s, turns = state.planes[0], free_end.usual_s, not goes_on(state)
     shortest, longest = (
         (SHORTEST * usual_s, LONGEST * usual_s) if turns else (0.0, SHORT * usual_s)
@@ -173,7 +173,7 @@ def _act(
     added = 0.0
     if struck:
         w = run.omega[0] * there.y
-        added = given_by_impulse(half.wheel, mode, w, now, at, since, state.given)
+        added = given_by_impulse(half.system, mode, w, now, at, since, state.given)
     plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
     plane.y = there.y + added / run.omega[0]
     free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
@@ -194,7 +194,7 @@ def _to_event(
 
     Returns HOLDS or MISSES, and the length of the step [s].
     """
-    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    wheel, omega, state, work = half.system, run.omega, run.state, run.work
     plane, onward = state.planes[0], goes_on(state)
     way = float(state.direction) if onward else -float(state.direction)
     mode = Mode(float(state.side), way, float(state.pallet))
@@ -225,7 +225,7 @@ def to_next(
     run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next event, as `to_impulse`."""
-    if half.wheel.kinked:
+    if half.system.kinked:
         return _to_event(run, half, free, free_end)
     return to_impulse(run, half, free, free_end)
 

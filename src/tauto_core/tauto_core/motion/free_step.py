@@ -7,7 +7,7 @@ reads as many spans of forcing as it covers. `free_end` has the whole.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from tauto_core.kernels import inlined
 from tauto_core.motion.gauss_step import (
@@ -23,7 +23,6 @@ from tauto_core.motion.gauss_step import (
 from tauto_core.motion.lanes import (
     WIDE_SIZE,
     Lanes,
-    chosen,
     filled,
     fma,
     folded_both,
@@ -51,6 +50,7 @@ from tauto_core.motion.system import (
     Outside,
     Plane,
     SteppedRun,
+    keep,
 )
 from tauto_core.motion.wells import kick, lever_arm, mass_of
 from tauto_core.motion.wheel import (
@@ -116,6 +116,8 @@ class FreeState(Protocol):
         x, x_rest: where in the first span kept the half swing began, as two doubles.
         line_rate: γ̇ there [rad/s].
         gravity: g_eff there [m/s2].
+        forth, back: of a real thread, the last half swing with θ̇ > 0 at its beginning, and the
+            last one back, over the time expected; 0 before the first.
         shown: first of the spans kept whose row, if any, is not written yet.
         waits: half swings to come that the driver takes, after a step that did not hold.
         missed: steps that did not hold.
@@ -127,6 +129,8 @@ class FreeState(Protocol):
     x_rest: float
     line_rate: float
     gravity: float
+    forth: float
+    back: float
     shown: int
     waits: int
     missed: int
@@ -162,7 +166,7 @@ class FreeHalfSwing(NamedTuple):
     """A half swing that begins at an impulse or a kink, and the spans that it may read.
 
     Attributes:
-        wheel: the system that swings.
+        system: what swings: a wheel, a lever or a swinging thread.
         k, x: span, and x of its piece, where it begins.
         last: last span that it may read.
         known_s: time from the beginning to the end of that [s].
@@ -172,7 +176,7 @@ class FreeHalfSwing(NamedTuple):
         spans, pieces, rates: all of them.
     """
 
-    wheel: Wheel
+    system: Any
     k: int
     x: float
     last: int
@@ -196,14 +200,16 @@ def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 @inlined
 def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
-    """Return the forcing at x of piece k, without γ, and the machine's numbers there."""
+    """Return the forcing at x of piece k, without γ of a wheel, and the machine's numbers."""
     pieces, rates = half.pieces, half.rates
     per_s = 1.0 / pieces.length_s[k]
-    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = 0.0
+    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = vertical = 0.0
     # one loop for all channels: they are short, and the end of a loop may be mispredicted
     for j in range(half.powers - 1, -1, -1):
         if rates.line is not None:
             line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
+        if pieces.drive is not None and not isinstance(half.system, Wheel):
+            vertical = fma(vertical, x, pieces.drive[k, j])
         if pieces.tilt is not None and rates.tilt is not None:
             tilt = fma(tilt, x, pieces.tilt[k, j])
             tilt_slope = fma(tilt_slope, x, tilt_rate)
@@ -228,7 +234,7 @@ def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
             lane(all_, 6),
         )
     return Outside(
-        ChannelAt(0.0, line, line_slope * per_s),
+        ChannelAt(vertical, line, line_slope * per_s),
         ChannelAt(tilt, tilt_rate, tilt_slope * per_s),
         gravity,
         lean,
@@ -252,58 +258,72 @@ def span_at(half: FreeHalfSwing, time: float) -> tuple[int, float]:
 
 
 @inlined
-def _keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
-    """Store values at the nodes of the first span, or at those that come later."""
-    if not first:
-        value = chosen(later, row_of(row), value)
-    store(row, 0, value)
-
-
-@inlined
 def fill_from_spans(half: FreeHalfSwing, h: float, work: Work) -> None:
     """Fill the forcing at the nodes of a step of length h, each from its span."""
-    spans, pieces, rates, nodes = half.spans, half.pieces, half.rates, work.nodes
-    seconds, none = row_of(work.fractions) * h, filled(work.fractions, 0.0)
-    wheel, k, x, since, interval = half.wheel, half.k, half.x, 0.0, -1
-    felt = wheel.felt
-    store(nodes.line_bend, 0, filled(none, half.bend))
+    spans, pieces = half.spans, half.pieces
+    seconds = row_of(work.fractions) * h
+    k, x, since, interval = half.k, half.x, 0.0, -1
     while True:
         length = pieces.length_s[k]
         per_s, first, later = 1.0 / length, k == half.k, seconds - since
         at = fma(later, per_s, x)
-        line = tilt = gravity = lean = none
-        for j in range(half.powers - 1, -1, -1):
-            if rates.line is not None:
-                line = fma(line, at, rates.line[k, j])
-            if rates.tilt is not None and wheel.feels_drag:
-                tilt = fma(tilt, at, rates.tilt[k, j])
-            if pieces.gravity is not None:
-                gravity = fma(gravity, at, pieces.gravity[k, j])
-            if pieces.lean is not None:
-                lean = fma(lean, at, pieces.lean[k, j])
-        if felt.line is not None:
-            _keep(nodes.line_rate, later, first, line)
-        if felt.tilt is not None and wheel.feels_drag:
-            _keep(nodes.tilt_rate, later, first, tilt)
-        if felt.gravity is not None:
-            _keep(nodes.gravity, later, first, gravity)
-        if felt.lean is not None:
-            _keep(nodes.lean, later, first, lean)
+        if isinstance(half.system, Wheel):
+            _keep_wheel(half, k, at, later, first, work)
+        else:
+            half.system.keep_case(half, k, at, later, first, work)
         if pieces.hot is not None and pieces.hot.interval[k] != interval:
             # one cubic holds over all pieces of a log interval
-            hot, interval = pieces.hot, pieces.hot.interval[k]
-            _keep(nodes.carried, later, first, _number(hot, k, 0, at))
-            _keep(nodes.force, later, first, _number(hot, k, 1, at))
-            _keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
-            _keep(nodes.weight, later, first, _number(hot, k, 3, at))
-            _keep(nodes.viscous, later, first, _number(hot, k, 4, at))
-            _keep(nodes.share, later, first, _number(hot, k, 5, at))
-            _keep(nodes.growth, later, first, _number(hot, k, 6, at))
+            interval = pieces.hot.interval[k]
+            _keep_hot(pieces.hot, k, at, later, first, work)
         since += (spans.end[k] - x) * length
         if since >= h or k == half.last:
             break
         k += 1
         x = spans.begin[k]
+    if isinstance(half.system, Wheel):
+        store(work.nodes.line_bend, 0, filled(work.fractions, half.bend))
+    else:
+        half.system.complete_case(work)
+
+
+@inlined
+def _keep_wheel(
+    half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+) -> None:
+    """Keep the channels that a wheel feels at the nodes, from x of span k at each."""
+    pieces, rates, nodes, wheel = half.pieces, half.rates, work.nodes, half.system
+    felt = wheel.felt
+    line = tilt = gravity = lean = filled(work.fractions, 0.0)
+    for j in range(half.powers - 1, -1, -1):
+        if rates.line is not None:
+            line = fma(line, at, rates.line[k, j])
+        if rates.tilt is not None and wheel.feels_drag:
+            tilt = fma(tilt, at, rates.tilt[k, j])
+        if pieces.gravity is not None:
+            gravity = fma(gravity, at, pieces.gravity[k, j])
+        if pieces.lean is not None:
+            lean = fma(lean, at, pieces.lean[k, j])
+    if felt.line is not None:
+        keep(nodes.line_rate, later, first, line)
+    if felt.tilt is not None and wheel.feels_drag:
+        keep(nodes.tilt_rate, later, first, tilt)
+    if felt.gravity is not None:
+        keep(nodes.gravity, later, first, gravity)
+    if felt.lean is not None:
+        keep(nodes.lean, later, first, lean)
+
+
+@inlined
+def _keep_hot(hot: HotPieces, k: int, at: Lanes, later: Lanes, first: bool, work: Work) -> None:
+    """Keep the machine's numbers at the nodes, from x of span k at each."""
+    nodes = work.nodes
+    keep(nodes.carried, later, first, _number(hot, k, 0, at))
+    keep(nodes.force, later, first, _number(hot, k, 1, at))
+    keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
+    keep(nodes.weight, later, first, _number(hot, k, 3, at))
+    keep(nodes.viscous, later, first, _number(hot, k, 4, at))
+    keep(nodes.share, later, first, _number(hot, k, 5, at))
+    keep(nodes.growth, later, first, _number(hot, k, 6, at))
 
 
 @inlined
@@ -316,7 +336,7 @@ def arc_sine(x: float) -> float:
 @inlined
 def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
     """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
-    wheel, plane, way = half.wheel, run.state.planes[0], -float(run.state.direction)
+    wheel, plane, way = half.system, run.state.planes[0], -float(run.state.direction)
     k, x = span_at(half, usual_s)
     then = ship_at(half, k, x)
     q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
@@ -475,7 +495,7 @@ def event_after(
     how much of it is after the instant last looked at, forcing and motion at that, and the state
     at the event.
     """
-    wheel, omega = half.wheel, run.omega
+    wheel, omega = half.system, run.omega
     drift, since = wheel.drift(mode, omega, at, now)[0], late
     if omega[0] * abs(late) > free_end.close:
         # look again from where the event was expected
@@ -494,7 +514,7 @@ def event_after(
 @inlined
 def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    wheel, omega, work = half.wheel, run.omega, run.work
+    wheel, omega, work = half.system, run.omega, run.work
     tail, start = row_of(work.tail), run.state.planes[0]
     last = max(abs(total(tail * row_of(work.k1))), abs(total(tail * row_of(work.k2)))) * h
     size = math.sqrt(start.x * start.x + start.y * start.y)
@@ -515,19 +535,24 @@ def settle(step: Step, least: int, floor: float) -> bool:
 
     As `gauss_step.sweep`, which looks at the changes from the first sweep on.
     """
-    work, start = step.work, step.planes[0]
+    work = step.work
     before = change = math.inf
     for n in range(least + MORE_SWEEPS):
         evaluate(step)
         if n >= least and change * change <= floor * (before - change):
             return True
-        u, v = folded_both(work.folded, 0, WIDE_SIZE // 2 + 1, row_of(work.k1), row_of(work.k2))
-        u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
+        moved = filled(work.u, 0.0)
+        for p in range(len(step.omega)):
+            start, room = step.planes[p], WIDE_SIZE // 2 + 1 + 2 * p
+            slopes = row_of(work.k1, p), row_of(work.k2, p)
+            u, v = folded_both(work.folded, 0, room, slopes[0], slopes[1])
+            u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
+            moved = larger(moved, larger(u - row_of(work.u, p), v - row_of(work.v, p)))
+            store(work.u, p, u)
+            store(work.v, p, v)
         if n >= least - 2:
             before = change
-            change = largest(larger(u - row_of(work.u), v - row_of(work.v)))
-        store(work.u, 0, u)
-        store(work.v, 0, v)
+            change = largest(moved)
     return False
 
 
@@ -539,7 +564,7 @@ def to_impulse(
 
     Returns HOLDS or MISSES, and the length of the step [s].
     """
-    wheel, omega, state, work = half.wheel, run.omega, run.state, run.work
+    wheel, omega, state, work = half.system, run.omega, run.state, run.work
     way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
     mode = Mode(float(state.side), way, float(state.pallet))
     h = _predicted(run, half, free, usual_s)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -35,6 +35,7 @@ from tauto_core.motion.system import (
     difference,
     fill_hot,
     hot_at_nodes,
+    keep,
     nodes_of,
 )
 from tauto_core.motion.threads import (
@@ -50,6 +51,9 @@ from tauto_core.motion.threads import (
 from tauto_core.motion.wells import REACH_PER_RELEASE
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
+
+if TYPE_CHECKING:
+    from tauto_core.motion.free_step import FreeHalfSwing
 
 # -----------------------------------------------------------------------------
 # Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
@@ -306,6 +310,38 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
+    @inlined
+    def keep_case(
+        self, half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+    ) -> None:
+        """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each.
+
+        The rows of the apparent gravity are that and the tilt until `complete_case`.
+        """
+        pieces, rates, nodes = half.pieces, half.rates, work.nodes
+        if pieces.tilt is None or pieces.gravity is None:
+            return
+        if rates.line is None or rates.tilt is None:
+            return
+        rate = bend = tilt = gravity = filled(work.fractions, 0.0)
+        for j in range(half.powers - 1, -1, -1):
+            bend = fma(bend, at, rate)
+            rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
+            tilt = fma(tilt, at, pieces.tilt[k, j])
+            gravity = fma(gravity, at, pieces.gravity[k, j])
+        keep(nodes.alpha_rate, later, first, rate)
+        keep(nodes.alpha_bend, later, first, bend * (1.0 / pieces.length_s[k]))
+        keep(nodes.g_up, later, first, gravity)
+        keep(nodes.g_across, later, first, tilt)
+
+    @inlined
+    def complete_case(self, work: Work) -> None:
+        """Turn apparent gravity and tilt at the nodes into its parts along and across the case."""
+        nodes, g_eff = work.nodes, row_of(work.nodes.g_up)
+        sine, versine = sine_versine(row_of(nodes.g_across))
+        store(nodes.g_up, 0, g_eff - g_eff * versine)
+        store(nodes.g_across, 0, g_eff * sine)
+
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the terms of (P.3) beyond the rotation of the plane."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
@@ -338,13 +374,20 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         x = (s - whole.middle) * (1.0 / whole.half)
         return beyond_by(tension, 1.0 - x * x, s, work)
 
-    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
+    def clear_square(
+        self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
+    ) -> float:
         """Return the y² above which ṡ has the sign of y: the square of Aα̇/ω, with |A| ≤ √(1 + j).
 
-        θ is zero where s is, so that the tilt does not matter.
+        θ is zero where s is, so that the tilt does not matter. With an angle `besides`, the swing
+        is clear of θ = ± that angle, too, at which |s| is about that over n.
         """
         carried = case_bounds(pieces, k)[1] / omega[0]
-        return CLEAR * (1.0 + self.root_j * self.root_j) * (carried * carried)
+        still = (1.0 + self.root_j * self.root_j) * (carried * carried)
+        if besides > 0.0:
+            reach = besides / lever_on_arc(self.shape, 0.0)[0].n
+            still += reach * reach
+        return CLEAR * still
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether s² + y² exceeds that at all nodes."""
@@ -367,6 +410,11 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         bend = arc.n * acceleration - arc.w * arc.chi_slope * speed * speed
         x = (s - shape.whole.middle) / shape.whole.half
         torque, share = bend + alpha_bend + drag, hot.on_wheel.share
+        # ṗ = s̈ + Aα̈ + ṡα̇ dA/ds
+        pushed = acceleration + a * alpha_bend
+        if hot.on_wheel.growth is not None:
+            pushed = pushed - hot.on_wheel.growth * (speed + a * (line.rate - tilt.rate))
+        pushed = pushed + _turned(self, arc, speed, line.rate - tilt.rate)
         return Instant(
             angle=angle,
             rate=arc.n * speed,
@@ -377,17 +425,8 @@ class SullyLever(_LeverNumbers, ThreadSystem):
             coordinate=s,
             speed=speed,
             acceleration=acceleration,
+            drift=(Plane(speed, pushed),),
         )
-
-    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
-        """Return ṡ and ṗ = s̈ + Aα̈ + ṡα̇ dA/ds."""
-        arc, _ = lever_on_arc(self.shape, now.coordinate)
-        alpha_rate, alpha_bend = at.drive.rate - at.tilt.rate, at.drive.bend - at.tilt.bend
-        a, growth = arc.n + self.root_j * arc.w, lever_now(self, at).on_wheel.growth
-        pushed = now.acceleration + a * alpha_bend
-        if growth is not None:
-            pushed = pushed - growth * (now.speed + a * alpha_rate)
-        return (Plane(now.speed, pushed + _turned(self, arc, now.speed, alpha_rate)),)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
         """Return θ."""

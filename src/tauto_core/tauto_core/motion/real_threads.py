@@ -19,12 +19,13 @@ from tauto_core.machines.heat import NO_HEAT, HeatFactors
 from tauto_core.machines.threads.hanging import LEAST_FREE
 from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, thread_slack
-from tauto_core.motion.lanes import SIZE
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.lever import SullyLever, arc_series
 from tauto_core.motion.phase import polar, polar_rate
 from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
+    ITERATION_SHARE,
     MIN_ANGLE,
     TOLERANCE_SHARE,
     Moved,
@@ -36,11 +37,8 @@ from tauto_core.motion.threads import Hanging, OnWheel
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
-LONGEST_PHASE = 2.0
-"""Longest step, as the phase ωh of the fastest plane [rad]."""
-
-COARSEN = 2.0**-17
-"""Share of the tolerance below which steps double: by that their error grows 2^16 times."""
+LONGEST_PHASE = {SIZE: 2.0, WIDE_SIZE: 3.05}
+"""Longest step by its number of stages, as the phase ωh of the fastest plane [rad]."""
 
 # Factor by which the next shorter step is tried.
 _SHORTER = 0.94
@@ -127,21 +125,26 @@ class RealThreads(SlackThread):
     """Propagator of a machine whose thread draws on a lever, or swings."""
 
     def __init__(
-        self, machine: LeverMachine | HangingMachine, tolerance: float | None = None
+        self,
+        machine: LeverMachine | HangingMachine,
+        tolerance: float | None = None,
+        stages: int = SIZE,
+        constants: tuple[str, ...] = (),
+        shape_share: float = ITERATION_SHARE,
     ) -> None:
         self._machine = machine
-        allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, COARSEN)
+        allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, 2.0 ** -(2 * stages + 1))
         nodes: tuple[str, ...] = threads.THREAD_NODES
         if isinstance(machine, LeverMachine):
-            self._model, nodes = _lever(machine, allowed.settled), lever.LEVER_NODES
+            self._model, nodes = _lever(machine, shape_share * allowed.step), lever.LEVER_NODES
         else:
             self._model = _hanging(machine)
             nodes += threads.SPRING_NODES * bool(machine.stiffness)
         hot, planes = machine.heat.acts, len(self._model.omega)
         rows, columns = (HotNumbers._fields, 2 * SIZE) if hot else ((), SIZE)
-        super().__init__(machine, planes, (*nodes, *rows), SIZE, allowed, columns)
+        super().__init__(machine, planes, (*nodes, *rows, *constants), stages, allowed, columns)
         if hot:
-            cold = RealThreads(replace(machine, heat=NO_HEAT), tolerance)
+            cold = RealThreads(replace(machine, heat=NO_HEAT), tolerance, stages, (), shape_share)
             self.longest_step_s = cold.longest_step_s
         else:
             self.longest_step_s = self._longest_step()
@@ -246,14 +249,15 @@ class RealThreads(SlackThread):
 
     def _longest_step(self) -> float:
         """Return the longest step [s] with which no step of a swing on land must be halved."""
-        angle, fastest = LONGEST_PHASE, max(self._model.omega)
+        stages = self.order // 2
+        angle, fastest = LONGEST_PHASE[stages], max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
         # No turning points are found here, so that the drag may not ask for the direction of the
         # swing; no impulse comes, so that the pallet stays 0 and recoil with it.
         on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, law=None, impulse=math.inf)
         free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
         step = TOLERANCE_SHARE * self._tolerance.step
-        tolerance = self._tolerance._replace(step=step, coarsen=step * COARSEN)
+        tolerance = self._tolerance._replace(step=step, coarsen=step * 2.0 ** -(2 * stages + 1))
         while angle > MIN_ANGLE:
             step_s = angle / fastest
             count = min(math.ceil(swing_s / step_s), _MOST_TRIAL_STEPS)
@@ -266,7 +270,7 @@ class RealThreads(SlackThread):
             )
             self._state = np.zeros_like(self._state)
             self._place(CaseAtStart(0.0, 0.0, 0.0, 0.0))
-            self._run(trial, free, tolerance, step_s)
+            super()._run(trial, free, tolerance, step_s)
             if self._state['level'] == 0 and self._state['newton'] == 0:
                 break
             angle *= _SHORTER

@@ -16,6 +16,7 @@ from tauto_core.motion.lanes import (
     SIZE,
     Lanes,
     Numeric,
+    chosen,
     filled,
     fma,
     lane,
@@ -284,6 +285,14 @@ def fill_hot(x: Lanes, work: Work) -> None:
     store(nodes.viscous, 0, column_at(HOT + 4, HEAT_POWERS, x, work))
     store(nodes.share, 0, column_at(HOT + 5, HEAT_POWERS, x, work))
     store(nodes.growth, 0, column_at(HOT + 6, HEAT_POWERS, x, work))
+
+
+@inlined
+def keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
+    """Store values at the nodes of the first span, or at those that come later."""
+    if not first:
+        value = chosen(later, row_of(row), value)
+    store(row, 0, value)
 
 
 @inlined

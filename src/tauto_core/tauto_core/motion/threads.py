@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
@@ -46,6 +46,7 @@ from tauto_core.motion.system import (
     fill_hot,
     first_below,
     hot_at_nodes,
+    keep,
     mode_of,
     near_zero,
     nodes_of,
@@ -54,6 +55,9 @@ from tauto_core.motion.system import (
 )
 from tauto_core.motion.wells import law_torque, term
 from tauto_core.samples import FloatArray
+
+if TYPE_CHECKING:
+    from tauto_core.motion.free_step import FreeHalfSwing
 
 SETTLED, MOST_ITERATIONS = 1e-15, 40
 """Change, relative or of an angle, at which Newton's method ends, and most of its iterations."""
@@ -322,6 +326,33 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
+    @inlined
+    def keep_case(
+        self, half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+    ) -> None:
+        """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each."""
+        pieces, rates, nodes = half.pieces, half.rates, work.nodes
+        if pieces.drive is None or pieces.tilt is None or pieces.gravity is None:
+            return
+        if rates.line is None or rates.tilt is None:
+            return
+        vertical = gravity = rate = tilt = filled(work.fractions, 0.0)
+        for j in range(half.powers - 1, -1, -1):
+            vertical = fma(vertical, at, pieces.drive[k, j])
+            gravity = fma(gravity, at, pieces.gravity[k, j])
+            rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
+            if self.spring is not None:
+                tilt = fma(tilt, at, pieces.tilt[k, j])
+        keep(nodes.vertical, later, first, vertical)
+        keep(nodes.gravity, later, first, gravity)
+        keep(nodes.alpha_rate, later, first, rate)
+        if self.spring is not None:
+            keep(nodes.tilt, later, first, tilt)
+
+    @inlined
+    def complete_case(self, work: Work) -> None:
+        """Leave the rows as they are."""
+
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the planes by the accelerations; d1 stays zero."""
         psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
@@ -344,11 +375,20 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         return psi - delta
 
-    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
-        """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing."""
+    def clear_square(
+        self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
+    ) -> float:
+        """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing.
+
+        With an angle `besides`, of the square of that and the root of the bound together.
+        """
         value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
-        return value * value + rate * rate
+        square = value * value + rate * rate
+        if besides > 0.0:
+            apart = math.sqrt(square) + besides
+            square = apart * apart
+        return square
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether u swings wider at all nodes than θ − u = δ − α can be.

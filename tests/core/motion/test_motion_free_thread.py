@@ -1,0 +1,180 @@
+"""Steps of levers and swinging threads from impulse to impulse, against DOP853 and the driver."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from motion_cases import scene_of
+from test_motion_heat import warmed
+from thread_references import SEA, HangingReference, LeverReference, sampled, swing
+
+from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.motion import make_propagator
+from tauto_core.motion.forcing import Forcing
+from tauto_core.motion.free_end import _SPANNED, _part
+from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
+from tauto_core.motion.real_threads import RealThreads
+
+WHEEL = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
+LONG = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'power': {'kind': 'weight', 'mass': 0.322},
+    'thread': {'kind': 'hanging', 'length': 1.5},
+}
+STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
+HELD: dict[str, Any] = {
+    'drag': {'viscous': 1e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
+}
+RECOILING = {
+    'drag': {'viscous': 2e-5},
+    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
+}
+CASES: dict[str, tuple[Any, Any]] = {
+    'lever': (LEVER, HELD),
+    'lever, recoil': (LEVER, RECOILING),
+    'lever, impulses before the middle': (
+        LEVER,
+        {**HELD, 'escapement': {**HELD['escapement'], 'angle': -0.2}},
+    ),
+    'long thread': (LONG, HELD),
+    'long thread, spring': ({**LONG, 'power': STIFF}, HELD),
+}
+LOST: Any = (
+    {**LEVER, 'release_angle': 0.2},
+    {'drag': {'viscous': 1e-4}, 'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.05}},
+)
+OWN_CAM: Any = (
+    {**LEVER, 'cam': {'kind': 'lever_corrected', 'period': 1.0}, 'material': 'brass'},
+    {**HELD, 'drag': {'viscous': 1e-5, 'oil': 'olive'}},
+)
+ROUGH = {
+    'kind': 'components',
+    'components': [{'amplitude': 0.4, 'period': 5.1, 'phase': 1.0}],
+    'heave': [{'amplitude': 2.0, 'period': 6.2, 'phase': 0.7}],
+    'height': 5.0,
+}
+
+
+def forced(
+    case: tuple[Any, Any], *, log: float = 0.3, duration: float = 30.0, ship: Any = SEA
+) -> Any:
+    """Return a machine and its forcing at sea."""
+    trochlea, sections = case
+    keys = {'ship': ship, 'duration': duration, 'log': {'interval': log}}
+    scene = scene_of(trochlea=trochlea, **sections, **keys)
+    return compile_machine(scene), sampled(scene)
+
+
+def moved(engine: Any, forcing: Forcing) -> Any:
+    """Return the motion over a forcing."""
+    engine.release(forcing)
+    return engine.advance(forcing)
+
+
+@pytest.mark.parametrize('name', CASES)
+def test_twenty_seconds_at_sea_against_dop853(name: str) -> None:
+    """From the Lagrangians, with DOP853's own events.
+
+    With six sweeps the stages settle to 1e-11 of the swing, and forty half swings follow.
+    """
+    machine, forcing = forced(CASES[name], duration=21.0)
+    assert thread_takes_free_ends(machine)
+    reference = LeverReference if isinstance(machine, LeverMachine) else HangingReference
+    engine = FreeEndThreads(machine, None, 6)
+    found, exact = moved(engine, forcing), swing(reference(machine), forcing)
+    assert engine.missed <= 2
+    np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0.0, atol=2e-10)
+    np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0.0, atol=2e-9)
+    wanted = moved(RealThreads(machine), forcing)
+    np.testing.assert_array_equal(found.half_turns, wanted.half_turns)
+    np.testing.assert_array_equal(found.beats, wanted.beats)
+    assert wanted.half_turns[-1] > 30
+
+
+@pytest.mark.parametrize('name', ['lever', 'long thread'])
+def test_each_sweep_takes_a_factor_off_the_error(name: str) -> None:
+    machine, forcing = forced(CASES[name], log=2.0, duration=600.0)
+    exact = moved(RealThreads(machine), forcing)
+    errors = []
+    for sweeps in (2, 3, 4, 6):
+        found = moved(FreeEndThreads(machine, None, sweeps), forcing)
+        errors.append(np.max(np.abs(found.angle - exact.angle)))
+    assert errors[0] < 1e-3
+    assert errors[3] < 1e-9
+
+
+@pytest.mark.parametrize('name', ['lever', 'long thread'])
+@pytest.mark.parametrize(('log', 'spans'), [(0.05, 16), (4.0, 3)])
+def test_chunks_and_saved_states_have_the_same_bits(name: str, log: float, spans: int) -> None:
+    machine, forcing = forced(CASES[name], log=log, duration=8.0)
+    wanted = moved(FreeEndThreads(machine, 1e-7, 3), forcing)
+    parts, engine = [], FreeEndThreads(machine, 1e-7, 3)
+    engine.release(_first(forcing, spans))
+    left = forcing
+    while left is not None:
+        chunk = _first(left, spans)
+        left = _part(left, spans) if len(left.begin) > spans else None
+        resumed = FreeEndThreads(machine, 1e-7, 3)
+        resumed.restore(engine.state())
+        engine = resumed
+        parts.append(engine.advance(chunk))
+    for said in ('angle', 'rate', 'torque', 'half_turns', 'fraction', 'phase_rate', 'beats'):
+        joined = np.concatenate([getattr(part, said) for part in parts])
+        np.testing.assert_array_equal(joined, getattr(wanted, said))
+
+
+def _first(forcing: Forcing, count: int) -> Forcing:
+    parts = {name: getattr(forcing, name) for name in _SPANNED}
+    return Forcing(**{name: None if x is None else x[:count] for name, x in parts.items()})
+
+
+@pytest.mark.parametrize(
+    ('case', 'misses'),
+    [(CASES['lever'], False), (LOST, True), (CASES['long thread'], True)],
+    ids=['lever', 'a small swing', 'long thread'],
+)
+def test_in_a_rough_sea_the_driver_takes_what_does_not_hold(case: Any, misses: bool) -> None:
+    """Half swings last 0.8 to 1.3 of one on land, and the next row may lie two of them ahead."""
+    machine, forcing = forced(case, log=0.75, duration=84.0, ship=ROUGH)
+    engine = FreeEndThreads(machine, None, 6)
+    found, wanted = moved(engine, forcing), moved(RealThreads(machine), forcing)
+    assert (engine.missed > 0) == misses
+    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=1e-9)
+    np.testing.assert_array_equal(found.half_turns, wanted.half_turns)
+    np.testing.assert_array_equal(found.beats, wanted.beats)
+
+
+def test_a_lever_of_brass_warms_as_with_the_driver() -> None:
+    """Its own cam, a degree a second, evenly: a jump of that rate within a step errs."""
+    cold, forcing = forced(OWN_CAM, log=0.25)
+    machine = replace(cold, heat=replace(cold.heat, varies=True))
+    forcing = warmed(forcing, 10.0, np.array([20.0, 30.0, 40.0, 50.0]))
+    engine = FreeEndThreads(machine, None, 6)
+    found, wanted = moved(engine, forcing), moved(RealThreads(machine), forcing)
+    still = moved(FreeEndThreads(cold, None, 6), forcing)
+    assert engine.missed <= 2
+    assert np.max(np.abs(still.angle - wanted.angle)) > 1e-4
+    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=1e-10)
+
+
+def test_the_tolerance_and_the_machine_decide() -> None:
+    """Drag with a kink and a lean that is damped are left to the driver."""
+    machine, _ = forced(CASES['lever'], duration=3.0)
+    chosen = [
+        type(make_propagator(machine, still=False, tolerance=tolerance))
+        for tolerance in (None, 3e-8, 1e-7, 3e-7)
+    ]
+    assert chosen == [RealThreads, RealThreads, FreeEndThreads, FreeEndThreads]
+    driver = make_propagator(machine, still=False, tolerance=1e-3, sweeps=0)
+    assert type(driver) is RealThreads
+    quadratic = {**HELD, 'drag': {'viscous': 1e-5, 'quadratic': 1e-5}}
+    damped = {**LONG, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 0.5}}
+    for case in ((LEVER, quadratic), (LEVER, {}), (damped, HELD)):
+        machine, _ = forced(case, duration=3.0)
+        assert not thread_takes_free_ends(machine)
