@@ -35,9 +35,10 @@ LARGEST_TURN = 0.4
 then below 3e-8 of the amplitude of that mode.
 """
 
-LARGEST_COARSE_TURN = 1.2
-"""The same where less than the default accuracy is asked for: the sea hardly moves the fast mode,
-so that in 2.5 days of a winter sea it changed the reading by less than 1e-5 s.
+COARSE, LARGEST_COARSE_TURN = 1e-3, 1.2
+"""The same where the accuracy is at least so much [s/day]: the sea hardly moves the fast mode, so
+that it changed the reading by 1e-5 s in 2.5 days of a winter sea. Most of that is made at the
+start: up to 2.4e-5 s in random seas.
 """
 
 LARGEST_SLOW_TURN = 0.05
@@ -176,7 +177,7 @@ def largest_turn(accuracy: float | None, *, linear: bool) -> float:
 
     `accuracy` is that of the scene; `linear`: whether the case swings by linear equations.
     """
-    coarse = accuracy is not None and accuracy > ACCURACY and linear
+    coarse = accuracy is not None and accuracy >= COARSE and linear
     return LARGEST_COARSE_TURN if coarse else LARGEST_TURN
 
 
