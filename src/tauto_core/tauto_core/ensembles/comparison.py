@@ -327,7 +327,12 @@ def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
     for origin, other in others:
         apart = list(_differences('', passage, _passage(other)))
         if apart:
-            told = '; '.join(f'{key} = {theirs} against {ours}' for key, ours, theirs in apart)
+            told = '; '.join(
+                f'only {first if isinstance(ours, dict) else origin} has {key}'
+                if isinstance(ours, dict) or isinstance(theirs, dict)
+                else f'{key} = {theirs} against {ours}'
+                for key, ours, theirs in apart
+            )
             raise UsageError(
                 f'{origin} does not make the passage of {first}: {told}. Let the scenes agree, '
                 'or take one passage for all with ',
