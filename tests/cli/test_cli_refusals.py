@@ -120,7 +120,8 @@ REFUSALS = {
     'compare ideal measured': (
         'measured ',
         'does not make the passage of ideal: duration = 600.0 against 86400.0; '
-        'ship.kind = recorded against still; only measured has ship.recorded; only measured has voyage; ',
+        'ship.kind = recorded against still; only measured has ship.recorded; '
+        'only measured has voyage; ',
         'take one passage for all with --ship-of ideal',
     ),
     'compare ideal --roll much': ("--roll 'much': ", NUMBERS, 'Write for example 0,10,20'),
