@@ -19,10 +19,10 @@ from tauto_core.motion.free_step import FreeEnd
 from tauto_core.motion.lanes import WIDE_SIZE
 from tauto_core.motion.real_threads import RealThreads
 
-LEAST_ERROR_OF_THREAD, NEAR_ON_THREAD = 1e-8, 0.01
+LEAST_ERROR_OF_THREAD, NEAR_ON_THREAD = 1e-8, 0.003
 """The least error of a step, and the phase from its end within which it is not repeated [rad], for
-a lever or a swinging thread. A node lies 0.0166 rad before the end of half a swing, and none may
-lie beyond the impulse, or it would be counted.
+a lever or a swinging thread. Within 0.01 rad Sully's lever, hung, errs by 1e-3 s/day; and 0.0166
+rad before the end of half a swing lies a node, which would be counted if the impulse came before.
 """
 
 SHAPE_SHARE = 1e-3
