@@ -72,6 +72,14 @@ A thread that lets go with next to no acceleration would else be taut again at o
 """
 
 
+SHORTEST_RAD = 1e-3
+"""Phase of the wheel's swing for which a slack thread counts as slack [rad].
+
+The force bends where z̃ takes the place of z, so that a step may find the thread slack some
+microseconds early; it is taut again at once, with no energy lost, until it does let go.
+"""
+
+
 @inlined
 def rounding_of(x: float, height: float) -> float:
     """Return the gap that is no more than rounding, by X of wheel and weight."""
@@ -327,7 +335,9 @@ class SlackThread(Stepped):
                 share = hot.terms[first : first + HEAT_POWERS, HotNumbers._fields.index('share')]
                 inertia = float(inertia / polyval(u, share))
             joule = 0.5 * inertia * lost
-            self._tautened.append(Tautening(time_s, time_s - self._slack_since_s, joule))
+            slack_s = time_s - self._slack_since_s
+            if slack_s * taut.omega[0] > SHORTEST_RAD:
+                self._tautened.append(Tautening(time_s, slack_s, joule))
         else:
             let_go(*loose, *taut, pieces, x, self._state, free, work)
             self._slack_since_s = time_s
