@@ -299,14 +299,11 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
         x, nodes = nodes_of(place, work), work.nodes
-        tilt = column_at(TILT, place.terms, x, work)
-        sine, versine = sine_versine(tilt)
-        g_eff = column_at(APPARENT_GRAVITY, place.terms, x, work)
-        aside = beside_at_nodes(g_eff, tilt, work)
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
         store(nodes.alpha_bend, 0, difference(DRIVE_BEND, TILT_BEND, place.terms, x, work))
-        store(nodes.g_up, 0, g_eff - g_eff * versine - aside * sine)
-        store(nodes.g_across, 0, g_eff * sine + aside * (1.0 - versine))
+        store(nodes.g_up, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
+        store(nodes.g_across, 0, column_at(TILT, place.terms, x, work))
+        self.complete_case(work)
         if self.on_wheel.heat is not None:
             fill_hot(x, work)
 
@@ -337,10 +334,12 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     @inlined
     def complete_case(self, work: Work) -> None:
         """Turn apparent gravity and tilt at the nodes into its parts along and across the case."""
-        nodes, g_eff = work.nodes, row_of(work.nodes.g_up)
-        sine, versine = sine_versine(row_of(nodes.g_across))
-        store(nodes.g_up, 0, g_eff - g_eff * versine)
-        store(nodes.g_across, 0, g_eff * sine)
+        nodes: LeverNodes = work.nodes
+        g_eff, tilt = row_of(nodes.g_up), row_of(nodes.g_across)
+        sine, versine = sine_versine(tilt)
+        aside = beside_at_nodes(g_eff, tilt, work)
+        store(nodes.g_up, 0, g_eff - g_eff * versine - aside * sine)
+        store(nodes.g_across, 0, g_eff * sine + aside * (1.0 - versine))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the terms of (P.3) beyond the rotation of the plane."""

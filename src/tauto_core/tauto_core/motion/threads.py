@@ -247,6 +247,10 @@ def beside(gravity: float, tilt: float) -> float:
 def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
     """Return `beside` at the nodes."""
     found = filled(gravity, 0.0)
+    # mostly this shows it at once, since cos τ ≥ 1 − τ²/2
+    steepest = largest(tilt)
+    if lowest(gravity) * (1.0 - 0.5 * steepest * steepest) >= LEAST_UPWARD:
+        return found
     for i in range(width(work.fractions)):
         found = with_lane(found, i, beside(lane(gravity, i), lane(tilt, i)))
     return found
@@ -341,17 +345,20 @@ class Hanging(_ThreadNumbers, ThreadSystem):
             vertical = fma(vertical, at, pieces.drive[k, j])
             gravity = fma(gravity, at, pieces.gravity[k, j])
             rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
-            if self.spring is not None:
-                tilt = fma(tilt, at, pieces.tilt[k, j])
+            tilt = fma(tilt, at, pieces.tilt[k, j])
         keep(nodes.vertical, later, first, vertical)
         keep(nodes.gravity, later, first, gravity)
         keep(nodes.alpha_rate, later, first, rate)
-        if self.spring is not None:
-            keep(nodes.tilt, later, first, tilt)
+        # the tilt until `complete_case`
+        keep(nodes.beside, later, first, tilt)
 
     @inlined
     def complete_case(self, work: Work) -> None:
-        """Leave the rows as they are."""
+        """Turn the tilt at the nodes into what acts beside g_eff."""
+        nodes, tilt = work.nodes, row_of(work.nodes.beside)
+        if self.spring is not None:
+            store(nodes.tilt, 0, tilt)
+        store(nodes.beside, 0, beside_at_nodes(row_of(nodes.gravity), tilt, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the planes by the accelerations; d1 stays zero."""
