@@ -20,6 +20,7 @@ from tauto_core.motion.free_step import (
     FreeEnd,
     FreeHalfSwing,
     FreeState,
+    Moving,
     arc_sine,
     end_of,
     event_after,
@@ -28,6 +29,7 @@ from tauto_core.motion.free_step import (
     holds,
     late_for_impulse,
     late_for_kink,
+    moving,
     settle,
     ship_at,
     span_at,
@@ -53,7 +55,6 @@ from tauto_core.motion.system import (
     Plane,
     RunningState,
     SteppedRun,
-    planes_of,
 )
 from tauto_core.motion.wheel import (
     Wheel,
@@ -143,7 +144,7 @@ def _solve(
         if not settle(step, least, settled * abs(plane.y)):
             break
         k, x = span_at(half, h)
-        now = wheel.instant(mode, omega, (end_of(run, h).plane,), ship_at(half, k, x))
+        now = moving(wheel, mode, omega, end_of(run, h).plane, ship_at(half, k, x))
         if not (way * now.rate > 0.0 and way * now.speed > 0.0):
             break
         kink, impulse = late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
@@ -165,17 +166,16 @@ def _act(
     struck: bool,
     there: Plane,
     at: Outside,
-    now: Instant,
+    now: Moving,
     since: float,
 ) -> None:
     """Let an impulse or the kink act on the state `there`, a short time after an instant."""
     state, plane, turns = run.state, run.state.planes[0], not goes_on(run.state)
     added = 0.0
     if struck:
-        w = run.omega[0] * there.y
-        added = given_by_impulse(half.system, mode, w, now, at, since, state.given)
+        added = given_by_impulse(half.system, mode, there, run.omega, now, at, since, state.given)
     plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-    plane.y = there.y + added / run.omega[0]
+    plane.y = there.y + added
     free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
     if turns:
         state.direction = -state.direction
@@ -202,7 +202,7 @@ def _to_event(
     if onward and omega[0] * abs(h) < AT_ONCE:
         k, x = span_at(half, 0.0)
         at = ship_at(half, k, x)
-        now = wheel.instant(mode, omega, planes_of(omega, state.planes), at)
+        now = moving(wheel, mode, omega, Plane(plane.x, plane.y), at)
         _act(run, half, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
         return HOLDS, 0.0
     held, struck, h, late = _solve(run, half, free_end, mode, h)
@@ -211,7 +211,7 @@ def _to_event(
     found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
     k, x = span_at(half, h)
     at, end = ship_at(half, k, x), end_of(run, h)
-    now = wheel.instant(mode, omega, (end.plane,), at)
+    now = moving(wheel, mode, omega, end.plane, at)
     late, since, at, now, there = event_after(
         run, half, mode, h, late, end, at, now, free_end, struck
     )
@@ -231,7 +231,7 @@ def to_next(
 
 
 @inlined
-def is_past(wheel: Wheel, state: RunningState, now: Instant) -> bool:
+def is_past(wheel: Wheel, state: RunningState, now: Instant | Moving) -> bool:
     """Return whether the next event of a state is past at an instant."""
     d = float(state.direction)
     if wheel.kinked:

@@ -30,6 +30,7 @@ from tauto_core.motion.lanes import (
     larger,
     largest,
     row_of,
+    splat,
     store,
     total,
 )
@@ -45,14 +46,21 @@ from tauto_core.motion.system import (
     ForcingPieces,
     HotNumbers,
     HotPieces,
-    Instant,
     Mode,
     Outside,
     Plane,
     SteppedRun,
     keep,
 )
-from tauto_core.motion.wells import kick, lever_arm, mass_of
+from tauto_core.motion.wells import (
+    given_energy,
+    kick,
+    lever_arm,
+    mass_of,
+    on_arc,
+    pull_of,
+    resistance,
+)
 from tauto_core.motion.wheel import (
     Wheel,
     angle_at,
@@ -345,13 +353,66 @@ def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: f
     ahead = math.pi + arc_sine(until) - arc_sine(since)
     if wheel.felt.gravity is not None:
         # (1 + more)^(−1/2)
-        more = 0.5 * (free.gravity + then.gravity) / wheel.gravity - 1.0
+        more = (free.gravity + then.gravity) * (0.5 / wheel.gravity) - 1.0
         ahead *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
     return ahead * (usual_s / math.pi)
 
 
+class Moving(NamedTuple):
+    """A wheel at an instant.
+
+    Attributes:
+        angle, rate, bend: θ [rad], θ̇ and θ̈.
+        coordinate, speed, acceleration: ϑ [rad], ϑ̇ and ϑ̈.
+        drift: the time derivatives of X and ωY.
+    """
+
+    angle: float
+    rate: float
+    bend: float
+    coordinate: float
+    speed: float
+    acceleration: float
+    drift: Plane
+
+
 @inlined
-def late_for_impulse(wheel: Wheel, way: float, now: Instant, omega: Omega) -> float:
+def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Outside) -> Moving:
+    """Return the wheel at an instant; along the arc by its polynomials, without a division."""
+    if wheel.shape is None:
+        now = wheel.instant(mode, omega, (plane,), at)
+        drift = wheel.drift(mode, omega, at, now)[0]
+        return Moving(
+            now.angle, now.rate, now.bend, now.coordinate, now.speed, now.acceleration, drift
+        )
+    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
+    s, w = plane.x, omega[0] * plane.y
+    arc = on_arc(wheel.shape, splat(s))
+    n, slope, q = lane(arc.n, 0), s * lane(arc.n_slope, 0), lane(arc.angle, 0)
+    arc_speed = fma(-line.rate, n, w)
+    speed = n * arc_speed
+    rate = speed + tilt.rate
+    pull = pull_of(per_inertia, 0.0, at.gravity)
+    # (P.2), with nt = s (b − deficit)
+    against = s * (wheel.shape.rate - lane(arc.lever_deficit, 0)) * pull
+    w_rate = arc_speed * line.rate * slope - against - n * resistance(per_inertia, rate, mode)
+    if per_inertia.growth is not None:
+        w_rate = w_rate - per_inertia.growth * w
+    bend = w_rate - (line.bend * n + line.rate * slope * arc_speed)
+    acceleration = n * bend + slope * arc_speed * arc_speed
+    return Moving(
+        q + tilt.value,
+        rate,
+        acceleration + tilt.bend,
+        q,
+        speed,
+        acceleration,
+        Plane(arc_speed, w_rate),
+    )
+
+
+@inlined
+def late_for_impulse(wheel: Wheel, way: float, now: Moving, omega: Omega) -> float:
     """Return the time to the impulse [s], a short one."""
     return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
 
@@ -362,32 +423,43 @@ def time_until(left: float, way: float, rate: float, bend: float, omega: Omega) 
 
     Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
     """
-    late = left / (way * rate)
-    turned, phase = late * bend / rate, omega[0] * late
-    return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase / 6.0)
+    per_rate = 1.0 / rate
+    late = way * left * per_rate
+    turned, phase = late * bend * per_rate, omega[0] * late
+    return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase * (1 / 6))
 
 
 @inlined
 def given_by_impulse(
-    wheel: Wheel, mode: Mode, w: float, now: Instant, at: Outside, late: float, given: int
+    wheel: Wheel,
+    mode: Mode,
+    there: Plane,
+    omega: Omega,
+    now: Moving,
+    at: Outside,
+    late: float,
+    given: int,
 ) -> float:
-    """Return the momentum w that an impulse adds, a short time after an instant.
+    """Return what an impulse adds to Y, a short time after an instant.
 
     It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
     """
     per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
     if per_inertia.impulse is None:
         return 0.0
-    q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
-    t, way = lever_arm(wheel.lever, mode.side, q).t, mode.direction
+    way, w, per_omega = mode.direction, omega[0] * there.y, 1.0 / omega[0]
+    energy = given_energy(per_inertia.impulse, given)
     line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
     if wheel.shape is None:
-        mass = mass_of(per_inertia.carried, t)
+        q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
+        mass = mass_of(per_inertia.carried, lever_arm(wheel.lever, mode.side, q).t)
         rate = (w - line_rate) / mass + tilt_rate
-        return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * mass
-    per_n = math.sqrt(1.0 + (wheel.shape.k * q) * (wheel.shape.k * q))
-    rate = (w - line_rate / per_n) / per_n + tilt_rate
-    return kick(per_inertia.impulse, per_inertia.carried, t, rate, way, given) * per_n
+        return kick(energy / mass, rate, way) * mass * per_omega
+    arc = on_arc(wheel.shape, splat(there.x))
+    n, kq = lane(arc.n, 0), wheel.shape.k * lane(arc.angle, 0)
+    rate = n * (w - line_rate * n) + tilt_rate
+    # the mass is 1/n², and what ṡ gains is 1/n = n (1 + k²ϑ²) of what ϑ̇ does
+    return kick(energy * (n * n), rate, way) * (n * (1.0 + kq * kq)) * per_omega
 
 
 @inlined
@@ -471,7 +543,7 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
 
 
 @inlined
-def late_for_kink(way: float, now: Instant, omega: Omega) -> float:
+def late_for_kink(way: float, now: Moving, omega: Omega) -> float:
     """Return the time to the kink of a cam [s], a short one."""
     return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
 
@@ -485,10 +557,10 @@ def event_after(
     late: float,
     end: StepEnd,
     at: Outside,
-    now: Instant,
+    now: Moving,
     free_end: FreeEnd,
     struck: bool = True,
-) -> tuple[float, float, Outside, Instant, Plane]:
+) -> tuple[float, float, Outside, Moving, Plane]:
     """Return an impulse, or the kink, a short time `late` [s] after the end of a step of length h.
 
     `at` and `now` are forcing and motion at that end. Returned are the time as looked at again,
@@ -496,13 +568,13 @@ def event_after(
     at the event.
     """
     wheel, omega = half.system, run.omega
-    drift, since = wheel.drift(mode, omega, at, now)[0], late
+    drift, since = now.drift, late
     if omega[0] * abs(late) > free_end.close:
         # look again from where the event was expected
         there = end_later(run, h, late, end, drift)
         k, x = span_at(half, h + late)
         at = ship_at(half, k, x)
-        now = wheel.instant(mode, omega, (there,), at)
+        now = moving(wheel, mode, omega, there, at)
         way = mode.direction
         since = (
             late_for_impulse(wheel, way, now, omega) if struck else late_for_kink(way, now, omega)
@@ -539,7 +611,7 @@ def settle(step: Step, least: int, floor: float) -> bool:
     before = change = math.inf
     for n in range(least + MORE_SWEEPS):
         evaluate(step)
-        if n >= least and change * change <= floor * (before - change):
+        if n >= least and (change <= floor or change * change <= floor * (before - change)):
             return True
         moved = filled(work.u, 0.0)
         for p in range(len(step.omega)):
@@ -573,15 +645,17 @@ def to_impulse(
             return MISSES, 0.0
         fill_from_spans(half, h, work)
         _fill_rotations(omega, h, work)
+        # before the sweeps, beside which it is computed
+        k, x = span_at(half, h)
+        at = ship_at(half, k, x)
         if n == 0:
             store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
             store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
         if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
             return MISSES, 0.0
-        k, x = span_at(half, h)
-        at, end = ship_at(half, k, x), end_of(run, h)
-        now = wheel.instant(mode, omega, (end.plane,), at)
+        end = end_of(run, h)
+        now = moving(wheel, mode, omega, end.plane, at)
         if not way * now.rate > 0.0:
             return MISSES, 0.0
         late = late_for_impulse(wheel, way, now, omega)
@@ -592,9 +666,9 @@ def to_impulse(
             return MISSES, 0.0
         found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
         late, since, at, now, there = event_after(run, half, mode, h, late, end, at, now, free_end)
-        added = given_by_impulse(wheel, mode, omega[0] * there.y, now, at, since, state.given)
+        added = given_by_impulse(wheel, mode, there, omega, now, at, since, state.given)
         plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-        plane.y = there.y + added / omega[0]
+        plane.y = there.y + added
         free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
         state.direction = -state.direction
         state.armed, state.pallet = False, state.direction

@@ -56,9 +56,9 @@ from tauto_core.motion.system import (
     planes_of,
 )
 from tauto_core.motion.wells import (
-    Impulse,
     PerInertia,
     excess,
+    given_energy,
     kick,
     lever_arm,
     pull_of,
@@ -257,8 +257,8 @@ class HungWheel(_HungNumbers, WithWheel, System):
             share = share / (1.0 + eccentric * eccentric)
         # The rate of the wheel in the case changes as with the reduced inertia I/(1 + share), that
         # is, as by (1 + share) times the energy on I. The wheel takes 1/(1 + share) of the change.
-        both = Impulse(impulse.energy * (1.0 + share), impulse.ebb)
-        given = kick(both, None, 0.0, now.rate, mode.direction, state.given) / (1.0 + share)
+        energy = given_energy(impulse, state.given) * (1.0 + share)
+        given = kick(energy, now.rate, mode.direction) / (1.0 + share)
         planes[0].y += given / omega[0]
         back = -share * given
         if isinstance(self.case, AxleNumbers):

@@ -47,7 +47,15 @@ from tauto_core.motion.system import (
     outside_at,
     planes_of,
 )
-from tauto_core.motion.wells import kick, lever_arm, pull_of, resistance, term, unbalanced
+from tauto_core.motion.wells import (
+    given_energy,
+    kick,
+    lever_arm,
+    pull_of,
+    resistance,
+    term,
+    unbalanced,
+)
 from tauto_core.motion.wheel import (
     Wheel,
     WithWheel,
@@ -179,7 +187,8 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]
         if impulse is None:
             return
-        plane.y += kick(impulse, None, 0.0, now.rate, mode.direction, state.given) / omega[0]
+        energy = given_energy(impulse, state.given)
+        plane.y += kick(energy, now.rate, mode.direction) / omega[0]
         plane.y_rest = 0.0
 
     def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:

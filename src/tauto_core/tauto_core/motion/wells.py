@@ -599,15 +599,16 @@ def ride(mu: float | None, t: Numeric, t_prime: Numeric, speed: Numeric) -> Nume
     return term(mu, t * t_prime * (speed * speed))
 
 
-@compiled
-def kick(
-    impulse: Impulse, mu: float | None, t: float, rate: float, direction: float, given: int
-) -> float:
-    """Return the change of θ̇ and of ϑ̇ by an impulse: ½(I + mt²)θ̇² grows by its energy.
+@inlined
+def given_energy(impulse: Impulse, given: int) -> float:
+    """Return twice the energy of an impulse over I [1/s2], after as many as were `given`."""
+    return impulse.energy * (1.0 if impulse.ebb is None else impulse.ebb.strength(given))
 
-    `rate` is θ̇ before it, `direction` the sign of θ̇ after it, `given` the impulses before this
-    one.
+
+@inlined
+def kick(energy: float, rate: float, direction: float) -> float:
+    """Return the change of θ̇ and of ϑ̇ by an impulse, by twice its energy over the inertia.
+
+    `rate` is θ̇ before it, `direction` the sign of θ̇ after it.
     """
-    strength = 1.0 if impulse.ebb is None else impulse.ebb.strength(given)
-    energy = impulse.energy * strength
-    return direction * math.sqrt(rate * rate + energy / mass_of(mu, t)) - rate
+    return direction * math.sqrt(rate * rate + energy) - rate

@@ -81,6 +81,7 @@ from tauto_core.motion.wells import (
     arc_of,
     arc_shape,
     excess,
+    given_energy,
     hot_numbers,
     kick,
     lever_arm,
@@ -493,9 +494,9 @@ class Wheel(NamedTuple):
         per_inertia = wheel.per_inertia
         if per_inertia.impulse is None:
             return
-        t = lever_arm(self.lever, mode.side, q).t
-        given, d = state.given, mode.direction
-        speed = now.speed + kick(per_inertia.impulse, per_inertia.carried, t, now.rate, d, given)
+        mass = mass_of(per_inertia.carried, lever_arm(self.lever, mode.side, q).t)
+        energy = given_energy(per_inertia.impulse, state.given) / mass
+        speed = now.speed + kick(energy, now.rate, mode.direction)
         plane = state.planes[0]
         _, momentum = coordinate_and_momentum(wheel, q, speed, at.drive.rate, mode.side)
         plane.y = momentum / omega[0]
