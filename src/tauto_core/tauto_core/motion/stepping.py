@@ -81,8 +81,11 @@ TOLERANCE = 2e-12
 TOLERANCE_SHARE = 0.3
 """Share of the tolerance for which steps are laid out; the rest is for the sea."""
 
-ITERATION_SHARE = 1e-5
-"""Share of the tolerance that the iteration of the stage equations may use."""
+ITERATION_SHARE, MOST_ITERATION_SHARE = 1e-5, 1e-3
+"""Least and greatest share of the tolerance that the iteration of the stage equations may use.
+
+It grows as three times the root of the tolerance: a coarse step errs far more by its stages.
+"""
 
 ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
 """Error of a smooth step over the square of the last Legendre coefficient of its slopes.
@@ -401,7 +404,8 @@ def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance
     `coarsen` is the share of the error allowed below which steps double.
     """
     step = TOLERANCE if step is None else step
-    settled = max(LEAST_SETTLED, ITERATION_SHARE * step)
+    share = min(max(3.0 * math.sqrt(step), ITERATION_SHARE), MOST_ITERATION_SHARE)
+    settled = max(LEAST_SETTLED, share * step)
     # the midpoint rule that carries a state to an event errs by a 24th of the cube of the angle,
     # which is then as much as the iteration may
     near = float(np.cbrt(24.0 * ITERATION_SHARE * step))
