@@ -398,13 +398,19 @@ class Moved(NamedTuple):
     omega: Omega
 
 
-def tolerance_of(step: float | None, factor: float, coarsen: float) -> Tolerance:
+def tolerance_of(
+    step: float | None,
+    factor: float,
+    coarsen: float,
+    most_share: float = MOST_ITERATION_SHARE,
+) -> Tolerance:
     """Return the accuracy of steps, None being the default; see `Tolerance` for the factor.
 
-    `coarsen` is the share of the error allowed below which steps double.
+    `coarsen` is the share of the error allowed below which steps double, `most_share` the share
+    that the iteration may take of a coarse tolerance.
     """
     step = TOLERANCE if step is None else step
-    share = min(max(3.0 * math.sqrt(step), ITERATION_SHARE), MOST_ITERATION_SHARE)
+    share = min(max(3.0 * math.sqrt(step), ITERATION_SHARE), most_share)
     settled = max(LEAST_SETTLED, share * step)
     # the midpoint rule that carries a state to an event errs by a 24th of the cube of the angle,
     # which is then as much as the iteration may

@@ -46,6 +46,7 @@ from tauto_core.motion.linear import (
 )
 from tauto_core.motion.phase import PHASE_DIGITS
 from tauto_core.motion.stepping import (
+    ITERATION_SHARE,
     TOLERANCE,
     restore_record,
     state_of,
@@ -378,8 +379,13 @@ class SteppedSwing:
         tolerance: float | None,
     ) -> None:
         self._omega, self._system = omega, system
+        # what the iteration leaves of large swings adds up: with more of a coarse tolerance they
+        # err 15 to 50 times more and take as long
         self._tolerance = tolerance_of(
-            max(tolerance or TOLERANCE, TOLERANCE), CASE_ERROR_OF_LAST, 2.0 ** -(2 * stages + 1)
+            max(tolerance or TOLERANCE, TOLERANCE),
+            CASE_ERROR_OF_LAST,
+            2.0 ** -(2 * stages + 1),
+            ITERATION_SHARE,
         )
         self._state = np.zeros((), state_type(len(omega)))
         self._work = make_work(len(omega), nodes, stages)
