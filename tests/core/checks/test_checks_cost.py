@@ -231,6 +231,10 @@ def stress_modules():
         ('lever', 2.0),
         ('hanging thread', 2.0),
         ('hung, force', 4.0),
+        ('driven cheek', 2.0),
+        ('driven own cam, lever', 2.0),
+        ('driven pendulum', 2.0),
+        ('hung, driven hanging thread', 4.0),
     ],
 )
 def test_the_error_predicted_bounds_the_error_found_within_a_factor_of_thirty(kind, rate):

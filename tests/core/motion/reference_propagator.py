@@ -7,7 +7,7 @@ the cam, and the variables are ϑ and ϑ̇, which need the second derivative γ�
     (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀ + s R),    θ = ϑ + τ,
 
 d = sgn θ̇ and s, that of the last impulse, are constant between events. Friction slides but does
-not hold: where it would, an error says so.
+not hold: where it would, an error says so. An unbalanced wheel feels (A.6) besides.
 
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.5.
 """
@@ -24,13 +24,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
+from thread_references import Swinging, reference_of
 
 from tauto_core.curves.cams.corrected import WeightCorrected
 from tauto_core.machines import (
     AnyMachine,
     FluidPendulum,
     HangingMachine,
-    LeverMachine,
     Machine,
     compile_machine,
 )
@@ -186,11 +186,19 @@ class Reference:
             against += drag.viscous * rate + d * (drag.quadratic * rate * rate + drag.coulomb)
         if machine.escapement is not None:
             against += self._now.pallet * machine.escapement.recoil
+        if machine.imbalance is not None:
+            moment, direction = machine.imbalance
+            against += moment * gravity * math.sin(felt + self._aside(t) + direction)
         mass = machine.inertia + carried * arm * arm
         bend = -against / mass
         tension = pull + ride + carried * arm * bend
         of_case = felt + tilt[0], rate, bend + tilt[2]
         return _Instant(felt, felt_rate, bend, *of_case, mass, -tension * arm, tension)
+
+    def _aside(self, t: float) -> float:
+        """Return the neutral line's angle from the apparent vertical, ψ − β where ϑ is 0 [rad]."""
+        assert self._machine.follows_apparent_vertical or self._forcing.gravity is None
+        return 0.0
 
     def _events(self, t: float, y: FloatArray) -> dict[str, tuple[float, float]]:
         """Return what is positive before an event and negative after it, and its derivative."""
@@ -199,13 +207,20 @@ class Reference:
         found = {EDGE: (self._range_rad - abs(at.felt), 0.0)}
         if machine.pulling_mass > 0.0:
             found[SLACK] = at.tension, 0.0
-        if machine.cam.kinked:
+        if machine.cam.kinked and not (self._now.armed and self._struck_at_kink):
             found[KINK] = side * at.felt, side * at.felt_rate
         if escapement is not None or (drag is not None and (drag.quadratic or drag.coulomb)):
             found[TURNING] = d * at.rate, d * at.bend
         if escapement is not None and self._now.armed:
             found[IMPULSE] = escapement.angle - d * at.angle, -d * at.rate
         return found
+
+    @property
+    def _struck_at_kink(self) -> bool:
+        """Whether an impulse and the passage over the kink are one event: ϑ is θ, and α = 0."""
+        machine = self._machine
+        struck = machine.escapement is not None and machine.escapement.angle == 0.0
+        return machine.cam.kinked and struck and self._forcing.tilt is None
 
     def _slopes(self, t: float, y: FloatArray) -> FloatArray:
         return np.array([y[1], self._instant(t, y, self._now.direction).felt_bend])
@@ -273,7 +288,7 @@ class Reference:
             raise edge_reached(self._machine, self._time(t))
         if kind == SLACK:
             raise thread_slack(self._time(t))
-        if kind == KINK:
+        if kind == KINK or (kind == IMPULSE and self._struck_at_kink):
             self._now.side = -self._now.side
         if kind == TURNING:
             self._set_off(t, y, -d)
@@ -598,10 +613,17 @@ class _ExactReference(Reference):
         super().__init__(machine)
         self._felt = felt
 
+    def _now_felt(self, t: float) -> Felt:
+        span = float(self._forcing.length_s[self._k])
+        return self._felt(float(self._forcing.end_ns[self._k]) * 1e-9 - span + t)
+
+    def _aside(self, t: float) -> float:
+        felt = self._now_felt(t)
+        follows = self._machine.follows_apparent_vertical
+        return 0.0 if follows else felt.tilt[0] - felt.vertical[0]
+
     def _channel(self, rows: FloatArray | None, t: float) -> tuple[float, float, float]:
-        forcing = self._forcing
-        span = float(forcing.length_s[self._k])
-        felt = self._felt(float(forcing.end_ns[self._k]) * 1e-9 - span + t)
+        forcing, felt = self._forcing, self._now_felt(t)
         follows = self._machine.follows_apparent_vertical
         if rows is not None and rows is forcing.gravity:
             return felt.gravity, math.nan, math.nan
@@ -653,27 +675,11 @@ class _Outside:
 def _of_thread(
     machine: AnyMachine, felt: Callable[[float], Felt], times: FloatArray
 ) -> FloatArray:
-    """The references of threads have no events: no escapement, no drag with a kink."""
-    from thread_references import HangingReference, LeverReference
-
-    lever = isinstance(machine, LeverMachine)
-    reference = LeverReference(machine) if lever else HangingReference(machine)
-    outside, y, begin = _Outside(felt), None, 0.0
-    y = reference.start(outside)
-    rows = []
+    reference, outside, begin, rows = reference_of(machine), _Outside(felt), 0.0, []
+    moving = Swinging(reference, outside)
     for end in [0.0, *times.tolist()]:
-        if end > 0.0:
-            found = solve_ivp(
-                reference.slopes,
-                (begin, end),
-                y,
-                'DOP853',
-                args=(outside, (0.0, 0.0)),
-                rtol=RTOL,
-                atol=ATOL,
-                max_step=0.05,
-            )
-            y, begin = found.y[:, -1], end
+        moving.advance(outside, begin, end)
+        begin, y = end, moving.y
         if isinstance(machine, HangingMachine):
             rows.append((y[0] - y[1], y[2] - y[3]))
             continue

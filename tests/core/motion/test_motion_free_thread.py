@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from motion_cases import scene_of
 from test_motion_heat import warmed
-from thread_references import SEA, HangingReference, LeverReference, sampled, swing
+from thread_references import SEA, reference_of, sampled, swing
 
-from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import _SPANNED, _part
@@ -42,6 +42,7 @@ CASES: dict[str, tuple[Any, Any]] = {
         LEVER,
         {**HELD, 'escapement': {**HELD['escapement'], 'angle': -0.2}},
     ),
+    'lever, own cam': ({**LEVER, 'cam': {'kind': 'lever_corrected', 'period': 1.0}}, HELD),
     'long thread': (LONG, HELD),
     'long thread, spring': ({**LONG, 'power': STIFF}, HELD),
 }
@@ -85,9 +86,8 @@ def test_twenty_seconds_at_sea_against_dop853(name: str) -> None:
     """
     machine, forcing = forced(CASES[name], duration=21.0)
     assert thread_takes_free_ends(machine)
-    reference = LeverReference if isinstance(machine, LeverMachine) else HangingReference
     engine = FreeEndThreads(machine, None, 6)
-    found, exact = moved(engine, forcing), swing(reference(machine), forcing)
+    found, exact = moved(engine, forcing), swing(reference_of(machine), forcing)
     assert engine.missed <= 2
     np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0.0, atol=2e-10)
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0.0, atol=2e-9)

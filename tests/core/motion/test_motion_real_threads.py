@@ -13,9 +13,9 @@ from motion_cases import run, scene_of
 from thread_references import (
     HELD,
     SEA,
-    HangingReference,
     LeverReference,
     on_land,
+    reference_of,
     sampled,
     swing,
 )
@@ -73,10 +73,9 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     trochlea, more = CASES[name]
     scene = scene_of(trochlea=trochlea, ship=SEA, duration=30.0, log={'interval': 0.3}, **more)
     machine = compile_machine(scene)
-    reference = LeverReference if isinstance(machine, LeverMachine) else HangingReference
     engine, forcing = RealThreads(machine), sampled(scene)
     engine.release(forcing)
-    found, exact = engine.advance(forcing), swing(reference(machine), forcing)
+    found, exact = engine.advance(forcing), swing(reference_of(machine), forcing)
     np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=2e-11)
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=2e-10)
     assert found.half_turns[-1] > 40
@@ -98,7 +97,7 @@ def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
     engine, forcing = RealThreads(machine), sampled(scene, stride=1)
     engine.release(forcing)
     found = engine.advance(forcing)
-    angle = swing((LeverReference if lever else HangingReference)(machine), forcing)[:, 0]
+    angle = swing(reference_of(machine), forcing)[:, 0]
     below = np.concatenate([[amplitude < 0.0], angle < 0.0])
     beats = np.cumsum(below[1:] != below[:-1])
     np.testing.assert_array_equal(found.beats, beats)

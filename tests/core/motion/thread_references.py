@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.machines import LeverMachine
 from tauto_core.motion import Forcing
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer
@@ -152,6 +154,51 @@ class LeverReference:
         mass = self.machine.inertia + self.machine.turned_inertia * first**2
         energy = 2.0 * self.machine.escapement.energy / mass
         return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
+
+
+class OwnCamReference(LeverReference):
+    """The same with the cam that makes the lever isochronous (docs/theory/cams.md D).
+
+    Along s = ∫√(I dθ² + J dβ²), W sin β = ½ ω²s². So β(s) is known, I θ_s² = 1 − J β_s², and θ(s)
+    is the integral of a series.
+    """
+
+    def __init__(self, machine: Any) -> None:
+        super().__init__(machine)
+        self.torque, self.turned = machine.weight_torque, machine.turned_inertia
+        self.stiff, self.s, end = machine.geometry.frequency**2, 0.0, 0.0
+        # short of the edges, where W sin β = W and J β_s² = 1
+        while self.stiff * end**2 < 1.6 * self.torque and self.wheel(end) ** 2 > 0.2:
+            end += 1e-3 * math.sqrt(self.torque / self.stiff)
+        series = np.polynomial.Chebyshev.interpolate(
+            lambda s: np.array([self.wheel(each) for each in s]), 100, [-end, end]
+        )
+        self.theta = series.integ(lbnd=0.0) / math.sqrt(machine.inertia)
+
+    def lever(self, s: float) -> tuple[float, float, float]:
+        """β, β_s and β_ss of s."""
+        sine = 0.5 * self.stiff * s * s / self.torque
+        cosine = math.sqrt((1.0 - sine) * (1.0 + sine))
+        per = self.stiff / (self.torque * cosine)
+        return math.asin(sine), per * s, per + (per * s) ** 2 * sine / cosine
+
+    def wheel(self, s: float) -> float:
+        """√I θ_s of s."""
+        return math.sqrt(1.0 - self.turned * self.lever(s)[1] ** 2)
+
+    def geometry(self, theta: float) -> tuple[float, float, float]:
+        s, root = self.s, math.sqrt(self.machine.inertia)
+        for _ in range(40):
+            wheel = self.wheel(s) / root
+            change = (float(self.theta(s)) - theta) / wheel
+            s -= change
+            if abs(change) <= 4e-16 * abs(s) + 1e-18:
+                break
+        self.s = s
+        beta, first, second = self.lever(s)
+        bend = -self.turned * first * second / (root * self.wheel(s))
+        wheel = self.wheel(s) / root
+        return beta, first / wheel, (second * wheel - first * bend) / wheel**3
 
 
 class SignedReference(LeverReference):
@@ -300,60 +347,121 @@ def resistance(machine: Any, rate: float, signs: tuple[float, float]) -> float:
     return against
 
 
+def reference_of(machine: Any) -> Any:
+    """The reference of a lever, with the involute or its own cam, or of a swinging thread."""
+    if not isinstance(machine, LeverMachine):
+        return HangingReference(machine)
+    own = isinstance(machine.geometry, CorrectedLeverGeometry)
+    return OwnCamReference(machine) if own else LeverReference(machine)
+
+
 def swing(reference: Any, forcing: Any) -> np.ndarray:
-    """Return θ and θ̇ at the logged ends, (n, 2); turning points and impulses are stepped to."""
-    machine, rows = reference.machine, []
-    outside = Outside(forcing, 0, machine.gravity)
-    y = reference.start(outside)
-    struck = math.copysign(1.0, machine.release_angle)
-    direction = -struck
-    angle = math.inf if machine.escapement is None else machine.escapement.angle
-    armed = direction * machine.release_angle < angle < math.inf
+    """Return θ and θ̇ at the logged ends, (n, 2)."""
+    rows = []
+    outside = Outside(forcing, 0, reference.machine.gravity)
+    moving = Swinging(reference, outside)
     for k in range(len(forcing.end)):
-        outside = Outside(forcing, k, machine.gravity)
-        t = 0.0
-        while t < outside.seconds:
-            events = watched(reference, outside, direction, angle if armed else math.inf)
-            found = solve_ivp(
-                reference.slopes,
-                (t, outside.seconds),
-                y,
-                'DOP853',
-                args=(outside, (direction, struck)),
-                events=events,
-                rtol=1e-13,
-                atol=1e-15,
-                max_step=0.05,
-            )
-            t, y = float(found.t[-1]), found.y[:, -1]
-            hit = [i for i, times in enumerate(found.t_events or []) if len(times)]
-            if not hit:
-                continue
-            if hit[0] == 1:
-                y, armed = reference.struck(y, outside, t, direction), False
-                struck = direction
-            else:
-                direction = -direction
-                armed = direction * reference.angle(y, outside, t)[0] < angle < math.inf
+        outside = Outside(forcing, k, reference.machine.gravity)
+        moving.advance(outside, 0.0, outside.seconds)
         if forcing.logged[k]:
-            rows.append(reference.angle(y, outside, outside.seconds))
+            rows.append(reference.angle(moving.y, outside, outside.seconds))
     return np.array(rows)
 
 
-def watched(reference: Any, outside: Outside, direction: float, angle: float) -> list[Any]:
-    """Turning points, and the impulse where one is due, as SciPy's events."""
-    machine = reference.machine
-    abrupt = machine.drag is not None and machine.drag.quadratic > 0.0
-    if machine.escapement is None and not abrupt:
-        return []
+class Swinging:
+    """The state of a reference, which is stepped from event to event: turning points, impulses."""
 
-    def turning(t: float, y: np.ndarray, *_: Any) -> float:
-        return direction * reference.angle(y, outside, t)[1]
+    def __init__(self, reference: Any, outside: Any) -> None:
+        machine = reference.machine
+        self.reference, self.y = reference, reference.start(outside)
+        self.struck = math.copysign(1.0, machine.release_angle)
+        self.direction = -self.struck
+        self.at = math.inf if machine.escapement is None else machine.escapement.angle
+        self.given = 0
+        self._arm(machine.release_angle)
 
-    def impulse(t: float, y: np.ndarray, *_: Any) -> float:
-        return angle - direction * reference.angle(y, outside, t)[0]
+    def advance(self, outside: Any, t: float, end: float) -> None:
+        """Advance from t to `end`, times of `outside` [s]."""
+        while t < end:
+            times, states, hit = self._solve(outside, t, end, self.y, '')
+            t, self.y = float(times[-1]), states[:, -1]
+            if hit:
+                t, hit = self._reach(outside, times, states, hit)
+                self._happen(outside, t, hit)
 
-    found: list[Any] = [turning] if math.isinf(angle) else [turning, impulse]
-    for event in found:
-        event.terminal, event.direction = True, -1.0
-    return found
+    def _events(self) -> dict[str, Any]:
+        """Return what is positive before an event and negative after it."""
+        machine, reference, direction = self.reference.machine, self.reference, self.direction
+        found: dict[str, Any] = {}
+        if machine.escapement is not None or (machine.drag and machine.drag.quadratic > 0.0):
+            found['turning'] = lambda t, y, outside, _: (
+                direction * reference.angle(y, outside, t)[1]
+            )
+        if self.armed:
+            found['impulse'] = lambda t, y, outside, _: (
+                self.at - direction * reference.angle(y, outside, t)[0]
+            )
+        for event in found.values():
+            event.terminal, event.direction = True, -1.0
+        return found
+
+    def _solve(
+        self, outside: Any, t: float, end: float, y: np.ndarray, without: str
+    ) -> tuple[np.ndarray, np.ndarray, str]:
+        """Return times and states of the steps up to the first event, and its kind or ''."""
+        events = {kind: event for kind, event in self._events().items() if kind != without}
+        found = solve_ivp(
+            self.reference.slopes,
+            (t, end),
+            y,
+            'DOP853',
+            args=(outside, (self.direction, self.struck)),
+            events=list(events.values()),
+            rtol=1e-13,
+            atol=1e-15,
+            max_step=0.05,
+        )
+        hit = [k for k, at in zip(events, found.t_events or [], strict=False) if len(at)]
+        return found.t, found.y, hit[0] if hit else ''
+
+    def _reach(
+        self, outside: Any, times: np.ndarray, states: np.ndarray, kind: str
+    ) -> tuple[float, str]:
+        """Go to the event in the last step; return its time and kind.
+
+        SciPy interpolates there, to seventh order: the last step is taken again, to the event,
+        and what else comes before it is found on the way.
+        """
+        begin, start, earlier = float(times[-2]), states[:, -2], kind
+        while earlier:
+            kind, t = earlier, float(times[-1])
+            times, states, earlier = self._solve(outside, begin, t, start, kind)
+        self.y = states[:, -1]
+        if kind == 'impulse':
+            angle, rate = self.reference.angle(self.y, outside, t)
+            late = (self.direction * self.at - angle) / rate
+            signs = self.direction, self.struck
+            middle = self.y + 0.5 * late * np.array(
+                self.reference.slopes(t, self.y, outside, signs)
+            )
+            self.y = self.y + late * np.array(
+                self.reference.slopes(t + 0.5 * late, middle, outside, signs)
+            )
+            t += late
+        return t, kind
+
+    def _happen(self, outside: Any, t: float, kind: str) -> None:
+        if kind == 'impulse':
+            self.y = self.reference.struck(self.y, outside, t, self.direction)
+            self.armed, self.struck, self.given = False, self.direction, self.given + 1
+            return
+        self.direction = -self.direction
+        self._arm(self.reference.angle(self.y, outside, t)[0])
+
+    def _arm(self, angle: float) -> None:
+        """Expect an impulse in a swing that begins at `angle` if it comes to that."""
+        escapement = self.reference.machine.escapement
+        # the pallets alternate; the first impulse is given by either, unless recoil tells which
+        first = self.given == 0 and escapement is not None and escapement.recoil == 0.0
+        reaches = self.direction * angle < self.at < math.inf
+        self.armed = reaches and (first or self.direction != self.struck)
