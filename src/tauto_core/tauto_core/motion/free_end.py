@@ -13,7 +13,7 @@ is checked at its nodes; where that fails, the driver of `stepping` continues to
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,7 +74,7 @@ from tauto_core.motion.lanes import (
     WIDE_SIZE,
 )
 from tauto_core.motion.passages import bounds_of, count_step, signs_at_nodes
-from tauto_core.motion.slack import SlackThread
+from tauto_core.motion.slack import SlackThread, rest_of
 from tauto_core.motion.stepping import (
     OK,
     ROW,
@@ -482,10 +482,11 @@ def _joined(first: Forcing | None, second: Forcing) -> Forcing:
     return replace(second, **{name: both(name) for name in _SPANNED}, temperatures=temperatures)
 
 
-def _part(forcing: Forcing, first: int) -> Forcing:
-    """Return the spans from the first wanted on."""
+def _part(forcing: Forcing, first: int, last: int | None = None) -> Forcing:
+    """Return the spans from the first wanted on, up to the last."""
+    wanted = slice(first, last)
     parts: dict[str, Any] = {
-        name: None if (rows := getattr(forcing, name)) is None else rows[first:].copy()
+        name: None if (rows := getattr(forcing, name)) is None else rows[wanted].copy()
         for name in _SPANNED
     }
     felt = forcing.temperatures
@@ -495,8 +496,8 @@ def _part(forcing: Forcing, first: int) -> Forcing:
             felt.celsius[passed:].copy(),
             felt.begin_s[passed:].copy(),
             felt.interval_s,
-            felt.interval[first:] - passed,
-            felt.place[first:].copy(),
+            felt.interval[wanted] - passed,
+            felt.place[wanted].copy(),
         )
     return replace(forcing, **parts, temperatures=felt)
 
@@ -555,8 +556,21 @@ class FreeEnds(SlackThread):
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
-        forcing, self._kept = _joined(self._kept, forcing), None
-        return super().advance(forcing)
+        kept, self._kept = self._kept, None
+        if kept is None:
+            return super().advance(forcing)
+        # a few spans are joined to those kept, and the many after them are not copied
+        count = len(forcing.begin)
+        few = min(count, 2 * MOST_SPANS)
+        motion = super().advance(_joined(kept, _part(forcing, 0, few)))
+        if few == count:
+            return motion
+        k, self._kept = few - (0 if self._kept is None else len(self._kept.begin)), None
+        motions = motion, super().advance(rest_of(forcing, k, float(forcing.begin[k])))
+        columns = (
+            np.concatenate([getattr(one, each.name) for one in motions]) for each in fields(Motion)
+        )
+        return Motion(*columns)
 
     def _run(
         self,
