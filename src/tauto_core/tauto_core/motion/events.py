@@ -316,6 +316,12 @@ KINK_APART = 0.05
 the largest angle of the step.
 """
 
+TURNED_TWICE = 2.0
+"""Phase of a step beyond which two turning points are looked for if it ends as it began, faster
+and faster in the same direction [rad]. A swing that has not turned does that for a quarter of a
+turn, and a little longer where gravity is low.
+"""
+
 BENT = 0.25
 """Largest relative change of the slope of an event's value between the event and the end of the
 step for which the event is found from that end.
@@ -433,7 +439,7 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
     if system.kinked and kind == KINK:
         felt = system.coordinates(run.work)
         return lowest(mode.side * felt) < KINK_APART * largest(felt)
-    return system.turns_abruptly and kind == TURNING
+    return (system.turns_abruptly or system.feels_impulse) and kind == TURNING
 
 
 @compiled
@@ -466,8 +472,11 @@ def _by_the_end(
     inside = _inside(beyond) and after.margin > 0.0
     if system.turns_abruptly or not inside or (system.has_weight and not after.tension > 0.0):
         return UNSURE, 1.0
-    if system.feels_impulse and not d * after.rate > 0.0:
-        return UNSURE, 1.0
+    if system.feels_impulse:
+        long = system.pace * place.size * place.length > TURNED_TWICE
+        # where the sea almost stops the swing, it may have turned twice
+        if not d * after.rate > 0.0 or (long and d * after.bend > 0.0):
+            return UNSURE, 1.0
     if system.kinked and side * after.coordinate > 0.0 and side * after.speed > 0.0:
         # where it leaves the kink from the beginning on, it passed none
         leaves = system.leaves_kink(mode, run.omega, state.planes, work)
