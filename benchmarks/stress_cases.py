@@ -15,6 +15,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.gauss_step import PLANE
+from tauto_core.motion.stepping import TOLERANCE
 from tauto_core.motion.wheel import Collocation
 from tauto_core.samples import SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, parse_scene
@@ -92,6 +93,7 @@ def scene_of(trochlea: dict[str, Any] | None = None, **sections: Any) -> Scene:
         'name': 'stress',
         'duration': 60.0,
         'log': {'interval': 1.0},
+        'solver': {'tolerance': TOLERANCE},
         'trochlea': {
             'inertia': INERTIA,
             'cam': HOLE_CAM,
