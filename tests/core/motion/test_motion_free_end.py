@@ -209,6 +209,40 @@ def test_where_the_swing_does_not_outweigh_the_roll_the_driver_takes_the_steps(c
     np.testing.assert_array_equal(found.beats, wanted.beats)
 
 
+# release and impulse [rad], amplitudes, periods and phases of the roll
+PASSED_AND_LEFT = (
+    (0.59, 0.1, ((0.42, 11.71, 1.14), (0.41, 7.3, 2.53))),
+    (0.49, 0.1, ((0.21, 9.31, 2.28), (0.34, 9.39, 1.76))),
+    (0.72, 0.1, ((0.45, 8.44, 2.84), (0.38, 7.21, 0.58))),
+)
+
+
+@pytest.mark.parametrize(('release', 'angle', 'roll'), PASSED_AND_LEFT)
+def test_an_impulse_passed_and_left_again_within_a_long_step_is_given(release, angle, roll):
+    """The roll tilts the swing so far that the wheel turns back just beyond the impulse, and the
+    step has another turning point. Unless it is searched, 0.07 to 0.1 rad are wrong after 16 s.
+    """
+    case = {
+        'trochlea': {**WEIGHT, 'release_angle': release},
+        'drag': {'viscous': 1e-5},
+        'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': angle},
+    }
+    components = [
+        {'amplitude': size, 'period': period, 'phase': phase} for size, period, phase in roll
+    ]
+    # eight samples, a piece, are 2 s long: more than half a swing
+    ship = {'kind': 'components', 'rate': 4.0, 'height': 2.0, 'components': components}
+    machine, forcing = forced(case, ship=ship, duration=16.0)
+    reference = Reference(machine)
+    reference.release(forcing)
+    exact = reference.advance(forcing)
+    for engine in (Collocation(machine), FreeEndCollocation(machine, None, 6)):
+        engine.release(forcing)
+        found = engine.advance(forcing)
+        np.testing.assert_allclose(found.angle, exact.angle, rtol=0.0, atol=5e-12)
+        np.testing.assert_array_equal(found.beats, exact.beats)
+
+
 @pytest.mark.parametrize(
     ('trochlea', 'escapement'),
     [(WEIGHT, IMPULSE), (CHEEK, {**IMPULSE, 'energy': 1e-5, 'angle': 0.0})],

@@ -316,11 +316,14 @@ KINK_APART = 0.05
 the largest angle of the step.
 """
 
-TURNED_TWICE = 2.0
-"""Phase of a step beyond which two turning points are looked for if it ends as it began, faster
-and faster in the same direction [rad]. A swing that has not turned does that for a quarter of a
-turn, and a little longer where gravity is low.
+TURNS_TWICE = 2.0
+"""Longest step that surely has no two turning points, as the angle ωh [rad].
+
+They are half a swing apart, and less where the ship turns half as fast as the wheel.
 """
+
+TURNING_PROBES = 16
+"""Places at which a longer step is searched for its first turning point."""
 
 BENT = 0.25
 """Largest relative change of the slope of an event's value between the event and the end of the
@@ -351,15 +354,20 @@ class WatchEvent(NamedTuple):
 
 @compiled
 def first_event(
-    run: SteppedRun, stalled: bool, place: StepPlace, after: Instant, beyond: Beyond
+    run: SteppedRun, stalled: bool, clear: bool, place: StepPlace, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
     At a turning point where drag has no kink nothing changes but the direction of the state, which
     is changed here: no step to it is needed. Turning points and kinks are passed over if
-    `stalled`, after several events without progress.
+    `stalled`, after several events without progress. Unless the swing is `clear` of tilt and
+    impulse, θ may pass the angle of an impulse between two turning points and come back: the end
+    of a long step does not show that, so that it is searched, and no turning point passed over.
     """
     system, state = run.system, run.state
+    long = run.omega[0] * (place.size * place.length) > TURNS_TWICE
+    if system.feels_impulse and long and not (clear or stalled):
+        return _on_polynomials(run, mode_of(state), False, True, place, after, beyond)
     d = float(state.direction)
     turned = not stalled and _turns_quietly(run, place, after, beyond)
     if turned and -d * after.angle < system.impulse:
@@ -367,7 +375,7 @@ def first_event(
     mode = mode_of(state)
     event, xi = _by_the_end(run, mode, place, after, beyond)
     if event == UNSURE:
-        event, xi = _on_polynomials(run, mode, stalled, place, after, beyond)
+        event, xi = _on_polynomials(run, mode, stalled, False, place, after, beyond)
     if event == TURNING and _turns_smoothly(xi, run, mode, place, after, beyond):
         return NO_EVENT, 1.0
     return event, xi
@@ -439,7 +447,7 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
     if system.kinked and kind == KINK:
         felt = system.coordinates(run.work)
         return lowest(mode.side * felt) < KINK_APART * largest(felt)
-    return (system.turns_abruptly or system.feels_impulse) and kind == TURNING
+    return system.turns_abruptly and kind == TURNING
 
 
 @compiled
@@ -460,6 +468,23 @@ def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
 
 
 @compiled
+def _first_below(watch: WatchEvent, at_end: float) -> tuple[float, float]:
+    """Return the first of `TURNING_PROBES` places in the step where a value is not positive.
+
+    With the value there; (NOWHERE, at_end) if there is none. It may begin at zero and rise, so
+    that it counts from where it was positive.
+    """
+    was_positive = watch.value(0.0) > 0.0
+    for i in range(1, TURNING_PROBES):
+        value = watch.value(i / TURNING_PROBES)
+        if value > 0.0:
+            was_positive = True
+        elif was_positive:
+            return i / TURNING_PROBES, value
+    return (1.0, at_end) if at_end <= 0.0 else (NOWHERE, at_end)
+
+
+@compiled
 def _by_the_end(
     run: SteppedRun, mode: Mode, place: StepPlace, after: Instant, beyond: Beyond
 ) -> tuple[int, float]:
@@ -472,11 +497,8 @@ def _by_the_end(
     inside = _inside(beyond) and after.margin > 0.0
     if system.turns_abruptly or not inside or (system.has_weight and not after.tension > 0.0):
         return UNSURE, 1.0
-    if system.feels_impulse:
-        long = system.pace * place.size * place.length > TURNED_TWICE
-        # where the sea almost stops the swing, it may have turned twice
-        if not d * after.rate > 0.0 or (long and d * after.bend > 0.0):
-            return UNSURE, 1.0
+    if system.feels_impulse and not d * after.rate > 0.0:
+        return UNSURE, 1.0
     if system.kinked and side * after.coordinate > 0.0 and side * after.speed > 0.0:
         # where it leaves the kink from the beginning on, it passed none
         leaves = system.leaves_kink(mode, run.omega, state.planes, work)
@@ -524,13 +546,20 @@ def _is_watched(kind: int, run: SteppedRun) -> bool:
 
 @compiled
 def _on_polynomials(
-    run: SteppedRun, mode: Mode, stalled: bool, place: StepPlace, after: Instant, beyond: Beyond
+    run: SteppedRun,
+    mode: Mode,
+    stalled: bool,
+    searched: bool,
+    place: StepPlace,
+    after: Instant,
+    beyond: Beyond,
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
     Values are compared at the beginning and at the end of the step. If the step holds a turning
     point, kinds after it in the order are compared there instead of at the end, since a value that
-    is reached before the turning point may be left again after it.
+    is reached before the turning point may be left again after it. A step that may hold several
+    is `searched` for the first of them.
     """
     system, step = run.system, StepWatch(run, mode, place)
     fill_integrals(run.omega, run.work)
@@ -542,6 +571,8 @@ def _on_polynomials(
         at_last = event_value(kind, system, mode, there)
         last = reach if at_last <= 0.0 else NOWHERE
         watch = WatchEvent(kind, step)
+        if searched and kind == TURNING:
+            last, at_last = _first_below(watch, at_last)
         if last > 1.0 and _may_dip(kind, run, mode):
             last, at_last = _dip(kind, event_slope(kind, mode, after), step)
         limit = beyond.edge if kind == AT_EDGE else beyond.slack

@@ -219,7 +219,7 @@ def _move(
     if expected or not inside or beyond.near:
         at = outside_at(place.terms, place.begin + place.size, work)
         after = system.instant(mode, omega, planes_of(omega, work.end), at)
-        event, xi = first_event(run, stalled, place, after, beyond)
+        event, xi = first_event(run, stalled, clear, place, after, beyond)
     before = 2.0 if event == NO_EVENT else xi - APART
     found = in_step(clear, before, xi, run, mode, pieces, k, place)
     if event != NO_EVENT:
@@ -311,7 +311,8 @@ def over_span(
     worst, events, stalled = 0.0, 0, 0
     length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
     per_s, last = 1.0 / length, False  # last: whether the stretch ends with the span
-    clear_square = system.clear_square(omega, pieces, k)
+    besides = abs(system.impulse) if system.feels_impulse else 0.0
+    clear_square = system.clear_square(omega, pieces, k, besides)
     while not last or step < steps:
         if step == steps:
             # the stretch is done, at the beginning an empty one: lay out the next from here

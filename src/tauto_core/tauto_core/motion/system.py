@@ -503,8 +503,13 @@ class System(Protocol):
         """Return the same quantity at an instant."""
         return planes[0].x
 
-    def clear_square(self, omega: Omega, pieces: ForcingPieces, k: int) -> float:
-        """Return the bound over piece k with which `clear` compares the square of the swing."""
+    def clear_square(
+        self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
+    ) -> float:
+        """Return the bound over piece k with which `clear` compares the square of the swing.
+
+        With an angle `besides`, the swing is clear of θ = ± that angle, too.
+        """
         return 0.0
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
