@@ -338,7 +338,7 @@ def _keep_hot(hot: HotPieces, k: int, at: Lanes, later: Lanes, first: bool, work
 def arc_sine(x: float) -> float:
     """Return arcsin x to a thousandth for |x| < 0.6, for predictions."""
     square = x * x
-    return x * (1.0 + square * (1 / 6 + square * (3 / 40 + square * (15 / 336))))
+    return x * fma(square, fma(square, fma(square, 15 / 336, 3 / 40), 1 / 6), 1.0)
 
 
 @inlined
@@ -350,12 +350,12 @@ def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: f
     q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
     since, until = -way * q * per_size, (wheel.impulse - way * then.tilt.value) * per_size
-    ahead = math.pi + arc_sine(until) - arc_sine(since)
+    pace_s = usual_s / math.pi
     if wheel.felt.gravity is not None:
         # (1 + more)^(−1/2)
         more = (free.gravity + then.gravity) * (0.5 / wheel.gravity) - 1.0
-        ahead *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
-    return ahead * (usual_s / math.pi)
+        pace_s *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+    return (math.pi - arc_sine(since) + arc_sine(until)) * pace_s
 
 
 class Moving(NamedTuple):
