@@ -228,6 +228,40 @@ def test_the_first_window_of_a_thread_that_swings_counts_as_all():
         assert voyage.result['accuracy']['holds']
 
 
+def test_nothing_restores_the_swing_of_a_wheel_on_a_cheek_without_an_escapement():
+    """Its energy errs at every kink, and its rate more and more: in two hours by 1.3e-6 s where
+    the tolerance is that of cheeks with an escapement.
+    """
+    ship: dict[str, object] = {
+        'kind': 'components',
+        'height': 4.2,
+        'components': [
+            {'amplitude': 0.025, 'period': 10.13, 'phase': 0.73},
+            {'amplitude': 0.048, 'period': 14.11, 'phase': 1.06},
+            {'amplitude': 0.049, 'period': 12.65, 'phase': 2.97},
+        ],
+    }
+    scene: dict[str, object] = {
+        'duration': 7200.0,
+        'trochlea': {
+            'inertia': 4e-4,
+            'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+            'thread': {'kind': 'vertical'},
+            'power': {'kind': 'force', 'force': 2.0},
+            'release_angle': 0.936,
+        },
+        'ship': ship,
+        'log': {'interval': 10.0},
+    }
+    finest = {**scene, 'ship': {**ship, 'rate': 40.0}, 'solver': {'tolerance': 1e-15}}
+    default, exact = (
+        sail(parse_scene(json.dumps(each), 'cheek')).samples[PHASE].position[:, 1:3]
+        for each in (scene, finest)
+    )
+    half_s = 0.5 * TrochleaStage(parse_scene(json.dumps(scene), 'half')).nominal_s
+    assert half_s * np.max(np.abs((default - exact).sum(axis=1))) < 0.1 * ACCURACY
+
+
 def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():
     voyage = sail('hanging_thread_at_sea', duration=DAY_S / 4.0, **{'solver.accuracy': 1e-6})
     assert not voyage.result['accuracy']['holds']

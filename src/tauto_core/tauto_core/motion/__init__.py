@@ -106,6 +106,12 @@ least of such tolerances. There all steps err by up to 1000 s/day times the tole
 250 (measured over the built-in scenes, from 1e-3 to 1e-10).
 """
 
+FREE_SHARE = 5e-7
+"""The same on a wheel without an escapement: nothing restores its amplitude there, so that the
+errors of its energy at kinks and joints add up. In the first day a cheek errs by up to 1.8e6 s
+times the tolerance.
+"""
+
 SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3
 """The same where steps are smooth, least that of `stepping`; and the largest tolerance of all."""
 
@@ -119,7 +125,9 @@ def asked_tolerance(
     smooth = isinstance(machine, Machine) and not (machine.cam.joints.size or machine.cam.kinked)
     if smooth or isinstance(machine, InPlaceOfWheel):
         return smooth_tolerance(accuracy)
-    return min(max(ROUGH_SHARE * accuracy, LEAST_ROUGH), LARGEST_ASKED)
+    free = isinstance(machine, Machine) and machine.escapement is None
+    share = FREE_SHARE if free else ROUGH_SHARE
+    return min(max(share * accuracy, LEAST_ROUGH), LARGEST_ASKED)
 
 
 def smooth_tolerance(accuracy: float) -> float:
