@@ -9,12 +9,17 @@ from motion_cases import scene_of
 from test_motion_heat import warmed
 from thread_references import SEA, reference_of, sampled, swing
 
+from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import _SPANNED, _part
 from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
 from tauto_core.motion.real_threads import RealThreads
+from tauto_core.samples import SHIP_IMU
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import ABSENT
+from tauto_core.ship import ShipMotion
 
 WHEEL = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
@@ -195,3 +200,21 @@ def test_near_weightlessness_a_step_feels_the_whole_force():
     found = moved(FreeEndThreads(machine, 1e-7, 6), forcing)
     wanted = moved(RealThreads(machine, 1e-13), forcing)
     np.testing.assert_allclose(found.angle, wanted.angle, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize('name', ['clock_sully_lever', 'clock_own_cam_lever'])
+def test_a_hung_lever_steps_freely_over_long_pieces(name: str) -> None:
+    """The motion of a hung case has a polynomial of many powers over a second or more."""
+    keys = {
+        'solver.accuracy': 1e-3,
+        'air': ABSENT,
+        'trochlea.material': ABSENT,
+        'drag.oil': ABSENT,
+    }
+    scene = load_scene(name, duration=300.0, **keys)
+    stage = TrochleaStage(scene)
+    stage.feed({SHIP_IMU: ShipMotion(scene).sense(10**6)})
+    stage.finish()
+    engine = stage._propagator
+    assert isinstance(engine, FreeEndThreads)
+    assert engine.missed == 0

@@ -215,8 +215,12 @@ def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -
 
 
 @compiled
-def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, float]:
+def bounds_of(
+    channel: FloatArray | None, k: int, per: float, less: FloatArray | None = None
+) -> tuple[float, float]:
     """Return bounds of |f| and of `per`·|df/dx| over piece k of a channel f; 0 if it is absent.
+
+    Where another channel is to be taken off, f is the difference.
 
     The sum of the coefficients' magnitudes would be a bound without a guess, but is a hundred
     times too large in a piece about as long as a wave.
@@ -227,9 +231,15 @@ def bounds_of(channel: FloatArray | None, k: int, per: float) -> tuple[float, fl
     for i in EIGHT:  # both ends and six places between: a row of lanes costs as much as one
         x = with_lane(x, i, i / 7.0)
     value, slope = splat(0.0), splat(0.0)
-    for j in range(channel.shape[1] - 1, -1, -1):
+    own, count = channel.shape[1], channel.shape[1]
+    if less is not None:
+        count = max(own, less.shape[1])
+    for j in range(count - 1, -1, -1):
+        coefficient = channel[k, j] if j < own else 0.0
+        if less is not None and j < less.shape[1]:
+            coefficient -= less[k, j]
         slope = fma(slope, x, value)
-        value = fma(value, x, channel[k, j])
+        value = fma(value, x, coefficient)
     return BOUND_PER_LARGEST * largest(value), BOUND_PER_LARGEST * per * largest(slope)
 
 

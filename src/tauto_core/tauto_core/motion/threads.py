@@ -24,7 +24,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.passages import CLEAR
+from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE,
@@ -200,20 +200,8 @@ def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> B
 
 @compiled
 def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
-    """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k.
-
-    They are the sums of the coefficients' magnitudes, which no polynomial exceeds for 0 ≤ x ≤ 1.
-    """
-    vertical, tilt = pieces.drive, pieces.tilt
-    if vertical is None or tilt is None:
-        return 0.0, 0.0
-    value = slope = 0.0
-    for j in range(max(vertical.shape[1], tilt.shape[1])):
-        first = vertical[k, j] if j < vertical.shape[1] else 0.0
-        size = abs(first - tilt[k, j]) if j < tilt.shape[1] else abs(first)
-        value += size
-        slope += j * size
-    return value, slope / pieces.length_s[k]
+    """Return bounds of the case's angle α = β − τ [rad] and of α̇ [rad/s] over piece k."""
+    return bounds_of(pieces.drive, k, 1.0 / pieces.length_s[k], pieces.tilt)
 
 
 @compiled
@@ -226,6 +214,9 @@ def beside(gravity: float, tilt: float) -> float:
 
         z + z̃ tan² τ = g_eff/cos τ,    and (z̃ − z) sin τ is left across β.
     """
+    # mostly this shows it at once, since cos τ ≥ 1 − τ²/2
+    if gravity * (1.0 - 0.5 * tilt * tilt) >= LEAST_UPWARD:
+        return 0.0
     sine, cosine = math.sin(tilt), math.cos(tilt)
     if gravity * cosine >= LEAST_UPWARD:
         return 0.0
@@ -247,7 +238,6 @@ def beside(gravity: float, tilt: float) -> float:
 def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
     """Return `beside` at the nodes."""
     found = filled(gravity, 0.0)
-    # mostly this shows it at once, since cos τ ≥ 1 − τ²/2
     steepest = largest(tilt)
     if lowest(gravity) * (1.0 - 0.5 * steepest * steepest) >= LEAST_UPWARD:
         return found
