@@ -25,8 +25,9 @@ a lever or a swinging thread. Within 0.01 rad Sully's lever, hung, errs by 1e-3 
 rad before the end of half a swing lies a node, which would be counted if the impulse came before.
 """
 
-SHAPE_SHARE = 1e-3
-"""Error of the functions of a lever's arc over the tolerance: a rate errs by 0.01 of the accuracy.
+SHAPE_SHARE, USUAL_PER_RELEASE = 3e-3, 1.2
+"""Error of the functions of a lever's arc over the tolerance: a rate errs by 0.03 of the accuracy.
+And how far they reach beyond the release in few terms, as `wells.REACH_PER_RELEASE`.
 """
 
 
@@ -55,7 +56,7 @@ class FreeEndThreads(FreeEnds, RealThreads):
     def __init__(
         self, machine: LeverMachine | HangingMachine, tolerance: float | None, sweeps: int
     ) -> None:
-        super().__init__(machine, tolerance, WIDE_SIZE, TO_END, SHAPE_SHARE)
+        super().__init__(machine, tolerance, WIDE_SIZE, TO_END, SHAPE_SHARE, USUAL_PER_RELEASE)
         self._free_end = thread_end_of(self._model.system.pace, sweeps)
         self._free = np.zeros((), FREE)
         self._fill_constants()

@@ -224,6 +224,13 @@ def make_work(
     return work
 
 
+def rows_of_eight(count: int) -> FloatArray:
+    """Return rows of eight zeros that begin at cache lines, (count, 8)."""
+    raw = np.zeros(SIZE * (count + 1))
+    first = -(raw.ctypes.data // raw.itemsize) % SIZE
+    return raw[first : first + SIZE * count].reshape(count, SIZE)
+
+
 # -----------------------------------------------------------------------------
 # Rotations by ωh: to the stages of a step in double, over the step in twofold precision.
 #

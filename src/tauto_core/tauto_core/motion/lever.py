@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -12,8 +12,19 @@ from numpy.polynomial import chebyshev
 from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, complete_series
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
-from tauto_core.motion.gauss_step import Omega, Work, sine_versine
-from tauto_core.motion.lanes import Lanes, Numeric, filled, fma, largest, lowest, row_of, store
+from tauto_core.motion.gauss_step import Omega, Work, rows_of_eight, sine_versine
+from tauto_core.motion.lanes import (
+    Lanes,
+    Numeric,
+    filled,
+    fma,
+    lane,
+    largest,
+    lowest,
+    row_of,
+    splat,
+    store,
+)
 from tauto_core.motion.passages import CLEAR
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
@@ -65,7 +76,10 @@ if TYPE_CHECKING:
 # and beyond it, where functions of θ are singular.
 
 ARC_FUNCTIONS = 0, 1, 2, 3, 4, 5
-"""Rows of the series: n, w, χ', cos β, sin β, θ; F(H)/F(0) cos β of a pull F without mass."""
+"""Columns of the series: n, w, χ', cos β, sin β, θ; F(H)/F(0) cos β of a pull F without mass."""
+
+AT_NODES = 0, 1, 2, 3, 4
+"""Those that the nodes of a step need: all but θ."""
 
 FEWEST_SHAPE_TERMS, MOST_SHAPE_TERMS = 16, 128
 """Numbers of terms tried for the functions of s."""
@@ -94,11 +108,14 @@ class Series(NamedTuple):
     Attributes:
         middle: middle of the interval.
         half: half its length.
-        terms: coefficients of T_k(x), x = (s − middle)/half, (6, n).
+        per_half: 1/half.
+        terms: coefficients of T_k(x), x = (s − middle)/half: a row for each k, of six functions
+            and two zeros, (n, 8).
     """
 
     middle: float
     half: float
+    per_half: float
     terms: FloatArray
 
 
@@ -107,6 +124,7 @@ class Powers(NamedTuple):
 
     middle: float
     half: float
+    per_half: float
     terms: FloatArray
 
 
@@ -114,56 +132,73 @@ class ArcSeries(NamedTuple):
     """The functions on two intervals.
 
     Attributes:
-        near: about rest, over the usual range of motion.
-        whole: as far as the geometry allows; where that takes too many terms, as far as `near`.
+        near: about rest, over the usual range of motion or less.
+        whole: as far as the geometry allows; where that takes too many terms, over the usual range
+            (`wells.REACH_PER_RELEASE`).
     """
 
     near: Series | Powers
     whole: Series
 
 
-def arc_series(machine: LeverMachine, allowed: float = 0.0) -> ArcSeries:
+def arc_series(
+    machine: LeverMachine, allowed: float = 0.0, per_release: float = REACH_PER_RELEASE
+) -> ArcSeries:
     """Return the series of a machine, to an error relative to the largest coefficient.
 
-    An error `allowed` below rounding gives rounding. Raises a PropagationError where the inertia
+    An error `allowed` below rounding gives rounding. `near` is over `per_release` times the
+    release, and 0.1 rad. Raises a PropagationError where the inertia
     changes too abruptly for `MOST_SHAPE_TERMS`.
     """
     low, high = machine.edges
     arc = _arc_of_tau(machine, low, high)
-    # 0.1 rad for a wheel that is released at rest, which only the ship sets off
-    reach = REACH_PER_RELEASE * abs(machine.release_angle) + 0.1
-    near = np.clip(np.array([-reach, reach]), *machine.sides)
-    inner = machine.geometry.tau_of(near)
-    short = _series(machine, arc, float(inner[0]), float(inner[1]))
-    if short is None:
+
+    def within(per_release: float) -> Series | None:
+        # 0.1 rad for a wheel that is released at rest, which only the ship sets off
+        reach = per_release * abs(machine.release_angle) + 0.1
+        near = np.clip(np.array([-reach, reach]), *machine.sides)
+        inner = machine.geometry.tau_of(near)
+        return _series(machine, arc, float(inner[0]), float(inner[1]))
+
+    short = usual = within(REACH_PER_RELEASE)
+    if per_release != REACH_PER_RELEASE:
+        short = within(per_release)
+    if short is None or usual is None:
         raise PropagationError(
             'the inertia of weight and lever, or the force that pulls it, changes too abruptly '
             f'for {MOST_SHAPE_TERMS} Chebyshev coefficients. Use a heavier wheel, a lighter '
             'weight, a smoother force or a smaller release angle',
             0.0,
         )
-    whole = _series(machine, arc, low, high) or short
+    whole = _series(machine, arc, low, high) or usual
     return ArcSeries(_in_powers(_shortened(short, allowed)), _shortened(whole, allowed))
 
 
 def _shortened(series: Series, allowed: float) -> Series:
     """Leave out the last terms whose sum stays below the error allowed."""
-    size = np.abs(series.terms)
-    tails = np.cumsum(size[:, ::-1], axis=1)[:, ::-1] / np.max(size, axis=1, keepdims=True)
-    needed = max(2, int(np.count_nonzero(np.max(tails, axis=0) > allowed)))
-    return series._replace(terms=np.ascontiguousarray(series.terms[:, :needed]))
+    size = np.abs(series.terms[:, list(ARC_FUNCTIONS)])
+    tails = np.cumsum(size[::-1], axis=0)[::-1] / np.max(size, axis=0)
+    needed = max(2, int(np.count_nonzero(np.max(tails, axis=1) > allowed)))
+    return series._replace(terms=_in_rows(series.terms[:needed]))
+
+
+def _in_rows(terms: FloatArray) -> FloatArray:
+    """Return coefficients in rows of eight."""
+    rows = rows_of_eight(len(terms))
+    rows[:, : terms.shape[1]] = terms
+    return rows
 
 
 def _in_powers(series: Series) -> Series | Powers:
     """Return a series in powers, unless they grow so large that digits would cancel."""
     terms = np.zeros_like(series.terms)
-    for row, given in zip(terms, series.terms, strict=True):
-        found = chebyshev.cheb2poly(given)
-        row[: len(found)] = found
-    grown = np.sum(np.abs(terms), axis=1) / np.max(np.abs(series.terms), axis=1)
-    if np.max(grown) > MOST_GROWN:
-        return series
-    return Powers(series.middle, series.half, np.ascontiguousarray(terms))
+    for i in ARC_FUNCTIONS:
+        found = chebyshev.cheb2poly(series.terms[:, i])
+        terms[: len(found), i] = found
+        grown = np.sum(np.abs(terms[:, i])) / np.max(np.abs(series.terms[:, i]))
+        if grown > MOST_GROWN:
+            return series
+    return Powers(series.middle, series.half, series.per_half, _in_rows(terms))
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:
@@ -212,7 +247,10 @@ def _series(
 
     tail = SHAPE_TAIL if machine.law is None else TAIL_OF_LAW
     terms = _complete(functions, begin, end, MOST_SHAPE_TERMS, tail)
-    return None if terms is None else Series(0.5 * (begin + end), 0.5 * (end - begin), terms)
+    if terms is None:
+        return None
+    half = 0.5 * (end - begin)
+    return Series(0.5 * (begin + end), half, 1.0 / half, _in_rows(terms.T))
 
 
 def _complete(
@@ -370,7 +408,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         hot = _at_nodes(self, work)
         _, tension, _ = _pushed(hot, mode, at, a, speed, row_of(nodes.alpha_bend), gravity)
         whole = self.shape.whole
-        x = (s - whole.middle) * (1.0 / whole.half)
+        x = (s - whole.middle) * whole.per_half
         return beyond_by(tension, 1.0 - x * x, s, work)
 
     def clear_square(
@@ -493,60 +531,77 @@ def _turned(lever: SullyLever, arc: LeverOnArc, speed: Numeric, alpha_rate: Nume
     return speed * alpha_rate * arc.chi_slope * (lever.root_j * arc.n - arc.w)
 
 
-Six: TypeAlias = tuple[Numeric, Numeric, Numeric, Numeric, Numeric, Numeric]
-
-
 @inlined
-def _clenshaw(terms: FloatArray, x: Numeric, zero: Numeric) -> Six:
-    """Return Σ terms_k T_k(x) of each row by Clenshaw's recurrence, side by side."""
-    twice = 2.0 * x
-    sums = older = zero, zero, zero, zero, zero, zero
-    for j in range(terms.shape[1] - 1, 0, -1):
-        more: tuple[Numeric, ...] = ()
-        for i in ARC_FUNCTIONS:
-            more = (*more, fma(twice, sums[i], terms[i, j] - older[i]))
+def _clenshaw(terms: FloatArray, x: Lanes) -> LeverOnArc:
+    """Return Σ terms_k T_k(x) of each function by Clenshaw's recurrence, side by side."""
+    twice, zero = 2.0 * x, filled(x, 0.0)
+    sums = older = zero, zero, zero, zero, zero
+    for j in range(terms.shape[0] - 1, 0, -1):
+        more: tuple[Lanes, ...] = ()
+        for i in AT_NODES:
+            more = (*more, fma(twice, sums[i], terms[j, i] - older[i]))
         sums, older = more, sums
-    found: tuple[Numeric, ...] = ()
-    for i in ARC_FUNCTIONS:
-        found = (*found, fma(x, sums[i], terms[i, 0] - older[i]))
-    return found
+    found: tuple[Lanes, ...] = ()
+    for i in AT_NODES:
+        found = (*found, fma(x, sums[i], terms[0, i] - older[i]))
+    return LeverOnArc(found[0], found[1], found[2], found[3], found[4])
 
 
 @inlined
-def _horner(terms: FloatArray, x: Numeric, zero: Numeric) -> Six:
-    """Return Σ terms_k x^k of each row by Horner's scheme, side by side."""
-    sums = zero, zero, zero, zero, zero, zero
-    for j in range(terms.shape[1] - 1, -1, -1):
-        more: tuple[Numeric, ...] = ()
-        for i in ARC_FUNCTIONS:
-            more = (*more, fma(sums[i], x, terms[i, j]))
+def _horner(terms: FloatArray, x: Lanes) -> LeverOnArc:
+    """Return Σ terms_k x^k of each function by Horner's scheme, side by side."""
+    zero = filled(x, 0.0)
+    sums = zero, zero, zero, zero, zero
+    for j in range(terms.shape[0] - 1, -1, -1):
+        more: tuple[Lanes, ...] = ()
+        for i in AT_NODES:
+            more = (*more, fma(sums[i], x, terms[j, i]))
         sums = more
-    return sums
-
-
-@inlined
-def _at(series: Series | Powers, s: Numeric, zero: Numeric) -> tuple[LeverOnArc, Numeric]:
-    """Return the functions of the arc and θ at s, a float or lanes; zero is one of the same."""
-    x = (s - series.middle) * (1.0 / series.half)
-    if isinstance(series, Powers):
-        found = _horner(series.terms, x, zero)
-    else:
-        found = _clenshaw(series.terms, x, zero)
-    n, w, chi_slope, cosine, sine, angle = found
-    return LeverOnArc(n, w, chi_slope, cosine, sine), angle
+    return LeverOnArc(sums[0], sums[1], sums[2], sums[3], sums[4])
 
 
 @compiled
 def _near_nodes(shape: ArcSeries, s: Lanes) -> LeverOnArc:
     """Return the functions of the arc at lanes of s."""
-    if largest(s - shape.near.middle) <= shape.near.half:
-        return _at(shape.near, s, filled(s, 0.0))[0]
-    return _at(shape.whole, s, filled(s, 0.0))[0]
+    near, whole = shape.near, shape.whole
+    away = s - near.middle
+    if largest(away) <= near.half:
+        if isinstance(near, Powers):
+            return _horner(near.terms, away * near.per_half)
+        return _clenshaw(near.terms, away * near.per_half)
+    return _clenshaw(whole.terms, (s - whole.middle) * whole.per_half)
+
+
+@inlined
+def _powers_at(terms: FloatArray, x: float) -> Lanes:
+    """Return Σ terms_k x^k of all functions."""
+    sums = splat(0.0)
+    for j in range(terms.shape[0] - 1, -1, -1):
+        sums = fma(sums, x, row_of(terms, j))
+    return sums
+
+
+@inlined
+def _series_at(terms: FloatArray, x: float) -> Lanes:
+    """Return Σ terms_k T_k(x) of all functions by Clenshaw's recurrence."""
+    twice, sums, older = 2.0 * x, splat(0.0), splat(0.0)
+    for j in range(terms.shape[0] - 1, 0, -1):
+        sums, older = fma(sums, twice, row_of(terms, j) - older), sums
+    return fma(sums, x, row_of(terms) - older)
 
 
 @compiled
 def lever_on_arc(shape: ArcSeries, s: float) -> tuple[LeverOnArc, float]:
     """Return the functions of the arc and θ at s."""
-    if abs(s - shape.near.middle) <= shape.near.half:
-        return _at(shape.near, s, 0.0)
-    return _at(shape.whole, s, 0.0)
+    near, whole = shape.near, shape.whole
+    away = s - near.middle
+    if abs(away) > near.half:
+        found = _series_at(whole.terms, (s - whole.middle) * whole.per_half)
+    elif isinstance(near, Powers):
+        found = _powers_at(near.terms, away * near.per_half)
+    else:
+        found = _series_at(near.terms, away * near.per_half)
+    arc = LeverOnArc(
+        lane(found, 0), lane(found, 1), lane(found, 2), lane(found, 3), lane(found, 4)
+    )
+    return arc, lane(found, 5)

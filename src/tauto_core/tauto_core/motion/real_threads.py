@@ -34,6 +34,7 @@ from tauto_core.motion.stepping import (
 )
 from tauto_core.motion.system import ForcingPieces, HotNumbers
 from tauto_core.motion.threads import Hanging, OnWheel
+from tauto_core.motion.wells import REACH_PER_RELEASE
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, PropagationError
 
@@ -80,7 +81,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
     )
 
 
-def _lever(machine: LeverMachine, settled: float) -> Moved:
+def _lever(machine: LeverMachine, settled: float, per_release: float) -> Moved:
     """Return the lever, in a plane that turns with the free swing from the release angle."""
     try:
         omega = math.tau / machine.period(machine.release_angle)
@@ -90,7 +91,8 @@ def _lever(machine: LeverMachine, settled: float) -> Moved:
     side = machine.geometry.side
     kappa = side * machine.moment / (machine.inertia * root_j)
     on_wheel, mirrored = _on_wheel(machine, omega), True if side < 0.0 else None
-    system = SullyLever(arc_series(machine, settled), root_j, kappa, on_wheel, mirrored)
+    shape = arc_series(machine, settled, per_release)
+    system = SullyLever(shape, root_j, kappa, on_wheel, mirrored)
     return Moved(system, (omega,))
 
 
@@ -131,12 +133,14 @@ class RealThreads(SlackThread):
         stages: int = SIZE,
         constants: tuple[str, ...] = (),
         shape_share: float = ITERATION_SHARE,
+        per_release: float = REACH_PER_RELEASE,
     ) -> None:
         self._machine = machine
         allowed = tolerance_of(tolerance, ERROR_OF_LAST_STRONG, 2.0 ** -(2 * stages + 1))
         nodes: tuple[str, ...] = threads.THREAD_NODES
         if isinstance(machine, LeverMachine):
-            self._model, nodes = _lever(machine, shape_share * allowed.step), lever.LEVER_NODES
+            self._model = _lever(machine, shape_share * allowed.step, per_release)
+            nodes = lever.LEVER_NODES
         else:
             self._model = _hanging(machine)
             nodes += threads.SPRING_NODES * bool(machine.stiffness)
@@ -144,7 +148,8 @@ class RealThreads(SlackThread):
         rows, columns = (HotNumbers._fields, 2 * SIZE) if hot else ((), SIZE)
         super().__init__(machine, planes, (*nodes, *rows, *constants), stages, allowed, columns)
         if hot:
-            cold = RealThreads(replace(machine, heat=NO_HEAT), tolerance, stages, (), shape_share)
+            lasting = replace(machine, heat=NO_HEAT)
+            cold = RealThreads(lasting, tolerance, stages, (), shape_share, per_release)
             self.longest_step_s = cold.longest_step_s
         else:
             self.longest_step_s = self._longest_step()
