@@ -223,12 +223,14 @@ def make_collocation(
             from tauto_core.motion.hung_wheel import HungCollocation
 
             return HungCollocation(machine, machine.case, tolerance)
-        sweeps = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
+        known = sweeps
+        sweeps = sweeps_for(tolerance, machine.cam.kinked) if known is None else known
         if sweeps and machine.escapement is not None:
-            from tauto_core.motion.free_end import FreeEndCollocation, takes_free_ends
+            from tauto_core.motion.free_end import FreeEndCollocation, is_bent, takes_free_ends
 
             if takes_free_ends(machine):
-                return FreeEndCollocation(machine, tolerance, sweeps)
+                more = known is None and not machine.cam.kinked and is_bent(machine)
+                return FreeEndCollocation(machine, tolerance, sweeps + more)
         from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)

@@ -33,7 +33,9 @@ from tauto_core.motion.free_step import (
     HOLDS,
     LONGEST,
     MISSES,
+    MOST_SPANS,
     PAST,
+    RING,
     ROW_SETTLED,
     UNKNOWN,
     FreeEnd,
@@ -43,6 +45,7 @@ from tauto_core.motion.free_step import (
     fill_from_spans,
     fill_rates,
     holds,
+    lay_out_pieces,
     ship_at,
     span_at,
 )
@@ -56,6 +59,7 @@ from tauto_core.motion.free_thread import (
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MAX_SWEEPS,
+    MOST_POWERS,
     PART_STEP,
     Omega,
     Step,
@@ -65,6 +69,7 @@ from tauto_core.motion.gauss_step import (
     finish,
     gauss_constants,
     make_work,
+    rows_of_eight,
     start_stages,
     sum_exactly,
     sweep,
@@ -125,15 +130,22 @@ LEAST_KINKED_ERROR, MOST_ON_LAND_KINKED = 1e-8, 1e-9
 """The same of a swing on a kinked cam, whose well is strongly anharmonic: 3e-4 s/day."""
 
 
+def is_bent(machine: Machine) -> bool:
+    """Return whether the angle is the coordinate, and the well not that of a linear lever arm.
+
+    Such a swing takes one sweep more: with two the weight's own cam errs by 6e-4 s/day.
+    """
+    return lasting_shape(machine) is None and not machine.is_linear
+
+
 def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
     """Return the settings for a number of sweeps, ≥ 1."""
-    bent = lasting_shape(machine) is None and not machine.is_linear
-    settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
     least, near = LEAST_FREE_ERROR, NEAR if sweeps <= MOST_IN_ONE else NEARER
     if machine.cam.kinked:
         least, near = LEAST_KINKED_ERROR, NEAR_KINKED if sweeps <= MOST_IN_ONE else NEARER
-    elif bent:
-        least, near = LEAST_BENT_ERROR, NEAR_BENT if sweeps < MOST_IN_ONE else NEARER
+    elif is_bent(machine):
+        least, near = LEAST_BENT_ERROR, NEAR_BENT if sweeps <= MOST_IN_ONE else NEARER
+    settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
     error, close = max(least, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
     omega = reference_frequency(machine)
     usual_s = math.pi / omega
@@ -172,8 +184,8 @@ The second derivative that this takes from the polynomial of the step leaves som
 NEAR, and a hundredth of it within NEARER, at the price of a second length.
 """
 
-NEAR_BENT, NEAR_KINKED = 0.002, 0.003
-"""The same of a bent swing and two sweeps, which leaves 3e-4 s/day; and on a kinked cam."""
+NEAR_BENT, NEAR_KINKED = 0.004, 0.003
+"""The same of a bent swing, and on a kinked cam."""
 
 
 def takes_free_ends(machine: Machine) -> bool:
@@ -268,9 +280,6 @@ TO_END = 'first', 'second', 'third'
 
 WAITS = 15
 """Half swings of the driver after the one that a step did not hold for."""
-
-MOST_SPANS = 12
-"""Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
 
 
 @inlined
@@ -374,6 +383,7 @@ def _ahead(
         spans,
         start.pieces,
         start.rates,
+        start.laid,
     )
     return code, known
 
@@ -391,6 +401,7 @@ def advance_freely(
     rows: NDArray[np.void],
     rates: Rates,
     powers: int,
+    laid: FloatArray,
     free: FreeState,
     free_end: FreeEnd,
 ) -> tuple[int, int, float]:
@@ -403,20 +414,20 @@ def advance_freely(
     longest = LONGEST if isinstance(system, Wheel) else LONGEST_ON_THREAD
     reach_s, written, count = longest * free_end.usual_s, 0, len(spans.begin)
     squares, bends = np.empty(count), np.empty(count)
-    fill_rates(pieces.drive, pieces, rates.line)
-    fill_rates(pieces.tilt, pieces, rates.tilt)
+    fill_rates(pieces, rates)
     for i in range(count):
         _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
         squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
-    k, shown = 0, free.shown
+    k, shown, unlaid = 0, free.shown, 0
     while k < count:
         x = free.x if free.free else spans.begin[k]
-        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates)
+        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates, laid)
         if free.free and free.waits == 0:
             time = 0.0
             code, half = _ahead(start, shown, reach_s, squares, bends)
             if code == UNKNOWN:
                 break
+            unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), half.last, laid)
             if code == DUE:
                 code = _to_row(run, half, free, free_end, rows[written])
                 if code == HOLDS:
@@ -435,6 +446,7 @@ def advance_freely(
             free.waits, free.missed = WAITS + 1, free.missed + 1
             free.forth = free.back = 0.0
         # the driver continues to the next impulse, or to the end of the span
+        unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), k, laid)
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
             at = ship_at(start, k, x)
@@ -535,10 +547,12 @@ class FreeEnds(SlackThread):
 
     _free_end: FreeEnd
     _free: NDArray[np.void]
+    _laid: FloatArray
     _kept: Forcing | None = None
 
     def _fill_constants(self) -> None:
         """Fill the integrals of the slopes' Taylor series about the end, by P_n'(1), P_n''(1) …"""
+        self._laid = rows_of_eight(RING * MOST_POWERS)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
         for j, name in enumerate(TO_END, start=1):
@@ -598,6 +612,7 @@ class FreeEnds(SlackThread):
             rows,
             Rates(*rates),
             powers,
+            self._laid,
             self._free,
             self._free_end,
         )

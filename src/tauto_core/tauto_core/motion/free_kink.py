@@ -15,7 +15,6 @@ from tauto_core.motion.free_step import (
     LONGEST,
     MISSES,
     MOST_LENGTHS,
-    ROW_SETTLED,
     SHORTEST,
     FreeEnd,
     FreeHalfSwing,
@@ -29,6 +28,7 @@ from tauto_core.motion.free_step import (
     holds,
     late_for_impulse,
     late_for_kink,
+    longer_by_gravity,
     moving,
     settle,
     ship_at,
@@ -68,9 +68,6 @@ SHORT, MOST_LATE = 0.3, 0.05
 predicted length, over the length, at which a step is not made anew.
 """
 
-AT_ENDS = 1.0 / 3.0 - 2.0 / (math.pi * math.pi)
-"""Weight of gravity at the ends of half a swing, in a mean over sin² of its phase."""
-
 ONWARD_SWEEPS = 2
 """Least sweeps of such a step: it is short."""
 
@@ -87,74 +84,27 @@ def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: 
     wheel, state, plane = half.system, run.state, run.state.planes[0]
     d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
-    since = arc_sine(d * q * per_size)
     if goes_on(state):
         reach = 0.0
         if state.armed:
             k, x = span_at(half, 0.0)
             reach = wheel.impulse - d * ship_at(half, k, x).tilt.value
-        return (arc_sine(reach * per_size) - since) / run.omega[0]
+        return (arc_sine(reach * per_size) - arc_sine(d * q * per_size)) / run.omega[0]
     k, x = span_at(half, free_end.usual_s)
     then, quicker = ship_at(half, k, x), 1.0
+    k, x = span_at(half, 0.5 * free_end.usual_s)
+    middle = ship_at(half, k, x)
+    # the neutral line, as it turns in the middle of the half swing, shifts the centre
+    shift = d * middle.drive.bend / (run.omega[0] * run.omega[0])
+    since = arc_sine((d * q + shift) * per_size)
     if wheel.felt.gravity is not None:
-        # weighted as the square of the swing, largest at the turning point, up to squares of time
-        k, x = span_at(half, 0.5 * free_end.usual_s)
-        middle = ship_at(half, k, x).gravity
-        ends = 0.5 * (free.gravity + then.gravity)
-        # (1 + more)^(−1/2)
-        more = (middle + AT_ENDS * (ends - middle)) / wheel.gravity - 1.0
-        quicker -= more * (0.5 - more * (0.375 - more * 0.3125))
+        quicker = longer_by_gravity(half, free, middle, then)
     # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
     larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
     time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
     half_s = free_end.usual_s * quicker * time
     reach = min(0.0, wheel.impulse + d * then.tilt.value)
-    return half_s + (arc_sine(reach * per_size) - since) / run.omega[0]
-
-
-@inlined
-def _solve(
-    run: SteppedRun, half: FreeHalfSwing, free_end: FreeEnd, mode: Mode, h: float
-) -> tuple[bool, bool, float, float]:
-    """Collocate the step to the next kink or impulse, which is expected after a time h [s].
-
-    Returns whether it holds, whether it ends with an impulse, its length, and how far beyond it
-    the event is [s].
-    """
-    wheel, omega, state, work, way = half.system, run.omega, run.state, run.work, mode.direction
-    plane, usual_s, turns = state.planes[0], free_end.usual_s, not goes_on(state)
-    shortest, longest = (
-        (SHORTEST * usual_s, LONGEST * usual_s) if turns else (0.0, SHORT * usual_s)
-    )
-    least, settled = free_end.sweeps, free_end.settled
-    if not turns:
-        least, settled = ONWARD_SWEEPS, ROW_SETTLED * settled
-    struck, late = state.armed, 0.0
-    for n in range(MOST_LENGTHS):
-        if not shortest < h < longest:
-            break
-        fill_from_spans(half, h, work)
-        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        fill_rotations(step)
-        if n == 0:
-            start_stages(step)
-            if turns:
-                store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
-                store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
-        if not settle(step, least, settled * abs(plane.y)):
-            break
-        k, x = span_at(half, h)
-        now = moving(wheel, mode, omega, end_of(run, h).plane, ship_at(half, k, x))
-        if not (way * now.rate > 0.0 and way * now.speed > 0.0):
-            break
-        kink, impulse = late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
-        if turns:
-            struck = impulse < kink
-        late = impulse if struck else kink
-        if omega[0] * abs(late) <= free_end.near and abs(late) <= MOST_LATE * h:
-            return holds(run, half, mode, free_end.error, h), struck, h, late
-        h += late
-    return False, struck, h, late
+    return half_s + (arc_sine((reach - shift) * per_size) - since) / run.omega[0]
 
 
 @inlined
@@ -205,19 +155,52 @@ def _to_event(
         now = moving(wheel, mode, omega, Plane(plane.x, plane.y), at)
         _act(run, half, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
         return HOLDS, 0.0
-    held, struck, h, late = _solve(run, half, free_end, mode, h)
-    if not held:
-        return MISSES, 0.0
-    found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-    k, x = span_at(half, h)
-    at, end = ship_at(half, k, x), end_of(run, h)
-    now = moving(wheel, mode, omega, end.plane, at)
-    late, since, at, now, there = event_after(
-        run, half, mode, h, late, end, at, now, free_end, struck
+    usual_s, least, settled, struck = (
+        free_end.usual_s,
+        free_end.sweeps,
+        free_end.settled,
+        state.armed,
     )
-    _act(run, half, free, mode, struck, there, at, now, since)
-    count_step(True, found, run, 0, 0.0)
-    return HOLDS, h + late
+    shortest, longest = SHORTEST * usual_s, LONGEST * usual_s
+    if onward:
+        shortest, longest, least = 0.0, SHORT * usual_s, ONWARD_SWEEPS
+    for n in range(MOST_LENGTHS):
+        if not shortest < h < longest:
+            break
+        fill_from_spans(half, h, work)
+        k, x = span_at(half, h)
+        at = ship_at(half, k, x)
+        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
+        fill_rotations(step)
+        if n == 0:
+            start_stages(step)
+            if not onward:
+                store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
+                store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
+        if not settle(step, least, settled * abs(plane.y), n > 0):
+            break
+        end = end_of(run, h)
+        now = moving(wheel, mode, omega, end.plane, at)
+        if not (way * now.rate > 0.0 and way * now.speed > 0.0):
+            break
+        late, impulse = late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
+        if not onward:
+            struck = impulse < late
+        if struck:
+            late = impulse
+        if omega[0] * abs(late) > free_end.near or abs(late) > MOST_LATE * h:
+            h += late
+            continue
+        if not holds(run, half, mode, free_end.error, h):
+            break
+        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+        late, since, at, now, there = event_after(
+            run, half, mode, h, late, end, at, now, free_end, struck
+        )
+        _act(run, half, free, mode, struck, there, at, now, since)
+        count_step(True, found, run, 0, 0.0)
+        return HOLDS, h + late
+    return MISSES, 0.0
 
 
 @inlined

@@ -40,8 +40,16 @@ from tauto_core.motion.stepping import (
     step_error,
 )
 from tauto_core.motion.system import (
+    APPARENT_GRAVITY,
+    DRIVE,
+    DRIVE_BEND,
+    DRIVE_RATE,
     HEAT_POWERS,
+    LEAN,
     NOWHERE,
+    TILT,
+    TILT_BEND,
+    TILT_RATE,
     ChannelAt,
     ForcingPieces,
     HotNumbers,
@@ -51,6 +59,7 @@ from tauto_core.motion.system import (
     Plane,
     SteppedRun,
     keep,
+    powers_at,
 )
 from tauto_core.motion.wells import (
     given_energy,
@@ -156,7 +165,14 @@ class Rates(NamedTuple):
 
 
 @inlined
-def fill_rates(
+def fill_rates(pieces: ForcingPieces, rates: Rates) -> None:
+    """Fill the coefficients of the time derivatives."""
+    _fill_rate(pieces.drive, pieces, rates.line)
+    _fill_rate(pieces.tilt, pieces, rates.tilt)
+
+
+@inlined
+def _fill_rate(
     channel: FloatArray | None, pieces: ForcingPieces, rates: FloatArray | None
 ) -> None:
     """Fill the coefficients of the time derivative of a channel."""
@@ -168,6 +184,41 @@ def fill_rates(
         for j in range(1, powers):
             rates[i, j - 1] = channel[i, j] * (j * per_s)
         rates[i, powers - 1] = 0.0
+
+
+MOST_SPANS = 12
+"""Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
+
+RING = 16
+"""Pieces that are laid out at a time, more than those."""
+
+
+@inlined
+def lay_out_pieces(
+    pieces: ForcingPieces, rates: Rates, powers: int, first: int, last: int, laid: FloatArray
+) -> int:
+    """Lay out pieces for `ship_at`, in the columns of `system`; return the next one after them.
+
+    The row of a power of piece k follows those of lower powers, from `k % RING * powers` on.
+    Columns of absent channels stay zero.
+    """
+    for k in range(first, last + 1):
+        row, per_s = k % RING * powers, 1.0 / pieces.length_s[k]
+        line = tilt = 0.0
+        for j in range(powers - 1, -1, -1):
+            if pieces.drive is not None and rates.line is not None:
+                laid[row + j, DRIVE_BEND] = (j + 1.0) * per_s * line
+                line = rates.line[k, j]
+                laid[row + j, DRIVE], laid[row + j, DRIVE_RATE] = pieces.drive[k, j], line
+            if pieces.tilt is not None and rates.tilt is not None:
+                laid[row + j, TILT_BEND] = (j + 1.0) * per_s * tilt
+                tilt = rates.tilt[k, j]
+                laid[row + j, TILT], laid[row + j, TILT_RATE] = pieces.tilt[k, j], tilt
+            if pieces.gravity is not None:
+                laid[row + j, APPARENT_GRAVITY] = pieces.gravity[k, j]
+            if pieces.lean is not None:
+                laid[row + j, LEAN] = pieces.lean[k, j]
+    return max(first, last + 1)
 
 
 class FreeHalfSwing(NamedTuple):
@@ -182,6 +233,7 @@ class FreeHalfSwing(NamedTuple):
         bend: bound of |γ̈| [rad/s2].
         powers: number of powers of every channel.
         spans, pieces, rates: all of them.
+        laid: those read, as `lay_out_pieces` has them.
     """
 
     system: Any
@@ -195,6 +247,7 @@ class FreeHalfSwing(NamedTuple):
     spans: Spans
     pieces: ForcingPieces
     rates: Rates
+    laid: FloatArray
 
 
 @inlined
@@ -208,24 +261,9 @@ def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 @inlined
 def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
-    """Return the forcing at x of piece k, without γ of a wheel, and the machine's numbers."""
-    pieces, rates = half.pieces, half.rates
-    per_s = 1.0 / pieces.length_s[k]
-    line = line_slope = tilt = tilt_rate = tilt_slope = gravity = lean = vertical = 0.0
-    # one loop for all channels: they are short, and the end of a loop may be mispredicted
-    for j in range(half.powers - 1, -1, -1):
-        if rates.line is not None:
-            line_slope, line = fma(line_slope, x, line), fma(line, x, rates.line[k, j])
-        if pieces.drive is not None and not isinstance(half.system, Wheel):
-            vertical = fma(vertical, x, pieces.drive[k, j])
-        if pieces.tilt is not None and rates.tilt is not None:
-            tilt = fma(tilt, x, pieces.tilt[k, j])
-            tilt_slope = fma(tilt_slope, x, tilt_rate)
-            tilt_rate = fma(tilt_rate, x, rates.tilt[k, j])
-        if pieces.gravity is not None:
-            gravity = fma(gravity, x, pieces.gravity[k, j])
-        if pieces.lean is not None:
-            lean = fma(lean, x, pieces.lean[k, j])
+    """Return the forcing at x of piece k, and the machine's numbers."""
+    pieces = half.pieces
+    found = powers_at(half.laid, k % RING * half.powers, half.powers, x)
     hot = None
     if pieces.hot is not None:
         terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
@@ -242,10 +280,10 @@ def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
             lane(all_, 6),
         )
     return Outside(
-        ChannelAt(vertical, line, line_slope * per_s),
-        ChannelAt(tilt, tilt_rate, tilt_slope * per_s),
-        gravity,
-        lean,
+        ChannelAt(lane(found, DRIVE), lane(found, DRIVE_RATE), lane(found, DRIVE_BEND)),
+        ChannelAt(lane(found, TILT), lane(found, TILT_RATE), lane(found, TILT_BEND)),
+        lane(found, APPARENT_GRAVITY),
+        lane(found, LEAN),
         hot,
     )
 
@@ -341,21 +379,48 @@ def arc_sine(x: float) -> float:
     return x * fma(square, fma(square, fma(square, 15 / 336, 3 / 40), 1 / 6), 1.0)
 
 
+AT_ENDS = 1.0 / 3.0 - 2.0 / (math.pi * math.pi)
+"""Weight of gravity at the ends of half a swing, in a mean over sin² of its phase."""
+
+
+@inlined
+def longer_by_gravity(
+    half: FreeHalfSwing, free: FreeState, middle: Outside, then: Outside
+) -> float:
+    """Return the factor by which half a swing lasts longer than in the gravity at rest.
+
+    Gravity is weighted as the square of the swing, largest at the turning point, up to squares of
+    time; `middle` and `then` are its middle and its end.
+    """
+    ends = 0.5 * (free.gravity + then.gravity) - middle.gravity
+    # (1 + more)^(−1/2)
+    more = (middle.gravity + AT_ENDS * ends) / half.system.gravity - 1.0
+    return 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+
+
 @inlined
 def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
-    """Return the time to the next impulse [s], on a harmonic swing as `Wheel.ahead_s` does."""
+    """Return the time to the next impulse [s], on a harmonic swing about its centre.
+
+    The neutral line, as it turns in the middle of the half swing, shifts the centre.
+    """
     wheel, plane, way = half.system, run.state.planes[0], -float(run.state.direction)
     k, x = span_at(half, usual_s)
     then = ship_at(half, k, x)
-    q, y = angle_at(wheel, plane.x), plane.y - free.line_rate / run.omega[0]
+    k, x = span_at(half, 0.5 * usual_s)
+    middle = ship_at(half, k, x)
+    shift = middle.drive.bend / (run.omega[0] * run.omega[0])
+    q, y = angle_at(wheel, plane.x) + shift, plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
-    since, until = -way * q * per_size, (wheel.impulse - way * then.tilt.value) * per_size
-    pace_s = usual_s / math.pi
+    since, until = (
+        -way * q * per_size,
+        (wheel.impulse - way * (then.tilt.value - shift)) * per_size,
+    )
+    # near the middle of the swing gravity hardly changes the time
+    beyond = (arc_sine(until) - arc_sine(since)) * (usual_s / math.pi)
     if wheel.felt.gravity is not None:
-        # (1 + more)^(−1/2)
-        more = (free.gravity + then.gravity) * (0.5 / wheel.gravity) - 1.0
-        pace_s *= 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
-    return (math.pi - arc_sine(since) + arc_sine(until)) * pace_s
+        return usual_s * longer_by_gravity(half, free, middle, then) + beyond
+    return usual_s + beyond
 
 
 class Moving(NamedTuple):
@@ -602,15 +667,18 @@ def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: flo
 
 
 @inlined
-def settle(step: Step, least: int, floor: float) -> bool:
+def settle(step: Step, least: int, floor: float, known: bool) -> bool:
     """Sweep the stages `least` times and until they have settled; return whether so.
 
-    As `gauss_step.sweep`, which looks at the changes from the first sweep on.
+    As `gauss_step.sweep`, which looks at the changes from the first sweep on; a single sweep is
+    not looked at. Where the slopes are `known`, of a step of about this length, the first sweep
+    takes them.
     """
     work = step.work
     before = change = math.inf
     for n in range(least + MORE_SWEEPS):
-        evaluate(step)
+        if n > 0 or not known:
+            evaluate(step)
         if n >= least and (change <= floor or change * change <= floor * (before - change)):
             return True
         moved = filled(work.u, 0.0)
@@ -652,7 +720,7 @@ def to_impulse(
             store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
             store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y)):
+        if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y), n > 0):
             return MISSES, 0.0
         end = end_of(run, h)
         now = moving(wheel, mode, omega, end.plane, at)

@@ -1,7 +1,8 @@
 """Free-end steps of Sully's lever and of the swinging thread: from impulse to impulse.
 
 The length of a step is predicted from the ship's motion in its middle, and by how much the last
-half swing the same way was longer than predicted. `free_end` has the whole.
+half swing the same way was longer than predicted. It is corrected before the last two sweeps of
+the stages, since few predictions are near. `free_end` has the whole.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from __future__ import annotations
 import math
 
 from tauto_core.kernels import inlined
-from tauto_core.motion.events import phase_to
 from tauto_core.motion.free_step import (
     HOLDS,
     MISSES,
@@ -18,6 +18,7 @@ from tauto_core.motion.free_step import (
     FreeHalfSwing,
     FreeState,
     StepEnd,
+    arc_sine,
     fill_from_spans,
     settle,
     ship_at,
@@ -45,14 +46,23 @@ from tauto_core.motion.system import (
 SHORTEST_ON_THREAD, LONGEST_ON_THREAD = 0.6, 1.5
 """Least and greatest length of a half swing, over that on land: the sea moves a thread more."""
 
+LIKELY = 0.7, 1.3
+"""Least and greatest length of a half swing with which the first sweeps are made, over that on
+land."""
+
+LATER = 2
+"""Least sweeps after the length of a step was corrected, or corrected again: only two show whether
+the stages settle. All others are made before.
+"""
+
 
 @inlined
 def time_to_impulse(run: SteppedRun, half: FreeHalfSwing, usual_s: float) -> float:
-    """Return about the time to the next impulse [s]; infinite or NaN where none is expected.
+    """Return about the time to the next impulse [s].
 
     The swing is taken as harmonic about its centre, as in `ThreadSystem.ahead_s`. Gravity and what
     shifts the centre are those in the middle of the half swing: of what changes evenly that is the
-    mean.
+    mean. No library is called, since arc tangents take as long as a sweep of the stages.
     """
     system, state = half.system, run.state
     way = -float(state.direction)
@@ -62,8 +72,11 @@ def time_to_impulse(run: SteppedRun, half: FreeHalfSwing, usual_s: float) -> flo
     now = system.instant(mode, run.omega, planes_of(run.omega, state.planes), at)
     pace = system.pace * math.sqrt(at.gravity / system.on_wheel.gravity)
     shift = now.bend / (pace * pace)
-    ahead = phase_to(way, -shift, now.rate / pace, system.impulse - way * (now.angle + shift))
-    return ahead / pace
+    per_pace = 1.0 / pace
+    y = now.rate * per_pace
+    per_size = 1.0 / math.sqrt(shift * shift + y * y)
+    since, until = way * shift, system.impulse - way * (now.angle + shift)
+    return (math.pi + arc_sine(until * per_size) - arc_sine(since * per_size)) * per_pace
 
 
 @inlined
@@ -176,6 +189,7 @@ def to_impulse_on_thread(
         size = max(size, abs(state.planes[p].y))
     expected = time_to_impulse(run, half, usual_s)
     h = expected * lasting(run, free)
+    h = min(max(h, LIKELY[0] * usual_s), LIKELY[1] * usual_s)
     for n in range(MOST_LENGTHS):
         if not SHORTEST_ON_THREAD * usual_s < h < LONGEST_ON_THREAD * usual_s:
             return MISSES, 0.0
@@ -184,7 +198,8 @@ def to_impulse_on_thread(
         fill_rotations(step)
         if n == 0:
             start_stages(step)
-        if not settle(step, free_end.sweeps, free_end.settled * size):
+        least = max(free_end.sweeps - LATER, 1) if n == 0 else LATER
+        if not settle(step, least, free_end.settled * size, n > 0):
             return MISSES, 0.0
         k, x = span_at(half, h)
         at, ends = ship_at(half, k, x), _ends(run, h)
@@ -193,7 +208,7 @@ def to_impulse_on_thread(
             return MISSES, 0.0
         left = system.impulse - way * now.angle
         late = time_until(left, way, now.rate, now.bend, (pace,))
-        if pace * abs(late) > free_end.near:
+        if n == 0 or pace * abs(late) > free_end.near:
             h += late
             continue
         if not holds_on_thread(run, half, mode, free_end.error, h):

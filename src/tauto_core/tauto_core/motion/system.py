@@ -22,6 +22,7 @@ from tauto_core.motion.lanes import (
     lane,
     lowest,
     row_of,
+    splat,
     store,
     width,
 )
@@ -206,6 +207,21 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
         for j in range(terms):
             work.piece[j * size + LEAN] = pieces.lean[k, j] if j < own else 0.0
     return pieces.length_s[k], terms
+
+
+@inlined
+def powers_at(rows: FloatArray, first: int, count: int, x: float) -> Lanes:
+    """Return Σ x^j · row (first + j), of rows of eight.
+
+    Even and odd powers are summed apart, so that half as many operations wait for one another.
+    """
+    even, odd, square = splat(0.0), splat(0.0), x * x
+    if count % 2 == 1:
+        even = row_of(rows, first + count - 1)
+    for j in range(first + count - 1 - count % 2, first, -2):
+        odd = fma(odd, square, row_of(rows, j))
+        even = fma(even, square, row_of(rows, j - 1))
+    return fma(odd, x, even)
 
 
 @compiled
