@@ -56,6 +56,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     'forecast': (
         stress_forecast.bounds,
         stress_forecast.accuracies,
+        stress_forecast.hours,
         stress_forecast.extrapolations,
     ),
     'search': (partial(stress_search.search, 200),),
