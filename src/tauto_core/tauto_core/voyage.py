@@ -526,7 +526,8 @@ def sail(
         progress: called with the fraction done, from 0 to 1.
         watch: called with all samples on any topic, batch after batch.
         judge: state in `accuracy` of the result the accuracy requested and reached, by trials
-            of the beginning, where the scene states `solver.accuracy`.
+            of the beginning, where the scene states `solver.accuracy`, or the default may not be
+            reached since the ship rolls too steeply.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -573,12 +574,13 @@ def sail(
                 progress(source.produced / source.total)
     warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
     asked = None
-    if judge and scene.states_accuracy:
-        from tauto_core.checks.cost import accuracy_reached, missed_words
+    if judge and scene.accuracy is not None:
+        from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words
 
-        asked = accuracy_reached(scene, machine, motion)
-        if asked is not None and not asked['holds']:
-            warnings.append(missed_words(asked))
+        if scene.states_accuracy or is_steep(scene, machine):
+            asked = accuracy_reached(scene, machine, motion)
+            if not asked['holds']:
+                warnings.append(missed_words(asked))
     result = {
         **summary.result(),
         **({} if asked is None else {'accuracy': asked}),

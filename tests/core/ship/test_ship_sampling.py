@@ -13,7 +13,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.machines import compile_machine
 from tauto_core.samples import PHASE
-from tauto_core.scene import load_scene, parse_scene, scene_yaml
+from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S
@@ -145,6 +145,65 @@ def test_the_accuracy_asked_for_is_reached(name, changes, duration):
         assert said['bound_s_per_day'] >= found - 1e-11
         assert said['holds'] == (said['bound_s_per_day'] <= asked)
         assert json.loads(json.dumps(said)) == said
+
+
+STEEP_WEIGHT = {
+    'inertia': 4.0e-4,
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'thread': {'kind': 'vertical'},
+    'power': {'kind': 'weight', 'mass': 0.322},
+    'release_angle': 0.6,
+}
+
+
+def steep_sea(height: float, *, waves: int, hull: bool, rate: float | None = None) -> Scene:
+    """Return half an hour in a beam sea whose peak is at the period of the roll, 9 s.
+
+    With a rate, that and a fine tolerance are stated.
+    """
+    roll = {'natural_period': 9.0, 'damping_ratio': 0.03}
+    rolls = {'hull': 'deptford', 'height': 3.0} if hull else {'height': 6.0}
+    sea = {
+        'spectrum': 'bretschneider',
+        'significant_wave_height': height,
+        'peak_period': 9.0,
+        'components': waves,
+    }
+    roll |= {} if hull else {'slope_coefficient': 0.7}
+    ship = {'kind': 'sea', 'sea': sea, 'roll': roll, **rolls}
+    stated: dict[str, object] = {}
+    if rate is not None:
+        ship['rate'], stated['solver'] = rate, {'tolerance': 2e-12}
+    scene = {'duration': 1800.0, 'trochlea': STEEP_WEIGHT, 'ship': ship, **stated}
+    return parse_scene(json.dumps(scene), 'steep')
+
+
+# a ship with a hull, which rolls 1.0 rad, and a roll of 256 waves, 1.07 rad
+OVERTONES = ((True, 64, 6.0, 1e-7), (False, 256, 7.0, 1e-5))
+
+
+@pytest.mark.parametrize(('hull', 'waves', 'height', 'coarse_s'), OVERTONES)
+def test_hulls_and_hundreds_of_waves_have_overtones_too(hull, waves, height, coarse_s):
+    """At 8 Hz, which does for the waves themselves, the readings err by more than `coarse_s`."""
+    phases = [
+        sail(steep_sea(height, waves=waves, hull=hull, rate=rate)).samples[PHASE].position[:, 1:3]
+        for rate in (None, 8.0, 40.0)
+    ]
+    half_s = 0.5 * TrochleaStage(steep_sea(height, waves=waves, hull=hull)).nominal_s
+    errors = [half_s * np.max(np.abs((each - phases[2]).sum(axis=1))) for each in phases[:2]]
+    assert errors[0] < 0.1 * ACCURACY
+    assert errors[1] > coarse_s
+
+
+def test_a_sea_so_steep_that_no_rate_will_do_is_told_without_an_accuracy_stated():
+    """At 7 m the case leans so far from the apparent vertical, at 1.18 rad, that the thread cannot
+    follow it: its law changes there, and the reading errs by 1e-3 s at 8 Hz and 1e-4 s at 40 Hz.
+    """
+    steep = sail(steep_sea(7.0, waves=64, hull=True))
+    assert any('solver.accuracy' in warning for warning in steep.result['warnings'])
+    assert steep.result['accuracy']['bound_s_per_day'] > 1e-3
+    less = sail(steep_sea(6.0, waves=64, hull=True))
+    assert 'accuracy' not in less.result
 
 
 @pytest.mark.parametrize('thread', ['lever', 'hanging'])

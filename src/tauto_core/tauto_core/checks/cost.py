@@ -32,6 +32,7 @@ from tauto_core.motion import (
     propagator_name,
     steps_in,
 )
+from tauto_core.motion.forcing import LEAST_UPWARD
 from tauto_core.navigation.regressors import HEAT, SHAKEN_BY
 from tauto_core.samples import (
     PHASE,
@@ -48,7 +49,7 @@ from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
-from tauto_core.ship.sampling import MAX_STRIDE
+from tauto_core.ship.sampling import MAX_STRIDE, least_upward
 from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
 
@@ -759,6 +760,19 @@ def accuracy_reached(
         'rate_hz': None if scene.lies_still else scene.ship.rate,
         'tolerance': None if found.steps_a_swing is None else tolerance(scene, machine),
     }
+
+
+def is_steep(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> bool:
+    """Return whether the ship rolls too steeply for any rate to keep the default accuracy surely.
+
+    Where the force has less than `LEAST_UPWARD` upwards in a fixed case, the law that the thread
+    follows changes, so that no polynomial is exact across it; samples are then never dense enough.
+    """
+    if isinstance(machine, InPlaceOfWheel) or not machine.follows_apparent_vertical:
+        return False
+    if scene.lies_still or scene.suspension is not None:
+        return False
+    return least_upward(scene, scene.ship) < LEAST_UPWARD
 
 
 def missed_words(asked: Mapping[str, Any]) -> str:

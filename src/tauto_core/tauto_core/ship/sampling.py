@@ -9,10 +9,12 @@ docs/theory/propagators.md.
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
@@ -96,6 +98,25 @@ MOST_WAVES = 128
 NEARLY_WEIGHTLESS = 0.1
 """Apparent gravity over g, below which no rate is asked for: where it vanishes it has a kink,
 which no polynomial follows.
+"""
+
+SEARCHED = 64
+"""Parts of the beginning of a run in whose steepest instants overtones are taken, and the instants
+looked at in each part.
+"""
+
+SEARCH_TURN = 0.7
+"""Mean phase of the roll from one of these instants to the next [rad]."""
+
+FIRST_REACHES, STEEP_REACHES = 1.0 / 30.0, 0.1
+"""Parts of the error of overtones that count, of the first piece and, in the mean square, of those
+at the steepest instants: an error of 1e-6 s was found where they were 60 to 2000 times as large as
+the error that is allowed to the waves.
+"""
+
+ONE_THREAD = 2**17
+"""Products of numbers in a product of matrices that takes a single thread: a second one takes
+longer to start than the rest of the work.
 """
 
 ROUNDING = 1e-14
@@ -209,6 +230,11 @@ def _lowest(
             for inside, allowed, moved in moving
         ]
         bent = [each for each in moving if _is_bent(each[2], ship)]
+        steep = [
+            (inside, allowed, _Steep(moved, scene, ship))
+            for inside, allowed, moved in moving
+            if _has_overtones(moved, ship) and not _is_bent(moved, ship)
+        ]
     except TautoError:  # it is said where the motion is made
         return ship.rate
     for rate in rates[:-1]:
@@ -228,6 +254,10 @@ def _lowest(
         stray = any(
             _strays(moved, scene, ship, rate, stride, inside=inside) > allowed
             for inside, allowed, moved in bent
+        )
+        stray = stray or any(
+            _misses_overtones(motion, rate, stride, inside=inside) > allowed
+            for inside, allowed, motion in steep
         )
         if not stray and _follows(scene, ship, rate):
             return rate
@@ -321,6 +351,151 @@ def _summed(wave: Harmonics | Fades | None, time_s: FloatArray, order: int) -> F
         for size, omega, phase in each:
             angle = omega * time_s + (phase + 0.5 * np.pi * order)
             found += size * omega**order * np.cos(angle)
+    return found
+
+
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+
+class _Times:
+    """Times t_n + u_m [s], (n, m), at which sums of harmonics are products of two matrices.
+
+    e^{iΩ(t + u)} = e^{iΩt} e^{iΩu}: n + m exponentials of each wave do for n m instants, so that
+    hundreds of waves cost little.
+    """
+
+    def __init__(self, start_s: FloatArray, offset_s: FloatArray) -> None:
+        self._start_s, self._offset_s = start_s, offset_s
+        self._turned: dict[bytes, tuple[ComplexArray, FloatArray]] = {}
+
+    def summed(self, wave: Harmonics | Fades | None, order: int) -> FloatArray:
+        """Return a derivative of a sum of harmonics, (n, m); zero without one."""
+        if not isinstance(wave, Harmonics):
+            return np.zeros((len(self._start_s), len(self._offset_s)))
+        omega, key = wave.angular_frequency, wave.period.tobytes()
+        if key not in self._turned:  # the motions of a ship in a sea share their periods
+            angle = np.outer(omega, self._offset_s)
+            self._turned[key] = (
+                np.exp(1j * np.outer(self._start_s, omega)),
+                np.concatenate([np.cos(angle), np.sin(angle)]),
+            )
+        start, offset = self._turned[key]
+        turned = start * (wave.amplitude * (1j * omega) ** order * np.exp(1j * wave.phase))
+        waves = np.concatenate([turned.real, -turned.imag], axis=1)
+        rows = max(1, ONE_THREAD // offset.size)
+        parts = np.split(waves, range(rows, len(waves), rows))
+        found: FloatArray = np.concatenate([part @ offset for part in parts])
+        return found if order else found + wave.mean
+
+
+class _Force(NamedTuple):
+    """The apparent gravity over g, arrays of shape (n, m) but the first.
+
+    Attributes:
+        overtones: its direction [rad] and its size, less their linear parts, (2, n, m).
+        size: of the whole.
+        upward: its part upwards in the ship.
+        bent: how far it is from that of a ship at rest, over its size.
+    """
+
+    overtones: FloatArray
+    size: FloatArray
+    upward: FloatArray
+    bent: FloatArray
+
+
+class _Steep:
+    """The apparent gravity at a clock, and the instants at which the motions bend it most.
+
+    Attributes:
+        at_s: the steepest instant of each of `SEARCHED` parts of the beginning [s].
+        least_upward: least part upwards in the ship that the force has there [m/s²].
+    """
+
+    def __init__(self, moved: Channels, scene: Surroundings, ship: ShipKind) -> None:
+        self._moved, self._g, self._height = moved, scene.g, ship.height
+        assert isinstance(moved.roll, Harmonics)
+        size, omega = np.abs(moved.roll.amplitude), moved.roll.angular_frequency
+        turns, n = float(np.linalg.norm(size * omega)), SEARCHED
+        step_s = scene.duration / n**2
+        if turns > 0.0:
+            step_s = min(step_s, SEARCH_TURN * float(np.linalg.norm(size)) / turns)
+        inside: FloatArray = step_s * np.arange(n, dtype=np.float64)
+        begins: FloatArray = n * inside
+        force = self.force(_Times(begins, inside))
+        self.at_s: FloatArray = begins + inside[np.argmax(force.bent, axis=1)]
+        self.least_upward = scene.g * float(np.min(force.upward))
+
+    def force(self, times: _Times) -> _Force:
+        """Return the force at some times (E1 in ship.md, G7 in hull.md)."""
+        moved, six, g, height = self._moved, self._moved.six, self._g, self._height
+        roll, heave = times.summed(moved.roll, 0), times.summed(moved.heave, 2)
+        sine, cosine = np.sin(roll), np.cos(roll)
+        if six is None:
+            rate, bend = (times.summed(moved.roll, order) for order in (1, 2))
+            ahead, sway = np.zeros_like(roll), -height * bend
+            aside = sway * cosine + height * rate**2 * sine
+            upright = g + heave + sway * sine - height * rate**2 * cosine
+        else:
+            forward, sway = (times.summed(each, 2) for each in (six.surge, six.sway))
+            pitch, yaw = (times.summed(each, 0) for each in (six.pitch, six.yaw))
+            along = np.cos(yaw) * forward + np.sin(yaw) * sway
+            aside = np.cos(yaw) * sway - np.sin(yaw) * forward
+            up = g + heave
+            ahead = np.cos(pitch) * along - np.sin(pitch) * up
+            upright = np.sin(pitch) * along + np.cos(pitch) * up
+        size = np.sqrt(ahead**2 + aside**2 + upright**2) / g
+        direction = np.arctan2(-aside, upright)
+        return _Force(
+            np.stack([direction + sway / g, size - 1.0 - heave / g]),
+            size,
+            (upright * cosine - aside * sine) / g,
+            np.hypot(aside, upright - g) / (g * size),
+        )
+
+
+def _has_overtones(moved: Channels, ship: ShipKind) -> bool:
+    """Return whether the force at the clock is no linear function of the waves."""
+    roll, heave = moved.roll, moved.heave
+    if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or moved.force_z is not None:
+        return False
+    return moved.six is not None or ship.height != 0.0
+
+
+def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inside: bool) -> float:
+    """Return the error of the interpolated overtones that counts, over g, or of the direction.
+
+    As `_strays` does for few waves, it takes the first window, unless only those with both sides
+    count, and others, but at the steepest instants: in a sea of many waves steep rolls are rare.
+    """
+    found = 0.0
+    for both in {True, inside}:
+        values, _, places = _weights(stride, False, both)
+        pieces = np.floor(motion.at_s * (rate / stride)) if both else np.zeros(1)
+        first: FloatArray = np.maximum(stride * pieces - FORCE_BEFORE * both, 0.0)
+        nodes = np.arange(values.shape[1], dtype=np.float64)
+        within = np.concatenate([nodes, places]) * (1.0 / rate)
+        begins: FloatArray = first * (1.0 / rate)
+        force = motion.force(_Times(begins, within))
+        seen, there = np.split(force.overtones, [len(nodes)], axis=2)
+        heavy = np.min(force.size, axis=1) > NEARLY_WEIGHTLESS
+        wrong = np.max(np.abs(seen @ values.T - there), axis=2)[:, heavy]
+        if wrong.size:
+            mean = float(np.max(np.sqrt(np.mean(wrong * wrong, axis=1))))
+            found = max(found, (STEEP_REACHES if both else FIRST_REACHES) * mean)
+    return found
+
+
+def least_upward(scene: Surroundings, ship: ShipKind) -> float:
+    """Return the least force upwards in the ship, in the worst seas [m/s²].
+
+    At the beginning of the run, and for a ship whose motion was computed; else infinite.
+    """
+    found = math.inf
+    for sea in ship.worst_seas(scene):
+        moved = sea.ship.channels(scene)
+        if isinstance(moved.roll, Harmonics) and moved.force_z is None:
+            found = min(found, _Steep(moved, scene, sea.ship).least_upward)
     return found
 
 
