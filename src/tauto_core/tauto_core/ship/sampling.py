@@ -382,7 +382,7 @@ class _Times:
         start, offset = self._turned[key]
         turned = start * (wave.amplitude * (1j * omega) ** order * np.exp(1j * wave.phase))
         waves = np.concatenate([turned.real, -turned.imag], axis=1)
-        rows = max(1, ONE_THREAD // offset.size)
+        rows = max(1, ONE_THREAD // max(1, offset.size))
         parts = np.split(waves, range(rows, len(waves), rows))
         found: FloatArray = np.concatenate([part @ offset for part in parts])
         return found if order else found + wave.mean
