@@ -10,7 +10,6 @@ SCENE ?= measured
 PASSAGE ?= portsmouth_jamaica
 SPEED ?= 60
 JOBS ?= 2
-WORKERS ?= 3
 MINUTES ?= 60
 COUNT ?= 1000000
 LOGS ?= ../shared/data/logbooks/logbooks.csv.gz
@@ -43,7 +42,7 @@ endif
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
-	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) WORKERS=$(WORKERS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) VERSIONS=$(VERSIONS) PYTHON=...'
+	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) VERSIONS=$(VERSIONS) PYTHON=...'
 
 sail: graph  ## ten minutes at sea as a ROS 2 graph, then the passage to Jamaica offline
 	$(TAUTO) sail $(PASSAGE) $(COARSER)
@@ -62,13 +61,12 @@ lint: setup-dev  ## format, lint, types, layers
 test coverage: export PYTHONDONTWRITEBYTECODE :=
 
 # By file: what its tests share is made once, kernels above all. In the order of tests/conftest.py:
-# xdist's own begins with the files of most tests, and ends with the longest. One worker more than
-# two cores, since tests of graphs wait for processes.
+# xdist's own begins with the files of most tests, and ends with the longest.
 test: lint  ## lint and every test
-	.venv/bin/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 coverage: setup-dev  ## which lines the tests run: a table, and coverage.xml
-	.venv/bin/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder \
+	.venv/bin/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder \
 	  --cov=tauto_core --cov=tauto_nodes --cov-report=term:skip-covered --cov-report=xml
 
 docs: setup-dev  ## the documentation site, into site/; a broken link or reference ends it
