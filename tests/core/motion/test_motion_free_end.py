@@ -12,7 +12,6 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import (
-    _SPANNED,
     NEAR_BENT,
     FreeEndCollocation,
     _joined,
@@ -20,6 +19,7 @@ from tauto_core.motion.free_end import (
     free_end_of,
     takes_free_ends,
 )
+from tauto_core.motion.slack import SPANNED
 from tauto_core.motion.wheel import Collocation
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
@@ -165,14 +165,14 @@ def test_chunks_and_saved_states_have_the_same_bits(name, log, spans):
 
 
 def _first(forcing, count):
-    parts = {name: getattr(forcing, name) for name in _SPANNED}
+    parts = {name: getattr(forcing, name) for name in SPANNED}
     return Forcing(**{name: None if x is None else x[:count] for name, x in parts.items()})
 
 
 def test_the_forcing_of_two_chunks_joins():
     _, forcing = forced(CASES['a force'], duration=16.0)
     joined = _joined(_first(forcing, 3), _part(forcing, 3))
-    for name in _SPANNED:
+    for name in SPANNED:
         wanted = getattr(forcing, name)
         assert (getattr(joined, name) is None) == (wanted is None)
         if wanted is not None:

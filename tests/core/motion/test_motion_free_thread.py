@@ -13,9 +13,10 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator
 from tauto_core.motion.forcing import Forcing
-from tauto_core.motion.free_end import _SPANNED, _part
+from tauto_core.motion.free_end import _part
 from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
 from tauto_core.motion.real_threads import RealThreads
+from tauto_core.motion.slack import SPANNED
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
@@ -135,7 +136,7 @@ def test_chunks_and_saved_states_have_the_same_bits(name: str, log: float, spans
 
 
 def _first(forcing: Forcing, count: int) -> Forcing:
-    parts = {name: getattr(forcing, name) for name in _SPANNED}
+    parts = {name: getattr(forcing, name) for name in SPANNED}
     return Forcing(**{name: None if x is None else x[:count] for name, x in parts.items()})
 
 

@@ -22,7 +22,8 @@ from tauto_core.machines import Machine, compile_machine
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.forcing import Temperatures
-from tauto_core.motion.free_end import _SPANNED, FreeEndCollocation, _part
+from tauto_core.motion.free_end import FreeEndCollocation, _part
+from tauto_core.motion.slack import SPANNED
 
 INVOLUTE: dict[str, Any] = {
     'cam': {'kind': 'involute', 'base_radius': 0.005},
@@ -234,7 +235,7 @@ def _cut(forcing: Forcing, count: int) -> Forcing:
     )
     spans = {
         name: None if (rows := getattr(forcing, name)) is None else rows[:count]
-        for name in _SPANNED
+        for name in SPANNED
     }
     return Forcing(**spans, temperatures=felt)
 

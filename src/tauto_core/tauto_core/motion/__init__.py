@@ -223,14 +223,13 @@ def make_collocation(
             from tauto_core.motion.hung_wheel import HungCollocation
 
             return HungCollocation(machine, machine.case, tolerance)
-        known = sweeps
-        sweeps = sweeps_for(tolerance, machine.cam.kinked) if known is None else known
-        if sweeps and machine.escapement is not None:
+        least = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
+        if least and machine.escapement is not None:
             from tauto_core.motion.free_end import FreeEndCollocation, is_bent, takes_free_ends
 
             if takes_free_ends(machine):
-                more = known is None and not machine.cam.kinked and is_bent(machine)
-                return FreeEndCollocation(machine, tolerance, sweeps + more)
+                more = sweeps is None and is_bent(machine)
+                return FreeEndCollocation(machine, tolerance, least + more)
         from tauto_core.motion.wheel import Collocation
 
         return Collocation(machine, tolerance)

@@ -79,7 +79,7 @@ from tauto_core.motion.lanes import (
     WIDE_SIZE,
 )
 from tauto_core.motion.passages import bounds_of, count_step, signs_at_nodes
-from tauto_core.motion.slack import SlackThread, rest_of
+from tauto_core.motion.slack import SPANNED, SlackThread, rest_of
 from tauto_core.motion.stepping import (
     OK,
     ROW,
@@ -131,11 +131,12 @@ LEAST_KINKED_ERROR, MOST_ON_LAND_KINKED = 1e-8, 1e-9
 
 
 def is_bent(machine: Machine) -> bool:
-    """Return whether the angle is the coordinate, and the well not that of a linear lever arm.
+    """Return whether the angle is the coordinate, and the well smooth, but not of a linear arm.
 
     Such a swing takes one sweep more: with two the weight's own cam errs by 6e-4 s/day.
     """
-    return lasting_shape(machine) is None and not machine.is_linear
+    smooth = not machine.cam.kinked and not machine.is_linear
+    return smooth and lasting_shape(machine) is None
 
 
 def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
@@ -491,7 +492,7 @@ def _joined(first: Forcing | None, second: Forcing) -> Forcing:
             one, two = (np.pad(each, ((0, 0), (0, powers - each.shape[1]))) for each in (one, two))
         return np.concatenate([one, two])
 
-    return replace(second, **{name: both(name) for name in _SPANNED}, temperatures=temperatures)
+    return replace(second, **{name: both(name) for name in SPANNED}, temperatures=temperatures)
 
 
 def _part(forcing: Forcing, first: int, last: int | None = None) -> Forcing:
@@ -499,7 +500,7 @@ def _part(forcing: Forcing, first: int, last: int | None = None) -> Forcing:
     wanted = slice(first, last)
     parts: dict[str, Any] = {
         name: None if (rows := getattr(forcing, name)) is None else rows[wanted].copy()
-        for name in _SPANNED
+        for name in SPANNED
     }
     felt = forcing.temperatures
     if felt is not None:
@@ -524,19 +525,6 @@ def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
         if row is not None and row.shape[1] < powers
     }
     return pieces._replace(**padded), powers
-
-
-_SPANNED = (
-    'length_s',
-    'begin',
-    'end',
-    'end_ns',
-    'logged',
-    'neutral',
-    'tilt',
-    'gravity',
-    'lean',
-)
 
 
 class FreeEnds(SlackThread):
@@ -630,7 +618,7 @@ class FreeEnds(SlackThread):
         spans = None
         if kept is not None:
             felt = kept.temperatures
-            spans = {name: getattr(kept, name) for name in _SPANNED}
+            spans = {name: getattr(kept, name) for name in SPANNED}
             spans['temperatures'] = None if felt is None else dict(vars(felt))
         return {**super().state(), 'free': state_of(self._free), 'spans': spans}
 

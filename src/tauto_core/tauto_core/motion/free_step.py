@@ -50,15 +50,15 @@ from tauto_core.motion.system import (
     TILT,
     TILT_BEND,
     TILT_RATE,
-    ChannelAt,
     ForcingPieces,
-    HotNumbers,
     HotPieces,
     Mode,
     Outside,
     Plane,
     SteppedRun,
+    hot_of,
     keep,
+    outside_of,
     powers_at,
 )
 from tauto_core.motion.wells import (
@@ -270,22 +270,8 @@ def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
         u = pieces.hot.begin[k] + pieces.hot.size[k] * x
         all_ = fma(row_of(terms, row + 3), u, row_of(terms, row + 2))
         all_ = fma(fma(all_, u, row_of(terms, row + 1)), u, row_of(terms, row))
-        hot = HotNumbers(
-            lane(all_, 0),
-            lane(all_, 1),
-            lane(all_, 2),
-            lane(all_, 3),
-            lane(all_, 4),
-            lane(all_, 5),
-            lane(all_, 6),
-        )
-    return Outside(
-        ChannelAt(lane(found, DRIVE), lane(found, DRIVE_RATE), lane(found, DRIVE_BEND)),
-        ChannelAt(lane(found, TILT), lane(found, TILT_RATE), lane(found, TILT_BEND)),
-        lane(found, APPARENT_GRAVITY),
-        lane(found, LEAN),
-        hot,
-    )
+        hot = hot_of(all_, 0)
+    return outside_of(found, hot)
 
 
 @inlined

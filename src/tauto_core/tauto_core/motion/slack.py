@@ -218,13 +218,14 @@ IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
 """Time that is next to none [s], and most changes of a thread in a row that each take no more."""
 
 
-CHANNELS = 'neutral', 'tilt', 'gravity', 'lean'
+SPANNED = 'length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'tilt', 'gravity', 'lean'
+"""Fields of a forcing that have a row for each span."""
 
 
 def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
     """Return the spans from x in span k on."""
     parts: dict[str, Any] = {}
-    for name in ('length_s', 'begin', 'end', 'end_ns', 'logged', *CHANNELS):
+    for name in SPANNED:
         rows = getattr(forcing, name)
         parts[name] = None if rows is None else rows[k:]
     begin = parts['begin'].copy()

@@ -22,7 +22,6 @@ from tauto_core.motion.lanes import (
     lane,
     lowest,
     row_of,
-    splat,
     store,
     width,
 )
@@ -211,11 +210,11 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
 
 @inlined
 def powers_at(rows: FloatArray, first: int, count: int, x: float) -> Lanes:
-    """Return Σ x^j · row (first + j), of rows of eight.
+    """Return Σ x^j · row (first + j).
 
     Even and odd powers are summed apart, so that half as many operations wait for one another.
     """
-    even, odd, square = splat(0.0), splat(0.0), x * x
+    even, odd, square = filled(rows, 0.0), filled(rows, 0.0), x * x
     if count % 2 == 1:
         even = row_of(rows, first + count - 1)
     for j in range(first + count - 1 - count % 2, first, -2):
@@ -224,35 +223,37 @@ def powers_at(rows: FloatArray, first: int, count: int, x: float) -> Lanes:
     return fma(odd, x, even)
 
 
-@compiled
-def outside_at(terms: int, x: float, work: Work) -> Outside:
-    """Return the forcing at x of the current piece.
+@inlined
+def hot_of(found: Lanes, first: int) -> HotNumbers:
+    """Return the machine's numbers, which lie side by side from a lane on."""
+    return HotNumbers(
+        lane(found, first),
+        lane(found, first + 1),
+        lane(found, first + 2),
+        lane(found, first + 3),
+        lane(found, first + 4),
+        lane(found, first + 5),
+        lane(found, first + 6),
+    )
 
-    Even and odd powers are summed apart, so that half as many operations wait for one another.
-    """
-    even, odd, square = filled(work.piece, 0.0), filled(work.piece, 0.0), x * x
-    for j in range(terms - 2, -1, -2):
-        odd = fma(odd, square, row_of(work.piece, j + 1))
-        even = fma(even, square, row_of(work.piece, j))
-    all_ = fma(odd, x, even)
-    hot = None
-    if width(work.piece) > SIZE:
-        hot = HotNumbers(
-            lane(all_, HOT),
-            lane(all_, HOT + 1),
-            lane(all_, HOT + 2),
-            lane(all_, HOT + 3),
-            lane(all_, HOT + 4),
-            lane(all_, HOT + 5),
-            lane(all_, HOT + 6),
-        )
+
+@inlined
+def outside_of(found: Lanes, hot: HotNumbers | None) -> Outside:
+    """Return the forcing by its columns at an instant."""
     return Outside(
-        ChannelAt(lane(all_, DRIVE), lane(all_, DRIVE_RATE), lane(all_, DRIVE_BEND)),
-        ChannelAt(lane(all_, TILT), lane(all_, TILT_RATE), lane(all_, TILT_BEND)),
-        lane(all_, APPARENT_GRAVITY),
-        lane(all_, LEAN),
+        ChannelAt(lane(found, DRIVE), lane(found, DRIVE_RATE), lane(found, DRIVE_BEND)),
+        ChannelAt(lane(found, TILT), lane(found, TILT_RATE), lane(found, TILT_BEND)),
+        lane(found, APPARENT_GRAVITY),
+        lane(found, LEAN),
         hot,
     )
+
+
+@compiled
+def outside_at(terms: int, x: float, work: Work) -> Outside:
+    """Return the forcing at x of the current piece."""
+    found = powers_at(work.piece, 0, terms, x)
+    return outside_of(found, hot_of(found, HOT) if width(work.piece) > SIZE else None)
 
 
 @inlined
