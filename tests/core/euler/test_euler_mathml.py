@@ -7,7 +7,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tauto_core.euler.figures import PLATES
 from tauto_core.euler.mathml import mathml
 from tauto_core.euler.page import EDITIONS, all_claims
 
@@ -17,7 +16,6 @@ SENTENCES = [
     *(each for c in all_claims() for each in (c.claim, c.because)),
     *(words for e in EDITIONS for p in e.paragraphs for words in (p.argues, p.found, p.lacks)),
     *(figure.caption for edition in EDITIONS for figure in edition.figures),
-    *(plate.caption for plate in PLATES),
 ]
 INLINE = sorted({each for words in SENTENCES for each in words.split('*')[1::2]})
 

@@ -1,6 +1,6 @@
 """Paper B for its page: every paragraph, and its five figures constructed from the text.
 
-The examples are those of `figures`: κ = 3n/8ma of a globe, γ = (m − n)/m = 0.9, lengths in metres.
+The examples have κ = 3n/8ma of a globe, γ = (m − n)/m = 0.9, lengths in metres.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import numpy as np
 
 from tauto_core.curves.fluid import FluidTautochrone, abscissa, chained, coordinates
 from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition
-from tauto_core.euler.figures import GAMMA
 from tauto_core.machines.fluid_pendulum import (
     composed_length,
     descent_time,
@@ -20,6 +19,7 @@ from tauto_core.machines.fluid_pendulum import (
 )
 from tauto_core.samples import FloatArray
 
+GAMMA = 0.9
 _KAPPAS = Control('κ, 1/m', (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9), begin=5)
 _ALONG = np.sin(np.linspace(0.0, 0.5 * math.pi, 41))
 # Arc of the release in the first figure [m].

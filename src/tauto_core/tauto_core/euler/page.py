@@ -1,4 +1,4 @@
-"""All claims, their summary, and the page: tables of the claims, with the figures drawn again.
+"""All claims, their summary, and the page: tables of the claims, with Euler's figures.
 
 Numbers are rounded to so few digits that the text is the same on every machine.
 """
@@ -21,8 +21,7 @@ from tauto_core.euler import (
     trochlea_1727,
     trochlea_edition,
 )
-from tauto_core.euler.edition import Claim, Edition, Paper, Verdict
-from tauto_core.euler.figures import PLATES, write_plates
+from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paper, Verdict, svg
 from tauto_core.files import write_whole
 from tauto_core.scene.errors import TautoError
 
@@ -115,7 +114,14 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
     try:
         figures.mkdir(parents=True, exist_ok=True)
         write_whole(text, claims_page(claims).encode())
-        return [text, *write_plates(figures)]
+        written = [text]
+        for edition in EDITIONS:
+            for figure in edition.figures:
+                written.append(figures / f'{_file(edition, figure)}.svg')
+                begin = (each.values[each.begin] for each in figure.controls)
+                drawing = figure.draw(*begin).drawing
+                write_whole(written[-1], svg(drawing, figure.name, alone=True).encode())
+        return written
     except OSError as error:
         raise PageError(
             f'{error.filename or folder}: cannot be written: {error.strerror}. Name another folder'
@@ -128,11 +134,14 @@ def claims_page(claims: Sequence[Claim]) -> str:
     for paper, title in TITLES.items():
         own = [claim for claim in claims if claim.paper == paper]
         parts.append(f'## {title}\n')
-        for plate in PLATES:
-            if plate.paper == paper:
-                file = f'figures/{plate.name}.svg'
-                caption = '\n'.join(wrap(f'§{plate.caption}', 120))
-                parts.append(f'![{plate.name}]({file})\n\n{caption}\n')
+        (edition,) = (each for each in EDITIONS if each.paper == paper)
+        for figure in edition.figures:
+            beside = next(
+                each.number for each in edition.paragraphs if figure.name in each.figures
+            )
+            said = _sentence(f'§{beside}, Fig. {figure.name}: {figure.caption}')
+            name = _file(edition, figure)
+            parts.append(f'![{name}](figures/{name}.svg)\n\n' + '\n'.join(wrap(said, 120)) + '\n')
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
     parts.append(_RUNS)
     for edition in EDITIONS:
@@ -156,6 +165,12 @@ def claims_page(claims: Sequence[Claim]) -> str:
             rows.append(f'| {ends} | {runs_here} | {said or "–"} | {_sentence(lacks)} |')
         parts.append('\n'.join([*head, *rows]) + '\n')
     return '\n'.join(parts)
+
+
+def _file(edition: Edition, figure: EulerFigure) -> str:
+    """Return the name of the file of a figure, without the suffix."""
+    name = ''.join(each if each.isalnum() else '_' for each in figure.name.lower())
+    return re.sub('_+', '_', f'{edition.paper.lower()}_{name}')
 
 
 def off_by(claim: Claim) -> str:
