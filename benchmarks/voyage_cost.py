@@ -163,9 +163,6 @@ def measured(repeats: int) -> dict[str, float]:
         steps, events = steps_of(scene := sailed(name, AT_SEA_S))
         rest_ns = clock_ns(scene) - events * found['NS_AN_EVENT']
         found[f'NS_A_STEP_OF_THREAD {kind}'] = rest_ns / steps
-    scene = sailed('clock_second_cam_force', 1200.0, suspension__mass=10.0)
-    steps, events = steps_of(scene)
-    found['NS_A_STEP_WITH_CASE'] = (clock_ns(scene) - events * found['NS_AN_EVENT']) / steps
     air = {'kind': 'route', 'celsius': 20.0, 'diurnal': 5.0}
     hot = sailed('involute_weight_at_sea', AT_SEA_S, trochlea__material='brass', air=air)
     found['HEAT_FACTOR'] = clock_ns(hot) / steps_of(hot)[0] / found['NS_A_STEP']

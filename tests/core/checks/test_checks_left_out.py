@@ -6,15 +6,22 @@ import json
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.special import ellipe
 
 import tauto_core as tauto
-from tauto_core.checks.left_out import TABLE, LeftOut, left_out
+from tauto_core.checks.left_out import (
+    TABLE,
+    USUAL_MASS,
+    LeftOut,
+    frequency_in_light_case,
+    left_out,
+)
 from tauto_core.curves.materials import MATERIALS
 from tauto_core.machines import compile_machine
-from tauto_core.scene.errors import ABSENT
+from tauto_core.scene.errors import ABSENT, SceneError
 from tauto_core.scene.reference import schema
 
 DAY_S = 86_400.0
@@ -88,8 +95,6 @@ def test_a_scene_leaves_out_what_it_has_not_and_nothing_else(
         ('measured', {'gravity': 'normal'}, 'gravity by latitude'),
         ('globe_in_oil', {'regulator.added_mass': 0.5}, 'added mass'),
         ('sully_lever_at_sea', {'trochlea.thread.inertia': 1e-5}, 'mass of the lever'),
-        ('second_cam_at_sea', {'suspension': GIMBALS | {'mass': 10.0}},
-         "the case's answer to the wheel"),
         ('second_cam_at_sea', {'suspension': GIMBALS | {'damping_ratio': 0.1}, 'seed': 2},
          'damping of the case'),
     ],
@@ -175,3 +180,40 @@ def test_the_figures_are_those_of_the_formulas() -> None:
     fixed = found('portsmouth_jamaica', gravity=9.81)
     # 43 200 Δγ/γ, nearly
     assert '−115.4 s/day' in str(fixed['gravity by latitude'].worth)
+
+
+@pytest.mark.parametrize(('depth', 'shift'), [(0.05, 376.0), (0.1, -1380.0)])
+def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth: float, shift: float) -> None:
+    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848; the roots of (G5.4) count."""
+    inertia, omega, gravity = 4e-4, math.tau, 9.81
+    hung = tauto.load('second_cam_at_sea', suspension=GIMBALS | {'depth': depth}).suspension
+    assert hung is not None
+    found = frequency_in_light_case(hung, inertia, omega, gravity)
+    square = 0.12**2 + depth**2
+    share, case = inertia / (USUAL_MASS * square), gravity * depth / square
+    roots = np.sqrt(np.roots([1.0, -(omega**2 * (1.0 + share) + case), omega**2 * case]))
+    assert np.min(np.abs(roots - found)) < 1e-12 * found
+    assert (found / omega - 1.0) * DAY_S == pytest.approx(shift, abs=2.0)
+
+
+def test_the_mode_of_a_wheel_in_a_case_on_an_axle_solves_the_printed_equations() -> None:
+    """det(K − ω²M) = 0 of (E3.1) with the wheel, written out."""
+    e, c, k, inertia, omega, gravity = 0.015, 0.05, 0.12, 4e-4, math.tau, 9.81
+    axle = {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005}
+    hung = tauto.load(
+        'second_cam_at_sea', suspension=axle | {'depth': c, 'gyration_radius': k}
+    ).suspension
+    assert hung is not None
+    square = frequency_in_light_case(hung, inertia, omega, gravity) ** 2
+    per_mass = inertia / USUAL_MASS
+    theta, phi = e * (gravity - e * square), gravity * c - (c * c + k * k) * square
+    # ψ answers φ by ω²/(ω² − Ω²), so that its torque on the case is I ω² Ω²/(ω² − Ω²) φ
+    back = per_mass * omega**2 * square / (omega**2 - square)
+    assert theta * (phi - back) == pytest.approx((e * c * square) ** 2, rel=1e-6)
+
+
+def test_the_mass_of_a_hung_case_is_refused_with_what_to_do_instead() -> None:
+    with pytest.raises(SceneError, match='is a key no more') as caught:
+        tauto.load('second_cam_at_sea', suspension=GIMBALS | {'mass': 10.0})
+    assert caught.value.key == 'suspension.mass'
+    assert 'tauto scene check' in str(caught.value)

@@ -278,32 +278,6 @@ def test_a_hung_case_is_told_beside_the_same_case_fixed() -> None:
     assert found.fixed_s_per_day == pytest.approx(fixed, abs=1e-3)
 
 
-@pytest.mark.parametrize(('damping', 'close'), [(0.0, 0.1), (0.1, 0.5)])
-def test_what_a_light_case_gives_back_is_a_row(damping: float, close: float) -> None:
-    """The wheel's mode in a case of 10 kg, which is exact where the force is linear (G5)."""
-    scene = tauto.load(
-        'second_cam_at_sea',
-        duration=600.0,
-        suspension={
-            'kind': 'gimbals',
-            'depth': 0.05,
-            'gyration_radius': 0.12,
-            'damping_ratio': damping,
-            'mass': 10.0,
-        },
-    )
-    case, machine = scene.case_of_mass, compile_machine(scene)
-    assert case is not None
-    assert isinstance(machine, Machine)
-    turned = case.wheel_frequency(machine.inertia, machine.frequency, scene.g) / machine.frequency
-    found = account(scene, Crew(1))
-    # the slow mode puts the phase off by some 1e-2 rad; where the pivots damp it, that remains
-    assert rows_of(found)['suspension'] == pytest.approx(DAY_S * (turned - 1.0), abs=close)
-    assert found.fixed_s_per_day is not None
-    together = found.sum.rate_s_per_day + found.interaction.rate_s_per_day
-    assert together == pytest.approx(found.whole.rate_s_per_day, abs=1e-9)
-
-
 def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:
     with pytest.raises(UsageError, match='dies away'):
         account(made(drag={'viscous': 1e-5}), Crew(1))

@@ -571,7 +571,6 @@ NS_A_STEP_OF_AXLE, AXLE_PHASE_A_STEP = 2e6, 1.0
 AXLE_ERROR = 1e-12
 """Error of the phase of such steps, over the time."""
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
-NS_A_STEP_WITH_CASE = 1250.0
 HEAT_FACTOR = 1.4
 """By how much dearer a step is in which the machine changes with heat or age."""
 NS_A_HALF_SWING = 4800.0
@@ -966,7 +965,7 @@ def _run_s(
     work_ns += scene.log_count * SLOW_COVARIATE_NS_A_LOG * (len(named) - moves)
     if any(getattr(stated, name, None) is None for name in named if name not in HEAT):
         work_ns += COEFFICIENT_RUNS_S * NS_PER_S
-    if scene.suspension is not None and scene.suspension.mass is None:
+    if scene.suspension is not None:
         wide = scene.suspension.large_angles
         work_ns += felt * (WIDE_NS_A_SAMPLE if wide else SUSPENDED_NS_A_SAMPLE)
     if name == 'forced_harmonic':
@@ -977,11 +976,9 @@ def _run_s(
 
 
 def step_ns(scene: Scene) -> float:
-    """Return the cost of a step of the collocation, by thread, case and heat [ns]."""
+    """Return the cost of a step of the collocation, by thread and heat [ns]."""
     if scene.trochlea is None:
         return NS_A_STEP
-    if scene.suspension is not None and scene.suspension.mass is not None:
-        return NS_A_STEP_WITH_CASE
     heat = scene.trochlea.parts(scene.g, scene.drag).heat
     changes = heat.thickening > 0.0 or (scene.air is not None and heat.feels_temperature)
     cold_ns = NS_A_STEP_OF_THREAD.get(scene.trochlea.thread.kind, NS_A_STEP)

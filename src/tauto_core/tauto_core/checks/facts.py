@@ -67,10 +67,6 @@ LARGEST_STRETCH = 0.02
 """Largest relative change of the period of small swings by a swinging thread."""
 NEAR_PERIOD = 0.05
 """Relative difference of two periods below which they are in resonance."""
-LEAST_IN_THREAD = 0.9
-"""Part of the energy of the wheel's mode in its thread, below which a case that it turns is in
-resonance with it: the swing then beats by more than a fifth.
-"""
 
 
 @dataclass(frozen=True)
@@ -144,10 +140,6 @@ def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
     answer = hung.answer(waves.frequency, scene.g, scene.duration)
     periods = tuple(math.tau / omega for omega in hung.frequencies(scene.g))
     wheel = any(abs(period / machine.small_period - 1.0) < NEAR_PERIOD for period in periods)
-    case = scene.case_of_mass
-    if case is not None and isinstance(machine, Machine):
-        mode = case.wheel_mode(machine.inertia, machine.frequency, scene.g)
-        wheel = wheel or mode.in_thread < LEAST_IN_THREAD
     return _following(waves, answer, periods, wheel=wheel)
 
 
@@ -286,10 +278,6 @@ def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] 
 
     found = case_following(scene, machine)
     assert found is not None
-    turned, case = None, scene.case_of_mass
-    if case is not None and isinstance(machine, Machine):
-        omega = case.wheel_frequency(machine.inertia, machine.frequency, scene.g)
-        turned = (omega / machine.frequency - 1.0) * DAY_S
     return {
         'kind': scene.suspension.kind,
         'lengths_m': [scene.g / omega**2 for omega in scene.suspension.frequencies(scene.g)],
@@ -298,7 +286,6 @@ def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] 
         'step_s': felt_step_ns(scene) * 1e-9,
         'departure_rad': found.departure_rad,
         'departure': found.departure,
-        **({} if turned is None else {'turned_by_wheel_s_per_day': turned}),
     }
 
 
@@ -362,10 +349,7 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
 
 
 def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
-    """Return warnings about a thread or a case in resonance with the wheel or the waves.
-
-    Also about a case whose pivots take the wheel's swing.
-    """
+    """Return warnings about a thread or a case in resonance with the wheel or the waves."""
     if isinstance(machine, InPlaceOfWheel):
         return []
 
@@ -380,15 +364,6 @@ def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
             said.append(
                 f'{scene.name}: {key}: swings by itself in {own}, in resonance with {with_whom}. '
                 'Change its dimensions'
-            )
-    case = scene.case_of_mass
-    if case is not None and isinstance(machine, Machine):
-        decay = case.wheel_mode(machine.inertia, machine.frequency, scene.g).decay
-        if decay * scene.duration > 1.0:
-            said.append(
-                f'{scene.name}: suspension.damping_ratio: the wheel turns the case, whose pivots '
-                f'take 63 per cent of the swing in {1.0 / decay:.3g} s. Use a larger '
-                'suspension.mass, less damping, or an escapement that makes up for it'
             )
     return said
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from tauto_core.machines import AnyMachine, HangingMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.machines.heat import NO_HEAT
@@ -13,11 +15,11 @@ from tauto_core.scene import Drag, Scene
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.passage import normal_gravity
-from tauto_core.ship.sections import MOTIONS
+from tauto_core.ship.sections import MOTIONS, SuspensionKind
 from tauto_core.wording import printed
 
 USUAL_MASS = 10.0
-"""Mass of a case for which a figure gives the effect of a missing mass [kg]."""
+"""Mass of a case for which a figure gives the wheel's effect on it [kg]."""
 
 
 class LeftOut(NamedTuple):
@@ -43,7 +45,7 @@ _THREAD = '0.3 s/day by a thread of 1 m, 90 by one of 16 m, in a roll of 0.1 rad
 
 # Figures: heat from G2.7 and G2.8 of heat.md, hull from hull.md, cork from −⟨z̈²⟩/8g² in its sea
 # up to 4 ω_p, gravity from gravity.md, thread and lever from threads.md, Euler's weight from
-# wheel.md.
+# wheel.md; the case's answer from G5.4 of suspension.md.
 TABLE = tuple(
     LeftOut(*row)
     for row in (
@@ -81,8 +83,7 @@ TABLE = tuple(
         ('spells of warm and cold', 'The air follows place, date and hour alone.',
          'some kelvins for days', 'air'),
         ('suspension', 'The case is fixed to the ship.', None, 'suspension'),
-        ("the case's answer to the wheel", 'The case is too heavy for the wheel to turn.', None,
-         'suspension.mass'),
+        ("the case's answer to the wheel", 'The case is too heavy for the wheel to turn.'),
         ('damping of the case', 'Nothing damps the swing of the case.', None, 'suspension'),
         ('outer ring of the gimbals', 'The outer ring never swings.'),
         ('motions of the ship', 'The ship lies still.', None, 'ship'),
@@ -151,7 +152,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         'heat in the suspension': hot and hung is not None,
         'spells of warm and cold': hot and getattr(scene.air, 'kind', '') != 'record',
         'suspension': wheel and moves and hung is None,
-        "the case's answer to the wheel": hung is not None and hung.mass is None and not feels,
+        "the case's answer to the wheel": hung is not None and not feels,
         'damping of the case': hung is not None and not hung.is_damped,
         'outer ring of the gimbals': hung is not None and hung.plane is not None and moves,
         'motions of the ship': bool(missing),
@@ -175,12 +176,12 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         here['heat'] = {'worth': '; '.join(worth) or None}
     if scene.air is not None:
         here['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
-    # the equations of levers, swinging threads and of a case of mass are without these
+    # the equations of levers and swinging threads are without these
     beyond = [
         'balance of the wheel',
         *['fall of the drive'] * (not plain),
     ]
-    for what in beyond if not plain or scene.case_of_mass is not None else ():
+    for what in beyond if not plain else ():
         here[what] = here.get(what, {}) | {'key': None}
     if moves:
         why = f'The ship has no {", no ".join(missing)}.'
@@ -203,12 +204,33 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         here['gravity by latitude'] = {
             'worth': f'{shift} s/day for a weight from departure to arrival'
         }
-    light = None if hung is None else hung.model_copy(update={'mass': USUAL_MASS})
-    case = None if light is None else light.case_of_mass(scene.g)
-    if isinstance(machine, Machine) and case is not None:
-        turned = case.wheel_frequency(machine.inertia, machine.frequency, scene.g)
+    if isinstance(machine, Machine) and hung is not None:
+        turned = frequency_in_light_case(hung, machine.inertia, machine.frequency, scene.g)
         shift = printed((turned / machine.frequency - 1.0) * DAY_S, '+,.0f')
         here["the case's answer to the wheel"] = {
             'worth': f'{shift} s/day in a case of {USUAL_MASS:g} kg'
         }
     return [row._replace(**here.get(row.what, {})) for row in TABLE if true[row.what]]
+
+
+def frequency_in_light_case(
+    hung: SuspensionKind, inertia: float, frequency: float, gravity: float
+) -> float:
+    """Return ω of small swings of a wheel that turns a case of `USUAL_MASS` [rad/s].
+
+    In gimbals it is a root of (G5.4) in suspension.md; on an axle, of the equations with M and K
+    of the links (E3.1) in (θ, φ) and I/M for the wheel's ψ. Of the modes it is the one with most
+    of the potential energy in the thread. Nothing damps the case.
+    """
+    e, c, share = hung.link, hung.depth, inertia / USUAL_MASS
+    stiffness = share * frequency**2
+    masses = np.diag([e * e, c * c + hung.gyration_radius**2, share])
+    masses[0, 1] = masses[1, 0] = e * c
+    springs = np.diag([gravity * e, gravity * c + stiffness, stiffness])
+    springs[1, 2] = springs[2, 1] = -stiffness
+    free = slice(0 if e else 1, 3)
+    root = np.linalg.inv(np.linalg.cholesky(masses[free, free]))
+    squares, modes = np.linalg.eigh(root @ springs[free, free] @ root.T)
+    modes = root.T @ modes
+    in_thread = stiffness * (modes[-1] - modes[-2]) ** 2 / squares
+    return math.sqrt(squares[np.argmax(in_thread)])

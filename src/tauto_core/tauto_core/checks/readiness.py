@@ -121,7 +121,6 @@ _SIZES = {
         ('suspension.axle_radius', 1e-5, 0.5, 'm', _LENGTH),
         ('suspension.depth', 0.0, 5.0, 'm', _LENGTH),
         ('suspension.gyration_radius', 0.0, 5.0, 'm', _LENGTH),
-        ('suspension.mass', 0.05, 500.0, 'kg', _MASS),
         ('suspension.damping_ratio', 1e-3, 1.0, '', (('per cent', 1e-2),)),
         ('suspension.friction_angle', 1e-5, 0.5, 'rad', _ANGLE),
         ('clock.nominal_period', 0.05, 20.0, 's', _TIME),

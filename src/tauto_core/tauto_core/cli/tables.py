@@ -323,12 +323,10 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if hung := facts['suspension']:
         periods = ' and '.join(f'{period:.4g} s' for period in hung['periods_s'])
         angles = 'any angles' if hung['large_angles'] else 'small angles'
-        shift = hung.get('turned_by_wheel_s_per_day')
-        turned = '' if shift is None else f'; the wheel turns it, and gains {shift:+,.1f} s/day'
         yield (
             'suspension',
             f'{hung["kind"]}, {angles}: the case swings in {periods}, '
-            f'sampled every {hung["step_s"]:g} s{_departs(hung)}{turned}',
+            f'sampled every {hung["step_s"]:g} s{_departs(hung)}',
         )
     yield from _thread_rows(facts)
     if way := facts['voyage']:

@@ -356,38 +356,31 @@ class TrochleaStage:
         stride = samples_a_piece(scene, steps_in(self._propagator))
         smooth = anchor == 'scene' and scene.ship.is_computed
         self._suspension: Suspension | CaseInCommon | None = None
-        if scene.suspension is not None and scene.suspension.mass is not None:
-            from tauto_core.ship.suspension import BearingBuffer
-
-            self._buffer: MotionBuffer = BearingBuffer(
-                scene, scene.suspension, max_gap_s=max_gap_s, stride=stride, smooth=smooth
-            )
-        else:
-            settings: dict[str, Any] = {
-                'apparent_vertical': self._machine.follows_apparent_vertical,
-                'apparent_gravity': self._machine.feels_gravity,
-                'plane': 'ship' if scene.trochlea is None else scene.trochlea.thread_plane,
-                'still': self._still,
-                'step_ns': felt_step_ns(scene),
-                'max_gap_s': max_gap_s,
-                'stride': stride,
-                'smooth': smooth,
-                'by_samples': self._propagator.name == 'forced_harmonic',
-                'unbalanced': getattr(self._machine, 'imbalance', None) is not None,
-            }
+        settings: dict[str, Any] = {
+            'apparent_vertical': self._machine.follows_apparent_vertical,
+            'apparent_gravity': self._machine.feels_gravity,
+            'plane': 'ship' if scene.trochlea is None else scene.trochlea.thread_plane,
+            'still': self._still,
+            'step_ns': felt_step_ns(scene),
+            'max_gap_s': max_gap_s,
+            'stride': stride,
+            'smooth': smooth,
+            'by_samples': self._propagator.name == 'forced_harmonic',
+            'unbalanced': getattr(self._machine, 'imbalance', None) is not None,
+        }
+        if scene.suspension is not None:
+            from tauto_core.ship.suspension import CaseInCommon, Suspension
+        if buffers is None:
+            self._buffer: MotionBuffer = MotionBuffer(**settings)
             if scene.suspension is not None:
-                from tauto_core.ship.suspension import CaseInCommon, Suspension
-            if buffers is None:
-                self._buffer = MotionBuffer(**settings)
-                if scene.suspension is not None:
-                    self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
-            else:
-                waits = self._warmth is not None and self._warmth.varies
-                parts: tuple[object, ...] = waits, scene.log_interval_ns, scene.duration_ns, anchor
-                if scene.suspension is not None:
-                    case = CaseInCommon(scene, buffers, parts, max_gap_s=MAX_GAP_S)
-                    self._suspension, parts = case, case.key
-                self._buffer = buffers.buffer(parts, **settings)
+                self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
+        else:
+            waits = self._warmth is not None and self._warmth.varies
+            parts: tuple[object, ...] = waits, scene.log_interval_ns, scene.duration_ns, anchor
+            if scene.suspension is not None:
+                case = CaseInCommon(scene, buffers, parts, max_gap_s=MAX_GAP_S)
+                self._suspension, parts = case, case.key
+            self._buffer = buffers.buffer(parts, **settings)
         self._noise = DialNoise(scene) if scene.clock.is_noisy else None
         self._log_ns = scene.log_interval_ns
         self._end_ns = scene.duration_ns if anchor == 'scene' else None

@@ -335,8 +335,7 @@ def account(
 
     on_land = _on_land(machine, swing, nominal_s)
     if _ON_LAND in rates:
-        swinging = 'drag, escapement' if swing is None else 'suspension'
-        on_land[swinging] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
+        on_land['drag, escapement'] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
     at_sea = {cause: whole - rates[cause] for cause in causes}
     rows = (
         *(row(cause, rate) for cause, rate in on_land.items()),
@@ -416,14 +415,13 @@ def _causes(
 def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
     """Return the runs for effects without a closed form: on land, and without suspension."""
     scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
-    answers = hung if hung is not None and hung.mass is not None else None
-    if thread_swings or answers is not None:
+    if thread_swings:
         jobs[_ON_LAND] = _with(
             plan,
             ship=StillShip(),
             gravity=scene.g,
             air=_steady_air(scene),
-            suspension=answers,
+            suspension=None,
         )
     if hung is not None:
         jobs[_FIXED] = _with(plan, suspension=None)

@@ -18,7 +18,7 @@ from tauto_core.machines.sections import (
 )
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
-from tauto_core.machines.trochlea import CaseOfMass, Machine, SlackThreadError
+from tauto_core.machines.trochlea import Machine, SlackThreadError
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
 from tauto_core.scene.times import DAY_S
@@ -158,10 +158,6 @@ class SceneParts(Protocol):
         """Impulses."""
 
     @property
-    def case_of_mass(self) -> CaseOfMass | None:
-        """The hung case that the wheel turns."""
-
-    @property
     def air(self) -> object | None:
         """The air; None: the clock stays at the temperature for which its numbers hold."""
 
@@ -192,8 +188,6 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     with naming(scene.name, 'trochlea'):
         parts = trochlea.parts(scene.g, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
-    if scene.case_of_mass is not None and isinstance(machine, Machine):
-        machine = replace(machine, case=scene.case_of_mass)
     if trochlea.slack == 'stop':
         machine = replace(machine, stops_when_slack=True)
     if scene.air is None:

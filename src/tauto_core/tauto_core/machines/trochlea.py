@@ -31,72 +31,6 @@ class SlackThreadError(TautoError):
     """A swing in which the thread would have to push."""
 
 
-class WheelMode(NamedTuple):
-    """Small swings of a wheel that turns its case.
-
-    Attributes:
-        omega: frequency [rad/s].
-        decay: by which the pivots damp them [1/s].
-        in_thread: part of the potential energy that is in the thread.
-    """
-
-    omega: float
-    decay: float
-    in_thread: float
-
-
-class CaseOfMass(NamedTuple):
-    """A hung case so light that the wheel turns it (G5 in suspension.md).
-
-    Attributes:
-        mass: M of the case with all in it, the wheel as a mass at its axle [kg].
-        link: e of an axle in its bearing [m]; 0 in gimbals.
-        depth: of its centre of gravity below the axle's centre or the pivots [m].
-        gyration_radius: k about its centre of gravity [m].
-        damping: c/(k² + l²) of gimbals [1/s].
-    """
-
-    mass: float
-    link: float
-    depth: float
-    gyration_radius: float
-    damping: float
-
-    def wheel_frequency(self, inertia: float, frequency: float, gravity: float) -> float:
-        """Return ω of small swings of a wheel that turns the case [rad/s]."""
-        return self.wheel_mode(inertia, frequency, gravity).omega
-
-    def wheel_mode(self, inertia: float, frequency: float, gravity: float) -> WheelMode:
-        """Return the mode of such swings in which most of the potential energy is in the thread.
-
-        It is a root of the equations with M and K of the links (E3.1) in
-        (θ, φ), or of φ alone in gimbals, and I/M for the wheel's ψ. Gimbals may damp φ.
-        """
-        e, c, share = self.link, self.depth, inertia / self.mass
-        square, stiffness = self.gyration_radius**2, share * frequency**2
-        masses = np.diag([e * e, c * c + square, share])
-        masses[0, 1] = masses[1, 0] = e * c
-        springs = np.diag([gravity * e, gravity * c + stiffness, stiffness])
-        springs[1, 2] = springs[2, 1] = -stiffness
-        dampers = np.diag([0.0, self.damping * (c * c + square), 0.0])
-        free = slice(0 if e else 1, 3)
-        masses, springs, dampers = (each[free, free] for each in (masses, springs, dampers))
-        n = len(masses)
-        values, states = np.linalg.eig(
-            np.block(
-                [
-                    [np.zeros((n, n)), np.eye(n)],
-                    [-np.linalg.solve(masses, springs), -np.linalg.solve(masses, dampers)],
-                ]
-            )
-        )
-        modes = states[:n]
-        in_all = np.einsum('im,ij,jm->m', modes.conj(), springs, modes).real
-        in_thread = stiffness * np.abs(modes[-1] - modes[-2]) ** 2 / in_all
-        own = int(np.argmax(np.where(values.imag > 0.0, in_thread, 0.0)))
-        return WheelMode(float(values[own].imag), -float(values[own].real), float(in_thread[own]))
-
-
 @dataclass(frozen=True)
 class Machine:
     """A trochlea as numbers.
@@ -115,7 +49,6 @@ class Machine:
         escapement: the escapement, or None.
         release_angle: angle of release of the wheel in its case, at rest at the start [rad].
         imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
-        case: the case that it turns; None if that is taken as heavy.
         heat: how the numbers change with temperature and age; they hold at `heat.at_celsius`.
         stops_when_slack: whether the motion ends where the thread goes slack.
     """
@@ -132,7 +65,6 @@ class Machine:
     escapement: EscapementKind | None
     release_angle: float
     imbalance: Imbalance | None = None
-    case: CaseOfMass | None = None
     heat: Heat = NO_HEAT
     stops_when_slack: bool = False
 

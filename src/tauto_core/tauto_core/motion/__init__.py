@@ -70,7 +70,7 @@ def propagator_name(machine: AnyMachine | InPlaceOfWheel, *, still: bool) -> str
         well = isinstance(machine, LeverMachine) and _swings_freely(machine)
         free = still and undriven and well and not machine.heat.acts
         return 'action_angle' if free else 'collocation'
-    steady = not machine.heat.acts and machine.case is None
+    steady = not machine.heat.acts
     if steady and still and machine.is_harmonic and undriven:
         return 'harmonic'
     if steady and _stays_linear(machine) and (still or not machine.pulling_mass):
@@ -83,7 +83,7 @@ def propagator_name(machine: AnyMachine | InPlaceOfWheel, *, still: bool) -> str
 
 def _stays_linear(machine: Machine) -> bool:
     """Return whether the wheel on land is a linear oscillator below critical damping."""
-    if not machine.is_linear or machine.escapement is not None or machine.case is not None:
+    if not machine.is_linear or machine.escapement is not None:
         return False
     drag = machine.drag
     if drag is None:
@@ -219,10 +219,6 @@ def make_collocation(
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
-        if machine.case is not None:
-            from tauto_core.motion.hung_wheel import HungCollocation
-
-            return HungCollocation(machine, machine.case, tolerance)
         least = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
         if least and machine.escapement is not None:
             from tauto_core.motion.free_end import FreeEndCollocation, is_bent, takes_free_ends

@@ -194,12 +194,10 @@ def takes_free_ends(machine: Machine) -> bool:
 
     It needs an escapement and nothing but a cam's kink that happens between two impulses: no kink
     of the drag, no friction that holds, no joints; and a swing for half of which sixteen stages
-    are enough. Where the case swings with it, the driver takes the steps.
+    are enough.
     """
     drag, cam, shape = machine.drag, machine.cam, lasting_shape(machine)
-    if machine.escapement is None or machine.case is not None:
-        return False
-    if cam.joints.size or not (drag is None or drag.is_linear):
+    if machine.escapement is None or cam.joints.size or not (drag is None or drag.is_linear):
         return False
     if cam.kinked and not _swings_on_cheek(machine):
         return False

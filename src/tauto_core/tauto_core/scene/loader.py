@@ -25,7 +25,6 @@ from pydantic_core import PydanticCustomError
 from tauto_core.machines.axle_section import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
-from tauto_core.machines.trochlea import CaseOfMass
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 from tauto_core.scene.refuse import NO_KEY, SECTIONS, GivenTimes, explain, out_of_proportion
 from tauto_core.scene.sections import (
@@ -211,13 +210,7 @@ class Scene(Section):
     def lies_still(self) -> bool:
         """Whether nothing moves the clock: neither waves nor gravity that changes on the way."""
         feels = self.trochlea is not None and self.trochlea.power.pull.pulling_mass > 0.0
-        feels = feels or (self.suspension is not None and self.suspension.mass is not None)
         return self.ship.lies_still and not (self.gravity == 'normal' and feels)
-
-    @property
-    def case_of_mass(self) -> CaseOfMass | None:
-        """The hung case that the wheel turns; None if it is taken as heavy."""
-        return None if self.suspension is None else self.suspension.case_of_mass(self.g)
 
     @property
     def step_ns(self) -> int:
@@ -337,18 +330,7 @@ class Scene(Section):
         if self.suspension is None:
             return
         yield from self.suspension.problems(still=self.lies_still)
-        plane = None
-        if self.trochlea is not None:
-            plane, weight = self.trochlea.plane, self.trochlea.power.pull.pulling_mass
-            drag = self.trochlea.parts(self.g, self.drag, self.escapement).drag
-            yield from self.suspension.not_of_mass(self.trochlea.inertia, weight, drag)
-            if self.suspension.mass is not None and self.trochlea.imbalance is not None:
-                yield Problem(
-                    'suspension.mass',
-                    self.suspension.mass,
-                    'does not go with trochlea.imbalance, by which the axle shakes the case',
-                    'Leave one of them out.',
-                )
+        plane = None if self.trochlea is None else self.trochlea.plane
         if self.suspension.plane and plane not in (None, self.suspension.plane):
             yield Problem(
                 'trochlea.plane',

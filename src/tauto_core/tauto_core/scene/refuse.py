@@ -61,6 +61,14 @@ _KINDS = {
     'string_pattern_mismatch': 'one line without control characters',
 }
 
+# Keys of earlier versions: why there are none now, and what to do instead.
+_TAKEN_AWAY = {
+    'suspension.mass': (
+        'is a key no more: the case is taken as too heavy for the wheel to turn',
+        'Leave it out. `tauto scene check` says by how much the rate would change in a case of '
+        '10 kg.',
+    )
+}
 _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 
 
@@ -91,6 +99,8 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     if kind == 'missing':
         return Problem(key, ABSENT, 'is missing', _give(key, field))
     if kind == 'extra_forbidden':
+        if key in _TAKEN_AWAY:
+            return Problem(key, value, *_TAKEN_AWAY[key])
         return Problem(key, value, *_unknown_key(str(detail['loc'][-1]), owner, root))
     if kind in ('union_tag_not_found', 'union_tag_invalid'):
         return _wrong_kind(key, value, field)

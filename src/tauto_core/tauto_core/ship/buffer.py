@@ -190,7 +190,7 @@ def window_nodes(stride: int, before: int) -> tuple[float, ...]:
 def felt_parts(scene: Scene) -> int:
     """Return the number of equal parts into which a step of ship/imu is divided for the clock.
 
-    1 without a suspension, or where case and wheel move together; otherwise the least number that
+    1 without a suspension; otherwise the least number that
     divides the step into whole nanoseconds and keeps the turn of the fast mode within
     `largest_turn`, and where angles may be large that of the slow mode within LARGEST_SLOW_TURN.
 
@@ -198,7 +198,7 @@ def felt_parts(scene: Scene) -> int:
         SceneError: a mode is too fast for that.
     """
     hung = scene.suspension
-    if hung is None or hung.mass is not None:
+    if hung is None:
         return 1
     step_s = scene.step_ns / NS_PER_S
     slow, *_, fast = 2 * hung.frequencies(scene.g)

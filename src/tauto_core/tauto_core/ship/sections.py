@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 from numpy.typing import NDArray
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
-from tauto_core.machines.parts import DragKind
-from tauto_core.machines.trochlea import CaseOfMass
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.sections import Kind, NonNegative, Number, OneLine, Positive, Section
@@ -343,28 +341,11 @@ class SuspensionKind(Kind):
         depth: float
         gyration_radius: float
         large_angles: bool
-    mass: Positive | None = Field(
-        default=None,
-        description='mass of the hung case with all in it [kg]: a force or a spring then turns '
-        'the case against the wheel; when left out the case is taken as too heavy for that',
-    )
 
     @property
     def is_linear(self) -> bool:
         """Whether the case swings by linear equations, in which the clock does not enter."""
-        return self.mass is None and not self.large_angles
-
-    def case_of_mass(self, gravity: float) -> CaseOfMass | None:
-        """Return the case that the wheel turns; None without a mass."""
-        if self.mass is None:
-            return None
-        shape = self.link, self.depth, self.gyration_radius
-        return CaseOfMass(self.mass, *shape, self.damping(gravity))
-
-    def damping(self, gravity: float) -> float:
-        """Return c over the moment of inertia about the pivots [1/s]."""
-        del gravity
-        return 0.0
+        return not self.large_angles
 
     def frequencies(self, gravity: float) -> tuple[float, ...]:
         """Return ω of each mode of the case on its own, the slower first [rad/s]."""
@@ -388,12 +369,12 @@ class SuspensionKind(Kind):
         Args:
             still: whether the ship lies still.
         """
-        if still and self.mass is None:
+        if still:
             yield Problem(
                 'suspension',
                 self.kind,
                 'has nothing to do on a ship that lies still: the case hangs at rest',
-                'Leave it out, let the ship move, or give the case a mass.',
+                'Leave it out, or let the ship move.',
             )
         if self.depth <= 0.0:
             below = -self.depth or self.gyration_radius
@@ -410,43 +391,6 @@ class SuspensionKind(Kind):
                 self.gyration_radius,
                 'must be greater than 0: a case without extent turns in no time (b′ = 0)',
                 f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
-            )
-
-    def not_of_mass(
-        self, inertia: float, weight: float, drag: DragKind | None
-    ) -> Iterator[Problem]:
-        """Yield why the case may not have a mass.
-
-        Args:
-            inertia: I of the wheel [kg m2].
-            weight: mass whose weight pulls the thread [kg].
-            drag: on the wheel, with the friction of resting teeth.
-        """
-        if self.mass is None:
-            return
-        least = inertia / self.gyration_radius**2 if self.gyration_radius else math.inf
-        if weight > 0.0:
-            yield Problem(
-                'suspension.mass',
-                self.mass,
-                'does not go with a power that hangs: its weight pulls the case down at its axle '
-                'as a mass there does, and does not turn it back',
-                'Leave it out, and count the weight in depth and gyration_radius.',
-            )
-        if not self.mass > least:
-            yield Problem(
-                'suspension.mass',
-                self.mass,
-                f'must be more than {least:.4g} kg, with which the case is as hard to turn as '
-                'its wheel',
-                f'Use for example {100.0 * least:.3g}, or a larger gyration_radius.',
-            )
-        if drag is not None and drag.coulomb > 0.0:
-            yield Problem(
-                'suspension.mass',
-                self.mass,
-                'does not go with dry friction of the wheel (drag.coulomb, escapement.rest)',
-                'Leave it out, or give the wheel viscous drag.',
             )
 
 

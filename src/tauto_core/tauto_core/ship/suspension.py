@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,7 +28,6 @@ from tauto_core.samples import (
     FloatArray,
     HungImu,
     ImuSamples,
-    IntArray,
     PlanarImu,
     SpatialImu,
     State,
@@ -37,7 +36,6 @@ from tauto_core.scene import Scene
 from tauto_core.ship.buffer import (
     InTurn,
     MotionBuffer,
-    SamplePieces,
     SharedBuffers,
     felt_step_ns,
 )
@@ -283,8 +281,6 @@ class BearingBuffer(MotionBuffer):
         hung: SuspensionKind,
         *,
         max_gap_s: float | None,
-        stride: int = 1,
-        smooth: bool = False,
     ) -> None:
         self._rolls = hung.link == 0.0
         super().__init__(
@@ -294,8 +290,8 @@ class BearingBuffer(MotionBuffer):
             step_ns=scene.step_ns,
             max_gap_s=max_gap_s,
             plane=hung.plane or 'ship',
-            stride=stride,
-            smooth=smooth,
+            stride=1,
+            smooth=False,
         )
         self._felt_ns = felt_step_ns(scene)
 
@@ -323,15 +319,6 @@ class BearingBuffer(MotionBuffer):
                 kernels.roll_of(orientation, velocity, roll[rows], rate[rows])
         if roll is not None:
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
-
-    def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
-        """Return ÿ, g + z̈ and −ρ over each span, for a wheel that turns the case."""
-        found = {'neutral': self.fitted('sway', pieces), 'gravity': self.fitted('lift', pieces)}
-        if self._rolls:
-            found['tilt'] = -self.fitted('roll', pieces, self._data['roll_rate'])
-        if piece is not None:
-            found = {name: coefficients[piece] for name, coefficients in found.items()}
-        return found
 
     def first(self) -> tuple[float, ...]:
         """Return ÿ and g + z̈ at the first sample at hand [m/s2], and ρ and ρ̇ where they act."""

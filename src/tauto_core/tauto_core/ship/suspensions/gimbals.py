@@ -86,10 +86,6 @@ class GimbalsSuspension(SuspensionKind):
         damped = 2.0 * self.damping_ratio * math.sqrt(square) * frequency
         return square / (off_resonance(square, frequency**2, duration_s) + 1j * damped)
 
-    def damping(self, gravity: float) -> float:
-        """Return 2ζω_c [1/s]."""
-        return 2.0 * self.damping_ratio * math.sqrt(gravity * self.pull)
-
     def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
         """Return the propagator of the case."""
         from tauto_core.motion.gimbals import GimbalsSwing
@@ -98,7 +94,7 @@ class GimbalsSuspension(SuspensionKind):
         return GimbalsSwing(
             self.pull,
             gravity,
-            damping=self.damping(gravity),
+            damping=2.0 * self.damping_ratio * math.sqrt(square),
             friction=square * math.sin(self.friction_angle),
             tolerance=tolerance,
         )
@@ -116,14 +112,6 @@ class GimbalsSuspension(SuspensionKind):
                 self.damping_ratio,
                 'must be at most 1, above which the case creeps back and goes with the ship',
                 'Use for example 0.1; if 10 per cent are meant, write 0.1.',
-            )
-        if self.mass is not None and self.friction_angle:
-            yield Problem(
-                'suspension.friction_angle',
-                self.friction_angle,
-                'does not go with suspension.mass: dry friction would hold the case while the '
-                'wheel goes on',
-                'Leave one of them out, or use damping_ratio.',
             )
         yield from super().problems(still=still)
 
