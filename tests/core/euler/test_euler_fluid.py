@@ -5,9 +5,8 @@ from collections import Counter
 
 import pytest
 
-from tauto_core.euler import fluid_1729, fluid_checks
-from tauto_core.euler.fluid_1729 import claims
-from tauto_core.euler.fluid_checks import BETA, CYLINDER, GAMMA, GLOBE, A, B, F, M, N
+from tauto_core.euler import fluid_1729
+from tauto_core.euler.fluid_1729 import BETA, CYLINDER, GAMMA, GLOBE, A, B, F, M, N, claims
 from tauto_core.machines.sections import ImmersedBody
 
 CLAIMS = claims()
@@ -55,14 +54,14 @@ def test_the_example_is_a_globe_of_a_tenth_in_its_letters():
 def test_the_checks_are_those_of_the_golden_machine():
     """The slope and height at half the cusp, golden B16-30-curve-g-nm0.1-a0.05-f1-s0.5."""
     s = 0.343875443518019837878410865842
-    assert fluid_checks.slope(s) == pytest.approx(0.435878386006634751, rel=1e-13)
-    assert fluid_checks.height(s) == pytest.approx(0.0717260798340021306, rel=1e-13)
-    assert fluid_checks.speed_height(0.0) == B
+    assert fluid_1729.slope(s) == pytest.approx(0.435878386006634751, rel=1e-13)
+    assert fluid_1729.height(s) == pytest.approx(0.0717260798340021306, rel=1e-13)
+    assert fluid_1729.speed_height(0.0) == B
 
 
 def test_a_claim_on_another_curve_is_seen(monkeypatch):
     """With the curve for a body 1 % lighter most claims no longer hold."""
-    monkeypatch.setattr(fluid_checks, 'GAMMA', 0.99 * GAMMA)
+    monkeypatch.setattr(fluid_1729, 'GAMMA', 0.99 * GAMMA)
     spoilt = [c for c in fluid_1729.claims() if c.verdict != c.expected]
     assert len(spoilt) > 40
 

@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 from numpy.typing import ArrayLike
 
+from tauto_core.euler.formulas import evaluate
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -345,6 +346,80 @@ def read_text(file: str) -> dict[str, Any]:
     """Return the text of a paper, `<file>.yaml` beside this module."""
     text = yaml.safe_load(Path(__file__).with_name(f'{file}.yaml').read_text('utf-8'))
     return cast(dict[str, Any], text)
+
+
+def letters_of(
+    file: str,
+    own: Mapping[str, float | str] | None = None,
+    computed: Mapping[str, float] | None = None,
+) -> dict[str, float]:
+    """Return the values of the letters of a paper's example, and of those computed.
+
+    A letter of `own` replaces the example's; a letter that is a formula follows it.
+    """
+    stated = read_text(file)['letters']
+    found = dict(computed or {})
+    for name, value in stated.items():
+        found[name] = _number(value, found)
+    changed: dict[str, float] = {}
+    for name, value in (own or {}).items():
+        changed[name] = _number(value, found | changed)
+    found |= changed
+    for name, value in stated.items():
+        if changed and name not in changed:
+            found[name] = _number(value, found)
+    return found
+
+
+def _number(value: float | str, letters: Mapping[str, float], of: str = '') -> float:
+    """Return a number as it is, by its name, or by its formula."""
+    if isinstance(value, str):
+        return letters[value] if value in letters else evaluate(value, letters, of)
+    return float(value)
+
+
+def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[Claim]:
+    """Return the claims of `<file>.yaml`, in the order of the paper.
+
+    `stands`, `must` and `adds` are formulas, and what is displayed is evaluated, with the letters
+    of the example and those in `with`; where `of` names a letter, the formula is solved for it.
+    Where the value is that of another formula, `value` or `must_value` has it: `adds` for that of
+    `adds`, `none` for what cannot be evaluated.
+
+    Args:
+        paper: its letter.
+        file: name of the file, without the suffix.
+        computed: the independent values by the names that `computed` has in the file.
+    """
+    text = read_text(file)
+    found = []
+    for paragraph in text['paragraphs']:
+        for each in paragraph.get('claims', ()):
+            stands, must, adds = (each.get(key, '') for key in ('stands', 'must', 'adds'))
+            known = letters_of(file, each.get('with'), computed)
+            value = each.get('value', stands or adds)
+            value = {'none': math.nan, 'adds': adds}.get(value, value)
+            euler = each.get('euler', True)
+            found.append(
+                Claim(
+                    paper,
+                    each.get('paragraphs', paragraph['number']),
+                    each['claim'],
+                    stands,
+                    _number(value, known, each.get('of', '')),
+                    _number(each['computed'], known),
+                    float(each.get('tolerance', text['tolerance'])),
+                    must,
+                    _number(each.get('must_value', must), known, each.get('of', ''))
+                    if must
+                    else None,
+                    each.get('because', ''),
+                    each.get('expected', 'corrected' if must else 'holds' if euler else 'added'),
+                    adds,
+                    euler,
+                )
+            )
+    return found
 
 
 def read_edition(

@@ -16,7 +16,7 @@ from string import Template
 from textwrap import dedent
 
 from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, plain, svg
-from tauto_core.euler.mathml import mathml
+from tauto_core.euler.formulas import mathml
 from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits, typeset
 from tauto_core.files import write_whole
 

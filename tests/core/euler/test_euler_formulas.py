@@ -1,13 +1,14 @@
-"""Formulas as MathML: no letter is lost, and fractions, roots and exponents cover what they do."""
+"""Formulas as MathML and as numbers: no letter is lost, and signs cover what they do."""
 
 from __future__ import annotations
 
+import math
 import re
 from xml.etree import ElementTree
 
 import pytest
 
-from tauto_core.euler.mathml import mathml
+from tauto_core.euler.formulas import FormulaError, evaluate, mathml
 from tauto_core.euler.page import EDITIONS, all_claims
 
 FORMULAS = sorted({each for c in all_claims() for each in (c.stands, c.must, c.adds) if each})
@@ -91,3 +92,46 @@ def _drawn(element: ElementTree.Element) -> str:
 
 def test_an_empty_formula_is_empty() -> None:
     assert mathml('') == ''
+
+
+LETTERS = {'a': 2.0, 'b': 3.0, 'BC': 5.0, 'c': math.e, 'ds': 7.0, 's': 0.5, 'b′': 0.25}
+
+
+@pytest.mark.parametrize(
+    ('formula', 'value'),
+    [
+        ('2ab/4b', 1.0),
+        ('ab.BC/a·5', 3.0),
+        ('aads²', 196.0),
+        ('−a + b − BC : 2b', 1.0 / 6.0),
+        ('√aab + 1', 1.0 + math.sqrt(12.0)),
+        ('√(a + b)a', 2.0 * math.sqrt(5.0)),
+        ('c^{as/2}', math.exp(0.5)),
+        ('½b′', 0.125),
+        ('a l(1 + b)/b', 2.0 * math.log(4.0) / 3.0),
+        ('a log (1 + b)/b', 2.0 * math.log(4.0 / 3.0)),
+        ('a sin. (b − a)(b + a)', 10.0 * math.sin(1.0)),
+        ('arc. sin. s/a + arctan b', math.asin(0.25) + math.atan(3.0)),
+        ('x = a = b', 2.0),
+        ('a + b − etc', 5.0),
+        ('a + b, the whole', 5.0),
+    ],
+)
+def test_a_formula_is_evaluated_as_it_is_read(formula: str, value: float) -> None:
+    assert evaluate(formula, LETTERS) == pytest.approx(value, rel=1e-15)
+
+
+def test_an_equation_is_solved_on_the_first_side_that_has_the_letter() -> None:
+    assert evaluate('ab = 4x', LETTERS, 'x') == 1.5
+    assert evaluate('c^{as} − 1 = b', LETTERS, 's') == pytest.approx(math.log(4.0) / 2.0)
+    # the right side has the value that the letters give
+    assert evaluate('2s = as + a', LETTERS, 's') == 1.5
+
+
+def test_what_has_no_value_is_named() -> None:
+    with pytest.raises(FormulaError, match='i has no value'):
+        evaluate('ai', LETTERS)
+    with pytest.raises(FormulaError, match='∫ is not reckoned with'):
+        evaluate('∫a', LETTERS)
+    with pytest.raises(FormulaError, match='no x in it'):
+        evaluate('a = b', LETTERS, 'x')
