@@ -11,7 +11,7 @@ from __future__ import annotations
 import copy
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from functools import cached_property, partial
@@ -513,65 +513,85 @@ def sail_fleet(
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
         check_scene(first)
-    with nullcontext() if store is None else store.opened():
-        rows = Rows() if store is None else store.rows
-        there = {number for number in rows.column('ship') if number < plan.ships}
-        left = [number for number in range(plan.ships) if number not in there]
-        if left:
-            crew = crew.for_work([work_s(first)] * len(left))
-
-            def tell(share: float) -> None:
-                if progress is not None:
-                    progress(plan.ships - len(left) * (1.0 - share))
-
-            # columns that are not needed are not sent: a task goes to every worker
-            task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
-            gather(
-                task,
-                left,
-                crew,
-                store,
-                rows,
-                tell,
-                name=lambda number: f'ship {number}',
-                before=len(there),
-                total=plan.ships,
-            )
-        if store is not None:
-            store.close()
-    if len(rows) > plan.ships:
-        rows = Rows(row for row in rows if row['ship'] < plan.ships)
-    rows.sort()
+    # columns that are not needed are not sent: a task goes to every worker
+    task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
+    ships = range(plan.ships)
+    rows = sail_left(
+        task,
+        ships,
+        ships,
+        crew,
+        store,
+        progress,
+        cost_s=lambda _: work_s(first),
+        name=lambda number: f'ship {number}',
+    )
     return Fleet(plan, rows, statistics_of(plan, rows))
 
 
 _Voyages = TypeVar('_Voyages')
 
 
-def gather(
+def sail_left(
+    task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
+    voyages: Sequence[_Voyages],
+    numbers: Collection[int],
+    crew: Crew,
+    store: Store | None,
+    progress: Callable[[float], None] | None,
+    *,
+    cost_s: Callable[[_Voyages], float],
+    name: Callable[[_Voyages], str],
+    clocks: int = 1,
+) -> Rows:
+    """Sail the voyages that have no rows in the store, and return the rows of all in order.
+
+    Args:
+        task: returns the row of a voyage, or the rows of several clocks that sail together.
+        voyages: its arguments.
+        numbers: of the voyages; `ship` of their rows, divided by `clocks`.
+        crew: where.
+        store: keeps the rows as voyages end; None: nothing does.
+        progress: called with the number of rows that are done, parts of voyages included.
+        cost_s: processor time of a voyage [s].
+        name: how a voyage is called that is lost.
+        clocks: number of rows of a voyage.
+    """
+    with nullcontext() if store is None else store.opened():
+        rows = Rows() if store is None else store.rows
+        there = {ship // clocks for ship in rows.column('ship')}.intersection(numbers)
+        left = [each for number, each in zip(numbers, voyages, strict=True) if number not in there]
+        total = clocks * len(voyages)
+
+        def tell(share: float) -> None:
+            if progress is not None:
+                progress(total - clocks * len(left) * (1.0 - share))
+
+        if left:
+            crew = crew.for_work([clocks * cost_s(left[0])] * len(left))
+            _gather(task, left, crew, store, rows, tell, name, clocks * len(there), total)
+        if store is not None:
+            store.close()
+    rows.sort()
+    if len(rows) > total:
+        return Rows(row for row in rows if row['ship'] // clocks in numbers)
+    return rows
+
+
+def _gather(
     task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
     left: Sequence[_Voyages],
     crew: Crew,
     store: Store | None,
     rows: Rows,
     tell: Callable[[float], None],
-    *,
     name: Callable[[_Voyages], str],
     before: int,
     total: int,
 ) -> None:
-    """Sail what has not been sailed yet, and keep the rows as voyages end.
+    """Add the rows of the voyages that are left, to the store or to `rows`, as they end.
 
-    Args:
-        task: returns the row of a voyage, or the rows of several that sail together.
-        left: its arguments.
-        crew: where.
-        store: takes the rows, and adds them to its own; None: they are added to `rows`.
-        rows: of the store, or without one those of this run.
-        tell: called with the share done.
-        name: how a voyage is called that is lost.
-        before: number of rows that there are already.
-        total: number of rows in the end.
+    Of `total` rows there are `before` already.
     """
     lost: list[str] = []
     new = 0

@@ -12,7 +12,6 @@ import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -24,8 +23,8 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.comparison import CLOCKS, on_passage_of, regulated
-from tauto_core.ensembles.fleets import FIGURES, gather
-from tauto_core.ensembles.rows import Rows, Store
+from tauto_core.ensembles.fleets import FIGURES, sail_left
+from tauto_core.ensembles.rows import Store
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
@@ -807,32 +806,16 @@ def sail_trial(
     """
     store = None if out is None else Store(out, trial.identity(), trial_schema)
     trial.check()
-    clocks = len(trial.rules.clocks)
-    with nullcontext() if store is None else store.opened():
-        wanted = {each.number: each for each in trial.sailings}
-        rows = Rows() if store is None else store.rows
-        there = {ship // clocks for ship in rows.column('ship')} & wanted.keys()
-        left = [each for each in trial.sailings if each.number not in there]
-        if left:
-            scene, _ = trial.rules.scene(trial.rules.clocks[0], left[0])
-            crew = crew.for_work([clocks * work_s(scene)] * len(left))
-
-            def tell(share: float) -> None:
-                if progress is not None:
-                    progress(trial.ships - clocks * len(left) * (1.0 - share))
-
-            gather(
-                partial(sail_passage, trial.rules),
-                left,
-                crew,
-                store,
-                rows,
-                tell,
-                name=lambda each: f'passage {each.passage.name}',
-                before=clocks * len(there),
-                total=trial.ships,
-            )
-        if store is not None:
-            store.close()
-    rows.sort()
-    return Sailed(trial, [row for row in rows if row['ship'] // clocks in wanted])
+    first, *_ = trial.rules.clocks
+    rows = sail_left(
+        partial(sail_passage, trial.rules),
+        trial.sailings,
+        {each.number: each for each in trial.sailings}.keys(),
+        crew,
+        store,
+        progress,
+        cost_s=lambda each: work_s(trial.rules.scene(first, each)[0]),
+        name=lambda each: f'passage {each.passage.name}',
+        clocks=len(trial.rules.clocks),
+    )
+    return Sailed(trial, list(rows))
