@@ -2,11 +2,13 @@
 
 import math
 import re
+from copy import deepcopy
 
 import pytest
 
-from tauto_core.euler import axle_1780
+from tauto_core.euler import edition
 from tauto_core.euler.axle_1780 import claims
+from tauto_core.euler.edition import read_text
 
 CLAIMS = claims()
 
@@ -47,9 +49,9 @@ def test_a_push_is_divided_by_the_formula_beside_it():
 
 
 def test_an_evaluated_formula_that_is_wrong_is_seen(monkeypatch):
-    true = axle_1780._lengths
-    monkeypatch.setattr(
-        axle_1780, '_lengths', lambda e, c, k, power=4: true(e, c, 1.01 * k, power)
-    )
+    """With a k of 1 % more in the formulas than in the body."""
+    text = deepcopy(read_text('axle'))
+    text['letters']['k'] *= 1.01
+    monkeypatch.setattr(edition, 'read_text', lambda _: text)
     spoilt = [claim.paragraph for claim in claims() if claim.verdict != claim.expected]
-    assert set(spoilt) >= {'41', '42', '43', '45', '53'}
+    assert set(spoilt) >= {'41', '42', '43', '45'}

@@ -18,7 +18,8 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.cli.terminal import given_values
 from tauto_core.euler import trochlea_1727
-from tauto_core.euler.axle_edition import PUSH, C, E, K
+from tauto_core.euler.axle_1780 import C, E, K
+from tauto_core.euler.axle_edition import PUSH
 from tauto_core.euler.edition import Edition, EulerFigure, G
 from tauto_core.euler.page import EDITIONS, all_claims
 from tauto_core.samples import FloatArray

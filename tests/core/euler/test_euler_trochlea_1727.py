@@ -62,6 +62,6 @@ def test_figures_that_the_theory_tells():
     assert radius.computed == pytest.approx(63.32, rel=1e-9)
 
 
-def test_a_changed_formula_is_noticed(monkeypatch):
-    monkeypatch.setattr(trochlea_1727, 'base_radius_of_disc', lambda q, p, length: p * length / q)
+def test_a_wrong_value_is_noticed(monkeypatch):
+    monkeypatch.setattr(trochlea_1727, 'inertia_of_rings', lambda q, radius: q * radius**2)
     assert any(claim.verdict != claim.expected for claim in claims())

@@ -10,13 +10,14 @@ import math
 
 import numpy as np
 
+from tauto_core.euler.axle_1780 import C, E, K
 from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition
 from tauto_core.machines.axle_pendulum import modes
 
 Place = tuple[float, float]
 
-E, C, K, AXLE = 0.1, 0.3, 0.15, 0.05
-"""The body of the claims, and the radius of its axle [m]."""
+AXLE = 0.05
+"""Radius of the axle of the body of the claims [m]."""
 
 
 def _below(start: Place, length: float, tilt: float) -> Place:

@@ -9,17 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 
-from tauto_core.euler.edition import Claim, G
-from tauto_core.machines.design import (
-    base_radius_of_disc,
-    equivalent_pendulum_length,
-    length_of_thick_disc,
-)
+from tauto_core.euler.edition import Claim, G, letters_of, read_claims
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -28,8 +23,9 @@ from tauto_core.samples import FloatArray
 # None uses the formulas that are checked. Lengths are metres; the unrolled circle has the radius
 # 1.
 
-BASE_RADIUS = 0.02
-HOLE, RATE = 2.0, 1.0
+_LETTERS = letters_of('trochlea')
+BASE_RADIUS, ROLL_ANGLE, HOLE, TURNED = (_LETTERS[each] for each in 'rzat')
+RATE = 1.0
 
 OfArray = Callable[[FloatArray], FloatArray]
 
@@ -233,381 +229,64 @@ def small_triangles(angle: float) -> float:
 
 
 # -----------------------------------------------------------------------------
-# The claims.
-
-ROLL_ANGLE = 2.0
-TURNED = 0.7
-QUADRATURE, MOTION = 1e-10, 1e-9
-"""Tolerances of sums and of derivatives by Chebyshev series, and of integrated periods."""
-
-
-_claim = partial(Claim, 'A')
+# The values with which the claims of `trochlea.yaml` are compared, by the names they have there.
 
 
 def claims() -> list[Claim]:
     """Return every claim of the paper, in its order; each is computed."""
-    return [
-        *_torque_and_isochronism(),
-        *_polar_equation(),
-        *_involute(),
-        *_disc(),
-        *_pendulum(),
-        *_small_weight(),
-        *_large_disc(),
-        *_hole(),
-        *_hole_proportions(),
-        *_last_remarks(),
-    ]
+    return read_claims('A', 'trochlea', _of_involute() | _of_motion() | _of_hole())
 
 
-def _torque_and_isochronism() -> list[Claim]:
-    arm = BASE_RADIUS * TURNED
-    return [
-        _claim(
-            'VII',
-            'the thread turns the wheel with the torque power × lever arm',
-            'P.TM',
-            2.0 * arm,
-            slope_at(lambda angle: 2.0 * unwound(angle), TURNED),
-            QUADRATURE,
-        ),
-        _claim(
-            'VII',
-            'the perpendicular from the axle on the thread is the lever arm *TM*',
-            'PM',
-            math.nan,
-            distance_of_normal_side(TURNED),
-            QUADRATURE,
-            'TM',
-            arm,
-            '*PM* is the thread itself, which is not the perpendicular',
-            'corrected',
-        ),
-        _claim(
-            'VIII',
-            'the force at the rim, at right angles to *CO*, that does the same',
-            'P.TM/CO',
-            2.0 * arm / (3.0 * BASE_RADIUS),
-            slope_at(lambda angle: 2.0 * unwound(angle), TURNED) / (3.0 * BASE_RADIUS),
-            QUADRATURE,
-            adds='by virtual work, with CO = 3 CT',
-        ),
-        _claim(
-            'IX',
-            'where *TM* is proportional to the angle all swings take the same time: 3 rad '
-            'against 0.1 rad',
-            '',
-            1.0,
-            period(3.0) / period(0.1),
-            MOTION,
-            adds='T(3 rad)/T(0.1 rad) = 1',
-        ),
-        _claim(
-            'X-XI',
-            'the thread is normal to the curve, and *CT*, the distance of that normal, is '
-            'constant',
-            'CT constans',
-            BASE_RADIUS,
-            distance_of_normal(ROLL_ANGLE),
-            QUADRATURE,
-            adds='CT = r',
-        ),
-    ]
-
-
-def _polar_equation() -> list[Claim]:
-    y = math.hypot(1.0, ROLL_ANGLE)
+def _of_involute() -> dict[str, float]:
+    torque = slope_at(lambda angle: 2.0 * unwound(angle), TURNED)
     angle_rate = slope_at(polar_angle, ROLL_ANGLE)
     radius_rate = slope_at(lambda z: np.hypot(*circle_unrolled(z)), ROLL_ANGLE)
-    return [
-        _claim(
-            'XII',
-            'polar equation of the curve, at *y = √5*',
-            'dx = (dy/y)√(yy − 1)',
-            math.sqrt(y * y - 1.0) / y,
-            angle_rate / radius_rate,
-            QUADRATURE,
-        ),
-        _claim(
-            'XIII',
-            'the same with *z = √(yy − 1)*, at *z = 2*',
-            'dx = zdz/(z² + 1) = dz − dz/(z² + 1)',
-            ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
-            angle_rate,
-            QUADRATURE,
-            'dx = zzdz/(z² + 1)',
-            ROLL_ANGLE * ROLL_ANGLE / (ROLL_ANGLE * ROLL_ANGLE + 1.0),
-            'the second form, *dz − dz/(z² + 1)*, needs *zz*',
-            'corrected',
-        ),
-        _claim(
-            'XIII',
-            'integrated: the polar angle, at *z = 2*',
-            'x = z − ∫dz/(z² + 1)',
-            ROLL_ANGLE - math.atan(ROLL_ANGLE),
-            float(polar_angle(np.array(ROLL_ANGLE))),
-            QUADRATURE,
-            adds='x = z − arctan z',
-        ),
-        _claim(
-            'XIII',
-            'and the radius, at *z = 2*',
-            'y = √(zz + 1)',
-            y,
-            float(np.hypot(*circle_unrolled(np.array(ROLL_ANGLE)))),
-            QUADRATURE,
-        ),
-    ]
+    return {
+        'torque': torque,
+        'force_at_rim': torque / (3.0 * BASE_RADIUS),
+        'distance_of_thread': distance_of_normal_side(TURNED),
+        'distance_of_normal': distance_of_normal(ROLL_ANGLE),
+        'dx_by_dy': angle_rate / radius_rate,
+        'polar_rate': angle_rate,
+        'polar_angle': float(polar_angle(np.array(ROLL_ANGLE))),
+        'polar_radius': float(np.hypot(*circle_unrolled(np.array(ROLL_ANGLE)))),
+        'curvature_radius': BASE_RADIUS * curvature_radius(ROLL_ANGLE),
+        'lift': BASE_RADIUS * length(ROLL_ANGLE),
+        'rise': slope_at(unwound, TURNED) / BASE_RADIUS,
+    }
 
 
-def _involute() -> list[Claim]:
-    return [
-        _claim(
-            'XIV',
-            "the curve is the circle's involute: its radius of curvature is the lever arm",
-            '',
-            BASE_RADIUS * ROLL_ANGLE,
-            BASE_RADIUS * curvature_radius(ROLL_ANGLE),
-            1e-8,
-            adds='R = TM = rz',
-        ),
-        _claim(
-            'XIV',
-            'the arc wound up, which is the lift of the weight',
-            '',
-            0.5 * BASE_RADIUS * ROLL_ANGLE**2,
-            BASE_RADIUS * length(ROLL_ANGLE),
-            QUADRATURE,
-            expected='added',
-            adds='rzz/2',
-            euler=False,
-        ),
-    ]
+def _of_motion() -> dict[str, float]:
+    large = 3.0 * BASE_RADIUS
+    own, thick = (inertia_of_rings(weight, large) for weight in (100.0, 900.0))
+
+    def pendulum(inertia: float | None = None) -> float:
+        return G * (period(1.0, inertia=inertia) / math.tau) ** 2
+
+    def ratio(pull: float) -> float:
+        one, small = (period(each, 100.0, pull, carried=pull / G) for each in (1.0, 1e-3))
+        return one / small
+
+    return {
+        'ratio_of_periods': period(3.0) / period(0.1),
+        'disc_energy': disc_energy(3.0, BASE_RADIUS, math.sqrt(2.0 * G * 0.2)),
+        'rise_of_speed': slope_at(rim_height(0.5 * BASE_RADIUS, 100.0, 1.0), 0.0),
+        'slope_of_cycloid': cycloid_slope(0.3),
+        'pendulum_length': pendulum(),
+        'radius_in_scruples': radius_of_pendulum(100.0, 1.0, 3166.0),
+        'ratio_with_weight': ratio(1.0),
+        'pendulum_of_thick_disc': pendulum(thick),
+        'pendulum_of_own_disc': pendulum(own),
+        'ratio_with_small_weight': ratio(1e-4),
+    }
 
 
-def _disc() -> list[Claim]:
-    weight, height = 3.0, 0.2
-    return [
-        _claim(
-            'XVIII',
-            'vis viva (here the kinetic energy) of a homogeneous disc; *v* is the height of fall'
-            ' of the velocity of its rim',
-            'Qv²/2',
-            0.5 * weight * height**2,
-            disc_energy(weight, BASE_RADIUS, math.sqrt(2.0 * G * height)),
-            QUADRATURE,
-            'Qv/2',
-            0.5 * weight * height,
-            'its differential follows as *Qdv/2*',
-            'corrected',
-        ),
-        _claim(
-            'XVIII',
-            'the rise of the power is to the arc of the rim as the lever arm to the radius',
-            'Mμ; Mm = Bm : BC',
-            math.nan,
-            slope_at(unwound, TURNED) / BASE_RADIUS,
-            QUADRATURE,
-            'Mμ : Mm = Bm : BC',
-            TURNED,
-            'a semicolon where the proportion has its colon',
-            'corrected',
-        ),
-    ]
-
-
-def _pendulum() -> list[Claim]:
-    weight, pull, arc = 100.0, 1.0, 0.5 * BASE_RADIUS
-    length = 0.5 * weight * BASE_RADIUS / pull
-    found = G * (period(1.0, weight, pull) / math.tau) ** 2
-    height = rim_height(arc, weight, pull)
-    return [
-        _claim(
-            'XVIII',
-            'increase, along the arc *s* of the rim, of the height of fall *v* of its velocity',
-            'dv : Ss = 2P.BS/Q.BC',
-            2.0 * pull * arc / (weight * BASE_RADIUS),
-            slope_at(height, 0.0),
-            QUADRATURE,
-        ),
-        _claim(
-            'XIX',
-            'on the cycloid of the pendulum *AO* the accelerating force is proportional to the '
-            'arc',
-            'nt/Nn = (AN/AO) (BS/AO)',
-            0.3 * 0.3,
-            cycloid_slope(0.3),
-            QUADRATURE,
-            'nt/Nn = AN/AO = BS/AO',
-            0.3,
-            'the two ratios are equal, and their product would not make a pendulum',
-            'corrected',
-        ),
-        _claim(
-            'XIX',
-            'length of the isochronous pendulum, *P : Q = r/2 : L*; here *Q = 100 P*',
-            'AO = Q.BC/2P',
-            length,
-            found,
-            MOTION,
-        ),
-    ]
-
-
-def _small_weight() -> list[Claim]:
-    return [
-        _claim(
-            'XX',
-            'base radius *BC* for *Q = 100 P* and a pendulum of 3166 scruples',
-            'BC = 63 scrup.',
-            63.0,
-            radius_of_pendulum(100.0, 1.0, 3166.0),
-            0.5 / 63.0,
-        ),
-        _claim(
-            'XX',
-            'the same by the formula, not rounded [scruples]',
-            'Q : 2P = AO : BC',
-            base_radius_of_disc(100.0, 1.0, 3166.0),
-            radius_of_pendulum(100.0, 1.0, 3166.0),
-            MOTION,
-        ),
-        _claim(
-            'XX',
-            'a weight of *Q/100* may replace the spring: *T(1 rad)/T(0)* within 9 s a day',
-            '',
-            1.0,
-            period(1.0, 100.0, 1.0, carried=1.0 / G) / period(1e-3, 100.0, 1.0, carried=1.0 / G),
-            1e-4,
-            adds='T(1 rad)/T(0) = 1',
-            because='the inertia of the weight costs 428 s a day at 1 rad; a cam made for this '
-            'weight has no such error',
-            expected='fails',
-        ),
-    ]
-
-
-def _large_disc() -> list[Claim]:
-    weight, pull, radius = 100.0, 1.0, 3.0 * BASE_RADIUS
-    own = inertia_of_rings(weight, radius)
-    thick = inertia_of_rings(weight * (radius / BASE_RADIUS) ** 2, radius)
-    return [
-        _claim(
-            'XXI',
-            'a larger disc of the same thickness, *a* in units of *BC*, *Q* the weight of the '
-            'small one',
-            'g.a⁴.BC/2P',
-            math.nan,
-            G * (period(1.0, pull=pull, inertia=thick) / math.tau) ** 2,
-            MOTION,
-            'Q.a⁴.BC/2P',
-            length_of_thick_disc(weight, radius, pull, BASE_RADIUS),
-            'a length has no *g*; whether the print has one only a scan would show',
-            'corrected',
-        ),
-        _claim(
-            'XXI',
-            'the same, with *Q* the weight of the large disc itself and *a* a length',
-            '',
-            equivalent_pendulum_length(weight * radius**2 / (2.0 * G), pull, BASE_RADIUS, G),
-            G * (period(1.0, pull=pull, inertia=own) / math.tau) ** 2,
-            MOTION,
-            expected='added',
-            adds='L = Qaa/2Pr',
-            euler=False,
-        ),
-    ]
-
-
-def _hole() -> list[Claim]:
-    arm = RATE * TURNED
-    free = math.sqrt(HOLE**2 - arm**2)
-    return [
-        _claim(
-            'XXII',
-            'thread through a fixed hole: the direction of the lever arm needs only arcs of '
-            'circles',
-            '',
-            arm / RATE + math.asin(arm / HOLE),
-            direction(TURNED, HOLE),
-            QUADRATURE,
-            adds='t/b + arcsin(t/a)',
-        ),
-        _claim(
-            'XXII-XXIX',
-            'the distance *CP* of the normal, where the lever arm is *t = b φ*',
-            'p = b√(aa − tt)/(b + √(aa − tt))',
-            RATE * free / (RATE + free),
-            envelope_distance(TURNED, HOLE),
-            QUADRATURE,
-        ),
-    ]
-
-
-def _hole_proportions() -> list[Claim]:
-    arm = RATE * TURNED
-    free = math.sqrt(HOLE**2 - arm**2)
-    p = RATE * free / (RATE + free)
-    turning = 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED)
-    return [
-        _claim(
-            'XXVI',
-            'the angles by which hole and normal turn',
-            'OCo : PCt = CPt : b',
-            math.nan,
-            turning,
-            QUADRATURE,
-            'OCo : PCt = CP : b',
-            p / RATE,
-            'a ratio of angles cannot be that of a triangle to a length',
-            'corrected',
-        ),
-        _claim(
-            'XXVI',
-            'the angle that the wheel has turned',
-            'BCC',
-            math.nan,
-            angle_of_hole(TURNED),
-            QUADRATURE,
-            'BCO',
-            TURNED,
-            'the angle has its vertex at *C* and its second leg through the hole *O*',
-            'corrected',
-        ),
-        _claim(
-            'XXVII',
-            'the same angles from the sides of the small triangles',
-            'Oo/Oc : On/Om',
-            math.nan,
-            small_triangles(TURNED),
-            1e-6,
-            'Oo/OC : On/OM',
-            p / RATE,
-            'arcs are divided by their radii *OC* and *OM*',
-            'corrected',
-        ),
-    ]
-
-
-def _last_remarks() -> list[Claim]:
-    carried = 1e-4 / G
-    return [
-        _claim(
-            'XXIX',
-            'for a hole far away the curve becomes the involute, and *p* tends to *b*; here *a ='
-            ' 10⁸ b*',
-            'p = ab/(a + b)',
-            1e8 * RATE / (1e8 + RATE),
-            envelope_distance(TURNED, 1e8),
-            1e-9,
-        ),
-        _claim(
-            'XXX',
-            'a weight may replace the spring if it is small enough',
-            '',
-            1.0,
-            period(1.0, 100.0, 1e-4, carried=carried) / period(1e-3, 100.0, 1e-4, carried=carried),
-            1e-6,
-            adds='Q = 10⁶ P: T(1 rad)/T(0) = 1 to a tenth of a second a day',
-        ),
-    ]
+def _of_hole() -> dict[str, float]:
+    return {
+        'direction_of_arm': direction(TURNED, HOLE),
+        'distance_with_hole': envelope_distance(TURNED, HOLE),
+        'ratio_of_turns': 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED),
+        'angle_of_hole': angle_of_hole(TURNED),
+        'ratio_in_triangles': small_triangles(TURNED),
+        'distance_with_far_hole': envelope_distance(TURNED, 1e8),
+    }
