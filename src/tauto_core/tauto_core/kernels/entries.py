@@ -22,13 +22,18 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from tauto_core.kernels.marks import (
+    DATA,
+    DIMENSIONS,
+    FLAGS,
+    ArrayStructure,
     KernelCacheWarning,
     KernelError,
+    Tuple,
     compiling,
     digest,
     is_as_it_was,
@@ -45,13 +50,6 @@ from tauto_core.kernels.marks import (
 ENTRY = 'entry'
 """Name of an entry in its object code."""
 
-DATA, DIMENSIONS, FLAGS = 0, 16, 48
-"""Places behind the head of NumPy's array object (PyArrayObject_fields in ndarraytypes.h, which
-programs compiled with NumPy depend on)."""
-
-NEEDED_FLAGS = 0x0001 | 0x0100
-"""C-contiguous and aligned."""
-
 WORD_FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
 # classes themselves where `isinstance` would take a bool for an int; np.float64 is a float to both
 _TESTS = {
@@ -61,20 +59,6 @@ _TESTS = {
     'bool': '{0}.__class__ is not bool and {0}.__class__ is not bool_',
 }
 _DTYPES = {name: np.dtype(name) for name in ('f8', 'i8', 'u8', 'b1')}
-
-
-class ArrayStructure(NamedTuple):
-    """An array: its items and the number of its dimensions."""
-
-    dtype: Any
-    ndim: int
-
-
-class Tuple(NamedTuple):
-    """A tuple, or a NamedTuple of a class."""
-
-    named: Any
-    items: tuple[Any, ...]
 
 
 def structure_of(x: Any) -> Any:

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from tauto_core.scene.errors import TautoError
 
@@ -307,3 +307,28 @@ def indexed_by(loop: Any) -> frozenset[str]:
         and isinstance(node.value, ast.Name)
         and any(isinstance(n, ast.Name) and n.id == loop.target.id for n in ast.walk(node.slice))
     )
+
+
+# -----------------------------------------------------------------------------
+# Arrays and tuples as arguments of entries (`entries`).
+
+DATA, DIMENSIONS, FLAGS = 0, 16, 48
+"""Places behind the head of NumPy's array object (PyArrayObject_fields in ndarraytypes.h, which
+programs compiled with NumPy depend on)."""
+
+NEEDED_FLAGS = 0x0001 | 0x0100
+"""C-contiguous and aligned."""
+
+
+class ArrayStructure(NamedTuple):
+    """An array: its items and the number of its dimensions."""
+
+    dtype: Any
+    ndim: int
+
+
+class Tuple(NamedTuple):
+    """A tuple, or a NamedTuple of a class."""
+
+    named: Any
+    items: tuple[Any, ...]

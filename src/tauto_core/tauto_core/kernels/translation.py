@@ -18,10 +18,15 @@ from typing import Any
 
 from llvmlite import ir
 
-from tauto_core.kernels.entries import DATA, DIMENSIONS, FLAGS, NEEDED_FLAGS, ArrayStructure, Tuple
 from tauto_core.kernels.marks import (
+    DATA,
+    DIMENSIONS,
+    FLAGS,
+    NEEDED_FLAGS,
+    ArrayStructure,
     Intrinsic,
     KernelError,
+    Tuple,
     Used,
     arguments_of,
     assigned_in,

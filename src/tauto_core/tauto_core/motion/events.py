@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import (
     PART_STEP,
+    Mode,
     Omega,
     Planes,
     Step,
@@ -26,7 +27,6 @@ from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

@@ -61,6 +61,7 @@ from tauto_core.motion.gauss_step import (
     MAX_SWEEPS,
     MOST_POWERS,
     PART_STEP,
+    Mode,
     Omega,
     Step,
     Work,
@@ -96,7 +97,6 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     NOWHERE,
     ForcingPieces,
-    Mode,
     RunningState,
     SteppedRun,
     Tolerance,

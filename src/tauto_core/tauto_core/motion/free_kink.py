@@ -37,6 +37,7 @@ from tauto_core.motion.free_step import (
 )
 from tauto_core.motion.gauss_step import (
     PART_STEP,
+    Mode,
     Step,
     fill_rotations,
     start_stages,
@@ -50,7 +51,6 @@ from tauto_core.motion.passages import count_step, signs_at_nodes
 from tauto_core.motion.system import (
     NOWHERE,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

@@ -27,6 +27,7 @@ from tauto_core.motion.free_step import (
 )
 from tauto_core.motion.gauss_step import (
     PART_STEP,
+    Mode,
     Step,
     fill_rotations,
     start_stages,
@@ -37,7 +38,6 @@ from tauto_core.motion.stepping import step_error
 from tauto_core.motion.system import (
     NOWHERE,
     Instant,
-    Mode,
     Plane,
     SteppedRun,
     planes_of,

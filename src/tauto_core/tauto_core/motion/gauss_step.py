@@ -18,7 +18,7 @@ import math
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,10 +42,6 @@ from tauto_core.motion.lanes import (
     width,
 )
 from tauto_core.samples import FloatArray
-
-if TYPE_CHECKING:
-    from tauto_core.motion.system import Mode
-
 
 # -----------------------------------------------------------------------------
 # Gauss–Legendre collocation with s stages on [0, 1]: order 2s, symmetric, symplectic.
@@ -123,6 +119,20 @@ Planes: TypeAlias = Sequence[PlaneState]
 
 Omega: TypeAlias = tuple[float, ...]
 """Frequencies of the rotating planes [rad/s]."""
+
+
+class Mode(NamedTuple):
+    """The signs, 1 or −1, that are constant between two events.
+
+    Attributes:
+        side: sign of the coordinate on that side of a kinked cam whose law is felt.
+        direction: d, the sign of θ̇.
+        pallet: s, the sign of θ̇ at the last impulse; recoil pushes against it.
+    """
+
+    side: float
+    direction: float
+    pallet: float
 
 
 class PlaneRotation(Protocol):

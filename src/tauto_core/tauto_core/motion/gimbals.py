@@ -19,7 +19,12 @@ import numpy as np
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.events import ride_held
-from tauto_core.motion.gauss_step import Omega, Work, sine_versine
+from tauto_core.motion.gauss_step import (
+    Mode,
+    Omega,
+    Work,
+    sine_versine,
+)
 from tauto_core.motion.lanes import SIZE, Numeric, fma, larger, row_of, store, width
 from tauto_core.motion.stepping import state_type
 from tauto_core.motion.suspended_case import (
@@ -35,7 +40,6 @@ from tauto_core.motion.system import (
     TILT_RATE,
     Beyond,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

@@ -15,7 +15,11 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled
-from tauto_core.motion.gauss_step import Work, fill_integrals
+from tauto_core.motion.gauss_step import (
+    Mode,
+    Work,
+    fill_integrals,
+)
 from tauto_core.motion.lanes import (
     Lanes,
     fma,
@@ -30,7 +34,6 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.system import (
     ForcingPieces,
-    Mode,
     SteppedRun,
     StepPlace,
     StepWatch,

@@ -25,7 +25,12 @@ import math
 from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.gauss_step import Omega, Work, sine_versine
+from tauto_core.motion.gauss_step import (
+    Mode,
+    Omega,
+    Work,
+    sine_versine,
+)
 from tauto_core.motion.lanes import (
     Numeric,
     filled,
@@ -41,7 +46,6 @@ from tauto_core.motion.slack import LooseSystem, Tautened, rounding_of
 from tauto_core.motion.system import (
     Beyond,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

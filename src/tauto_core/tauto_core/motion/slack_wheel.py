@@ -22,6 +22,7 @@ from tauto_core.kernels import compiled
 from tauto_core.motion.events import first_holds, is_due
 from tauto_core.motion.gauss_step import (
     PART_STEP,
+    Mode,
     Omega,
     Step,
     Work,
@@ -35,7 +36,6 @@ from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

@@ -16,7 +16,13 @@ from tauto_core.kernels import entry, inlined
 from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.forcing import lifted_off, turned_over
-from tauto_core.motion.gauss_step import Omega, Work, make_work, sine_versine
+from tauto_core.motion.gauss_step import (
+    Mode,
+    Omega,
+    Work,
+    make_work,
+    sine_versine,
+)
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -59,7 +65,6 @@ from tauto_core.motion.system import (
     Beyond,
     ForcingPieces,
     Instant,
-    Mode,
     Outside,
     Plane,
     StepPlace,

@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
-from tauto_core.motion.gauss_step import Omega, Planes, Work, inside
+from tauto_core.motion.gauss_step import Mode, Omega, Planes, Work, inside
 from tauto_core.motion.lanes import (
     SIZE,
     Lanes,
@@ -332,20 +332,6 @@ def hot_at_nodes(work: Work) -> HotNumbers:
 
 NOWHERE = 2.0
 """A fraction beyond any step."""
-
-
-class Mode(NamedTuple):
-    """The signs, 1 or −1, that are constant between two events.
-
-    Attributes:
-        side: sign of the coordinate on that side of a kinked cam whose law is felt.
-        direction: d, the sign of θ̇.
-        pallet: s, the sign of θ̇ at the last impulse; recoil pushes against it.
-    """
-
-    side: float
-    direction: float
-    pallet: float
 
 
 class Plane(NamedTuple):

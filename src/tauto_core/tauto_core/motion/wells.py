@@ -43,7 +43,10 @@ from tauto_core.curves.numerics import bracketed_newton, powers_on_unit
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.machines.parts import DragLaw, Ebb
-from tauto_core.motion.gauss_step import sine_versine
+from tauto_core.motion.gauss_step import (
+    Mode,
+    sine_versine,
+)
 from tauto_core.motion.lanes import (
     Lanes,
     Numeric,
@@ -57,7 +60,9 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.system import HotNumbers, Mode
+from tauto_core.motion.system import (
+    HotNumbers,
+)
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------

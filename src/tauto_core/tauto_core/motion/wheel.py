@@ -17,7 +17,13 @@ from tauto_core.machines.heat import HeatFactors
 from tauto_core.motion import stepping
 from tauto_core.motion.events import BEYOND, SPARE, is_due, phase_to, ride_held
 from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
-from tauto_core.motion.gauss_step import Omega, Planes, Work, gauss_constants
+from tauto_core.motion.gauss_step import (
+    Mode,
+    Omega,
+    Planes,
+    Work,
+    gauss_constants,
+)
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -54,7 +60,6 @@ from tauto_core.motion.system import (
     ForcingPieces,
     HotNumbers,
     Instant,
-    Mode,
     Outside,
     Plane,
     RunningState,

@@ -14,11 +14,18 @@ from motion_cases import scene_of
 
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
-from tauto_core.motion.gauss_step import make_work
+from tauto_core.motion.gauss_step import (
+    Mode,
+    make_work,
+)
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import LEVER_NODES
 from tauto_core.motion.real_threads import RealThreads
-from tauto_core.motion.system import ChannelAt, Mode, Outside, Plane
+from tauto_core.motion.system import (
+    ChannelAt,
+    Outside,
+    Plane,
+)
 
 LEVER = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
