@@ -13,7 +13,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import write_figure
 from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
+from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.results import Summary
 from tauto_core.samples import (
@@ -35,7 +36,15 @@ from tauto_core.samples import (
     TimeSamples,
 )
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import Argument, PropagationError, SceneError, UsageError, naming
+from tauto_core.scene.errors import (
+    Argument,
+    MotionDataError,
+    PropagationError,
+    SceneError,
+    TautoError,
+    UsageError,
+    naming,
+)
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
@@ -546,40 +555,104 @@ def compare(
     return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, in_order)
 
 
-class _Sailing:
-    """A clock of a comparison under way."""
+class Afloat:
+    """A clock under way, beside others in one sea.
 
-    def __init__(self, entry: Entry, motion: ShipMotion, buffers: SharedBuffers) -> None:
-        self.entry, self.trace, self.run_s = entry, ErrorTrace(entry.scene), 0.0
-        self.stopped: Stop | None = None
-        began = time.process_time()
-        with naming(entry.origin, entry.scene.name):
-            machine, _ = check_scene(entry.scene, motion)
-        self._stages = voyage.pipeline(entry.scene, machine, buffers)
-        self._summary = Summary(entry.scene, machine)
-        self.run_s += time.process_time() - began
+    Args:
+        scene: its scene.
+        motion: of the ship, which all share.
+        buffers: what they feel alike.
+        rated: whether the dial is regulated for its start (`regulated`).
+
+    Attributes:
+        events: errors that end its motion alone; others end the voyage of all.
+        ended: the event that ended it; None: it goes.
+        at_end: whether the clock says no more.
+        run_s: its own processor time [s].
+    """
+
+    events: ClassVar[type[TautoError]] = TautoError
+
+    def __init__(
+        self, scene: Scene, motion: ShipMotion, buffers: SharedBuffers, *, rated: bool = False
+    ) -> None:
+        self.ended: TautoError | None = None
+        self.at_end = False
+        began = time.thread_time()
+        machine, _ = check_scene(scene, motion)
+        self.scene = regulated(scene, machine) if rated else scene
+        self._stages = voyage.pipeline(self.scene, machine, buffers)
+        self.summary = Summary(self.scene, machine)
+        self.run_s = time.thread_time() - began
 
     def feed(self, ship: Batches | None) -> None:
         """Take the next batches of the ship; None at the end. An event ends its motion."""
-        if self.stopped is not None:
+        if self.ended is not None:
             return
-        began = time.process_time()
+        began = time.thread_time()
         try:
             batches = self._stages.finish() if ship is None else self._stages.feed(ship)
             if words := voyage.refused_words(self._stages.health()):
                 raise PropagationError(words, 0.0)
-            self._summary.feed(batches)
-            self.trace.feed(batches)
-        except PropagationError as error:
-            self.stopped = Stop(error.time_s, str(error))
-        self.run_s += time.process_time() - began
+            self.summary.feed(batches)
+            self.at_end = ship is None
+            self.keep(batches)
+        except MotionDataError:  # a file that is not on this machine, or cannot be read
+            raise
+        except self.events as error:
+            self.ended = error
+        self.run_s += time.thread_time() - began
+
+    def keep(self, batches: Batches) -> None:
+        """Take what the clock said."""
+        raise NotImplementedError
+
+
+def sail_in_one_sea(
+    afloat: Sequence[Afloat],
+    source: voyage.ShipSource,
+    chunk: int,
+    pass_on: Callable[[Batches], Batches],
+    progress: Progress | None,
+) -> None:
+    """Sail clocks to the end; the sea is sampled once, and `pass_on` makes it readable for all."""
+    if any(each.scene.suspension is not None for each in afloat):
+        chunk = voyage.HUNG_CHUNK
+    while source.produced < source.total:
+        batches = pass_on(source.produce(chunk))
+        for each in afloat:
+            each.feed(batches)
+        if progress is not None:
+            progress(source.produced / source.total)
+    for each in afloat:
+        each.feed(None)
+
+
+class _Sailing(Afloat):
+    """A clock of a comparison under way, with the trace of its error."""
+
+    events = PropagationError
+
+    def __init__(self, entry: Entry, motion: ShipMotion, buffers: SharedBuffers) -> None:
+        self.entry, self.trace = entry, ErrorTrace(entry.scene)
+        with naming(entry.origin, entry.scene.name):
+            super().__init__(entry.scene, motion, buffers)
+
+    def keep(self, batches: Batches) -> None:
+        """Take the error of the clock."""
+        self.trace.feed(batches)
 
     def row(self, shared_s: float) -> Row:
         """Return the figures; `shared_s` is its share of the time of all clocks together."""
-        entry, scene, trace = self.entry, self.entry.scene, self.trace
-        report: Mapping[str, Any] = {} if self.stopped else self._summary.result()
+        entry, scene, trace = self.entry, self.scene, self.trace
+        stopped, report = None, dict[str, Any]()
+        if self.ended is None:
+            report = self.summary.result()
+        else:
+            assert isinstance(self.ended, PropagationError)
+            stopped = Stop(self.ended.time_s, str(self.ended))
         clock, longitude = report.get('clock', {}), report.get('longitude', {})
-        trochlea, stopped = report.get('trochlea', {}), self.stopped
+        trochlea = report.get('trochlea', {})
         went_s = trochlea.get('stopped_s')
         if went_s is not None:
             stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
@@ -594,7 +667,7 @@ class _Sailing:
             suspended=entry.hung,
             roll_deg=entry.roll_deg,
             release=release,
-            propagator=self._summary.propagator,
+            propagator=self.summary.propagator,
             rate_s_per_day=clock.get('rate_s_per_day'),
             rate_spread_s_per_day=trace.rate_spread(),
             error_s=clock.get('error_s'),
@@ -615,7 +688,7 @@ def sail_together(entries: Sequence[Entry], progress: Progress | None = None) ->
     The others go on. `run_s` of a row is her own processor time, and an equal part of that of the
     sea; what several clocks feel alike counts for the first of them.
     """
-    began = time.process_time()
+    began = time.thread_time()
     scenes = [entry.scene for entry in entries]
     # a hung case needs samples farther beyond the end
     widest = max(scenes, key=lambda scene: scene.samples_beyond_end)
@@ -623,19 +696,13 @@ def sail_together(entries: Sequence[Entry], progress: Progress | None = None) ->
     shaken = any(name in SHAKEN_BY for each in scenes for name in each.drift.covariates or ())
     source = voyage.ShipSource(widest, motion, says_scene=False, as_messages=shaken)
     chunk = voyage.CHUNK if shaken else voyage.QUIET_CHUNK
-    if any(entry.hung for entry in entries):
-        chunk = voyage.HUNG_CHUNK
     sailing = [_Sailing(entry, motion, buffers) for entry in entries]
-    while source.produced < source.total:
-        batches = source.produce(chunk)
-        batches[SHIP_IMU] = kept(cast(Sensed, batches[SHIP_IMU]))
-        for each in sailing:
-            each.feed(batches)
-        if progress is not None:
-            progress(source.produced / source.total)
-    for each in sailing:
-        each.feed(None)
-    shared_s = time.process_time() - began - sum(each.run_s for each in sailing)
+
+    def pass_on(batches: Batches) -> Batches:
+        return {**batches, SHIP_IMU: kept(cast(Sensed, batches[SHIP_IMU]))}
+
+    sail_in_one_sea(sailing, source, chunk, pass_on, progress)
+    shared_s = time.thread_time() - began - sum(each.run_s for each in sailing)
     return [each.row(shared_s / len(sailing)) for each in sailing]
 
 
@@ -667,7 +734,7 @@ def _dearest_first(entries: Sequence[Entry]) -> list[int]:
 # -----------------------------------------------------------------------------
 # The comparison as a figure: error against time, or rate against roll, a panel per clock.
 
-NEEDED_S = 120.0
+NEEDED_S = AWARDS[0][0] / ARCMIN_PER_S
 """Time in which the earth turns by half a degree: 30 nautical miles at the equator."""
 
 _BAND = '#f4e9cd'

@@ -21,15 +21,14 @@ import numpy as np
 
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
-from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.ensembles.comparison import CLOCKS, on_passage_of, regulated
+from tauto_core.checks.readiness import check_known
+from tauto_core.ensembles.comparison import CLOCKS, Afloat, on_passage_of, sail_in_one_sea
 from tauto_core.ensembles.fleets import FIGURES, sail_left
 from tauto_core.ensembles.rows import Store
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
-from tauto_core.results import Summary
 from tauto_core.samples import (
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
@@ -49,11 +48,8 @@ from tauto_core.scene.errors import (
     ABSENT,
     Argument,
     ArgumentText,
-    MotionDataError,
     Problem,
-    PropagationError,
     SceneError,
-    TautoError,
     UsageError,
     naming,
 )
@@ -620,18 +616,12 @@ class _Sea:
         return {**batches, SHIP_IMU: imu}
 
 
-class _Afloat:
+class _Afloat(Afloat):
     """A clock under way, with its two navigators."""
 
     def __init__(self, clock: TriedClock, scene: Scene, sea: _Sea) -> None:
-        machine, _ = check_scene(scene, sea.motion)
-        self.scene = regulated(scene, machine)
-        self.clock, self.run_s = clock, 0.0
-        self.failure: str | None = None
-        self._stages, self._summary = (
-            voyage.pipeline(self.scene, machine, sea.buffers),
-            Summary(self.scene, machine),
-        )
+        super().__init__(scene, sea.motion, sea.buffers, rated=True)
+        self.clock = clock
         self._tally = LongitudeTally()
         self._sensed: voyage.Pipeline | None = None
         if clock.covariates:
@@ -644,24 +634,8 @@ class _Afloat:
         self._noons = np.array(noons, np.int64)
         self._traces: dict[str, list[float]] = {name: [] for name in TRACES}
 
-    def feed(self, ship: Batches | None) -> None:
-        """Take the next batches of the ship; None at the end. An event ends its motion."""
-        if self.failure is not None:
-            return
-        began = time.thread_time()
-        try:
-            self._feed(ship)
-        except MotionDataError:
-            raise
-        except TautoError as error:
-            self.failure = str(error) or type(error).__name__
-        self.run_s += time.thread_time() - began
-
-    def _feed(self, ship: Batches | None) -> None:
-        batches = self._stages.finish() if ship is None else self._stages.feed(ship)
-        if words := voyage.refused_words(self._stages.health()):
-            raise PropagationError(words, 0.0)
-        self._summary.feed(batches)
+    def keep(self, batches: Batches) -> None:
+        """Take the errors noon by noon, and what the navigator with thermometer and IMU finds."""
         errors = batches.get(LONGITUDE_ERROR)
         if isinstance(errors, JointSamples) and len(errors.stamp_ns):
             done = len(self._traces['noon_error_nmi'])
@@ -674,7 +648,7 @@ class _Afloat:
         if self._sensed is None:
             return
         found = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _KNOWN})
-        if ship is None:
+        if self.at_end:
             found = merged([found, self._sensed.finish()])
         observed, fixes = found.get(OBSERVATION), found.get(LONGITUDE_FIX)
         errors = found.get(LONGITUDE_ERROR)
@@ -687,13 +661,14 @@ class _Afloat:
 
     def row(self) -> dict[str, Any]:
         """Return the figures of the voyage; none where its motion has ended early."""
-        report = {} if self.failure is not None else self._summary.result()
-        sensed = None if self.failure is not None else self._tally.result()
+        went = self.ended is None
+        report = self.summary.result() if went else {}
+        sensed = self._tally.result() if went else None
         return {
             **{name: report.get(part, {}).get(key) for name, (part, key) in FIGURES.items()},
             **{name: (sensed or {}).get(key) for name, key in SENSED.items()},
             **self._traces,
-            'failure': self.failure,
+            'failure': None if went else str(self.ended) or type(self.ended).__name__,
             'run_s': self.run_s,
         }
 
@@ -735,16 +710,7 @@ def sail_passage(
         with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
             afloat.append(_Afloat(clock, scene, sea))
     source = voyage.ShipSource(widest, sea.motion, says_scene=False, as_messages=False)
-    chunk = voyage.QUIET_CHUNK
-    if any(each.scene.suspension for each in afloat):
-        chunk = voyage.HUNG_CHUNK
-    while source.produced < source.total:
-        batches = sea.pass_on(source.produce(chunk))
-        for each in afloat:
-            each.feed(batches)
-        progress(source.produced / source.total)
-    for each in afloat:
-        each.feed(None)
+    sail_in_one_sea(afloat, source, voyage.QUIET_CHUNK, sea.pass_on, progress)
     shared_s = time.thread_time() - began - sum(each.run_s for each in afloat)
     rows = []
     for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True)):
