@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -49,7 +50,14 @@ if TYPE_CHECKING:
     from pandas import DataFrame
     from xarray import Dataset
 
-    from tauto_core.voyage import Voyage
+
+def drawn_by(module: str, name: str) -> Any:
+    """Return a function of `plots`, by name: pictures import results, results import no picture.
+
+    Only what a result draws of itself, when it is asked to, comes through this door.
+    """
+    return getattr(import_module(f'tauto_core.plots.{module}'), name)
+
 
 # -----------------------------------------------------------------------------
 # The figures of a voyage, from the contents of the topics alone.
@@ -632,7 +640,17 @@ ON_A_CURVE: dict[str, tuple[str, str]] = {
 """Meaning of two arrays where a regulator stands in place of the wheel."""
 
 
-def dataset(voyage: Voyage) -> Dataset:
+class _Sailed(Protocol):
+    """What a dataset and a frame say of a voyage, beside its arrays."""
+
+    @property
+    def scene(self) -> Scene: ...
+
+    @property
+    def answer(self) -> str: ...
+
+
+def dataset(voyage: _Sailed) -> Dataset:
     """Return the arrays of a voyage as a dataset; see `Voyage.to_xarray`."""
     try:
         import xarray
@@ -647,7 +665,7 @@ def dataset(voyage: Voyage) -> Dataset:
     return xarray.Dataset(held, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
 
 
-def frame(voyage: Voyage) -> DataFrame:
+def frame(voyage: _Sailed) -> DataFrame:
     """Return the logged arrays of a voyage as a frame; see `Voyage.to_pandas`."""
     try:
         import pandas as pd
@@ -660,14 +678,14 @@ def frame(voyage: Voyage) -> DataFrame:
     return found
 
 
-def _arrays_of(voyage: Voyage, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
+def _arrays_of(voyage: _Sailed, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
     """Return the arrays of a table that the voyage has."""
     found = {name: getattr(voyage, name) for name in table}
     return {name: values for name, values in found.items() if len(values)}
 
 
 def _unit_and_meaning(
-    voyage: Voyage, name: str, table: dict[str, tuple[str, str]]
+    voyage: _Sailed, name: str, table: dict[str, tuple[str, str]]
 ) -> tuple[str, str]:
     """Return unit and meaning of an array."""
     return (ON_A_CURVE if voyage.scene.regulator is not None else {}).get(name, table[name])

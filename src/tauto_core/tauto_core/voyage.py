@@ -24,7 +24,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
-from tauto_core.results import Summary, answer, dataset, ends_of, frame, sea_of
+from tauto_core.results import Summary, answer, dataset, drawn_by, ends_of, frame, sea_of
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -251,9 +251,7 @@ class Voyage:
         return f'<Voyage of {self.scene.name}: {self.answer}>'
 
     def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import voyage_html
-
-        return voyage_html(self)
+        return str(drawn_by('notebook', 'voyage_html')(self))
 
     @property
     def answer(self) -> str:
@@ -421,16 +419,13 @@ class Voyage:
         to_s: float | str | None = None,
     ) -> Figure:
         """Draw a picture of the voyage; see `tauto_core.plot`."""
-        from tauto_core.plots.contents import picture
-
-        return picture(self, what, file, from_s=from_s, to_s=to_s)
+        picture = drawn_by('contents', 'picture')
+        return cast('Figure', picture(self, what, file, from_s=from_s, to_s=to_s))
 
     def report(self, file: str | Path) -> None:
         """Write the voyage as a page; see `tauto_core.report`."""
-        from tauto_core.plots.page import check_report, write_report
-
-        check_report(Path(file))
-        write_report(self, Path(file), f'voyage.report({str(file)!r})')
+        drawn_by('page', 'check_report')(Path(file))
+        drawn_by('page', 'write_report')(self, Path(file), f'voyage.report({str(file)!r})')
 
     def to_xarray(self) -> Dataset:
         """Return the arrays of the voyage as a dataset of xarray, with `units` and `long_name`.

@@ -26,7 +26,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machin
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.navigation.regressors import SHAKEN_BY
-from tauto_core.results import Summary
+from tauto_core.results import Summary, drawn_by
 from tauto_core.samples import (
     READING,
     SHIP_IMU,
@@ -510,9 +510,7 @@ class Comparison:
         return f'{said} {counted(stopped, "clock")} stopped.' if stopped else said
 
     def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import comparison_html
-
-        return comparison_html(self)
+        return str(drawn_by('notebook', 'comparison_html')(self))
 
 
 def _miles(row: Row) -> str:

@@ -28,6 +28,7 @@ from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
 from tauto_core.ensembles.rows import Rows, Store
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each, versions
+from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
     Argument,
@@ -487,9 +488,7 @@ class Fleet:
         return f'<Fleet of {self.plan.scene.name}: {self.answers.answer}>'
 
     def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import fleet_html
-
-        return fleet_html(self)
+        return str(drawn_by('notebook', 'fleet_html')(self))
 
 
 def sail_fleet(

@@ -17,6 +17,7 @@ import numpy as np
 from tauto_core.ensembles.answers import ERRORS, QUANTILES, wilson
 from tauto_core.ensembles.trials import Sailed, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
+from tauto_core.results import drawn_by
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.sections import log_time, nautical_miles
 from tauto_core.scene.times import DAY_S
@@ -194,9 +195,7 @@ class TrialAnswers:
         return f'{said}.'
 
     def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import trial_html
-
-        return trial_html(self)
+        return str(drawn_by('notebook', 'trial_html')(self))
 
 
 def check_local_time(local_time_s: float) -> None:

@@ -6,22 +6,17 @@ file beside it. Their lines are thinned, to stay at a few tens of kB.
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
-from io import BytesIO
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from PIL import Image
 
-from tauto_core.files import LOOK
 from tauto_core.plots.chart import Chart, Line, draw
 from tauto_core.plots.contents import chart, thinned
 from tauto_core.plots.machine import cam_lines
+from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
 
 if TYPE_CHECKING:
@@ -34,46 +29,6 @@ if TYPE_CHECKING:
 
 SMALL_POINTS = 300
 """Largest number of points of a line in the picture of a result."""
-LARGEST_SVG = 45_000
-"""Bytes from which a picture, such as a map with long coasts, is shown as PNG instead: 60 kB in
-the notebook, where each three bytes are four letters."""
-CSS_PIXELS_AN_INCH = 96
-DOTS_AN_INCH, COLOURS = 144, 48
-"""Of these PNGs. A map has a dozen colours, and half-tones at their edges."""
-
-
-class Picture(Figure):
-    """A figure of Matplotlib that a notebook shows.
-
-    A bare figure that `pyplot` has not made is shown as text.
-
-    Attributes:
-        described: the picture in words, for those who do not see it.
-    """
-
-    described = ''
-
-    def _repr_html_(self) -> str:
-        return picture_html(self, self.described)
-
-
-def picture_html(drawn: Figure, described: str = '') -> str:
-    """Return a figure as an image of HTML."""
-    written, kind = BytesIO(), 'svg+xml'
-    with mpl.rc_context(LOOK):
-        drawn.savefig(written, format='svg', metadata={'Date': None})
-        if written.tell() > LARGEST_SVG:
-            whole, written, kind = BytesIO(), BytesIO(), 'png'
-            drawn.savefig(whole, format='png', dpi=DOTS_AN_INCH)
-            # this method keeps colours that are rare, as those of lines are
-            few = Image.open(whole).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
-            few.save(written, 'png', optimize=True)
-    source = b64encode(written.getvalue()).decode('ascii')
-    width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
-    return (
-        f'<img alt="{escape(described)}" width="{width}" style="max-width: 100%; background: '
-        f'white" src="data:image/{kind};base64,{source}">'
-    )
 
 
 def voyage_html(voyage: Voyage) -> str:
