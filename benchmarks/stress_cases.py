@@ -14,9 +14,9 @@ import yaml
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import PLANE
 from tauto_core.motion.stepping import TOLERANCE
-from tauto_core.motion.wheel import Collocation
 from tauto_core.samples import SHIP_IMU, Batches, FloatArray
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion

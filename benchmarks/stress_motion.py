@@ -34,9 +34,10 @@ from stress_cases import (
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import events
 from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.stepping import TOLERANCE
-from tauto_core.motion.wheel import WHEEL_NODES, Collocation
+from tauto_core.motion.wheel import WHEEL_NODES
 from tauto_core.samples import JOINT_STATES, PHASE, FloatArray
 from tauto_core.scene import ComponentsShip, Scene
 from tauto_core.scene.errors import PropagationError

@@ -26,7 +26,7 @@ from stress_cases import (
 )
 
 from tauto_core.machines import Machine, compile_machine
-from tauto_core.motion.wheel import Collocation
+from tauto_core.motion.collocation import Collocation
 from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, Batches
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError

@@ -13,6 +13,7 @@ from motion_cases import scene_of
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.wells import (
     MAX_TERMS,
     REACH_PER_RELEASE,
@@ -21,7 +22,6 @@ from tauto_core.motion.wells import (
     arc_of,
     arc_shape,
 )
-from tauto_core.motion.wheel import Collocation
 
 RATE = 0.01
 

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator, propagator_name
-from tauto_core.motion.wheel import Collocation
+from tauto_core.motion.collocation import Collocation
 
 VERTICAL = {'kind': 'vertical'}
 WEIGHT = {

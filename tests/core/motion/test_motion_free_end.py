@@ -10,6 +10,7 @@ from reference_propagator import Reference
 from tauto_core.checks.cost import accuracy_reached
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import (
     NEAR_BENT,
@@ -20,7 +21,6 @@ from tauto_core.motion.free_end import (
     takes_free_ends,
 )
 from tauto_core.motion.slack import SPANNED
-from tauto_core.motion.wheel import Collocation
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.times import DAY_S

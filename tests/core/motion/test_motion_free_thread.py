@@ -14,8 +14,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator
 from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.free_end import _part
-from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
-from tauto_core.motion.real_threads import RealThreads
+from tauto_core.motion.real_threads import FreeEndThreads, RealThreads, thread_takes_free_ends
 from tauto_core.motion.slack import SPANNED
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene

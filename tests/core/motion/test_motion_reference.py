@@ -22,8 +22,9 @@ from reference_propagator import Reference
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import make_work
-from tauto_core.motion.wheel import WHEEL_NODES, Collocation
+from tauto_core.motion.wheel import WHEEL_NODES
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Drag, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError

@@ -12,9 +12,10 @@ from motion_cases import at_rest_at_sea, scene_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import MAX_ANGLE
 from tauto_core.motion.wells import arc_shape
-from tauto_core.motion.wheel import Collocation, error_factor, longest_step, reference_frequency
+from tauto_core.motion.wheel import error_factor, longest_step, reference_frequency
 
 INVOLUTE = {
     'cam': {'kind': 'involute', 'base_radius': 0.01},

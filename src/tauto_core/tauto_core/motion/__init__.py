@@ -21,8 +21,8 @@ from tauto_core.samples import State
 from tauto_core.scene.errors import CamRangeError
 
 if TYPE_CHECKING:
+    from tauto_core.motion.collocation import Collocation
     from tauto_core.motion.real_threads import RealThreads
-    from tauto_core.motion.wheel import Collocation
 
 __all__ = [
     'Forcing',
@@ -226,12 +226,12 @@ def make_collocation(
             if takes_free_ends(machine):
                 more = sweeps is None and is_bent(machine)
                 return FreeEndCollocation(machine, tolerance, least + more)
-        from tauto_core.motion.wheel import Collocation
+        from tauto_core.motion.collocation import Collocation
 
         return Collocation(machine, tolerance)
     sweeps = sweeps_for(tolerance, True) if sweeps is None else sweeps
     if sweeps and machine.escapement is not None:
-        from tauto_core.motion.free_end_threads import FreeEndThreads, thread_takes_free_ends
+        from tauto_core.motion.real_threads import FreeEndThreads, thread_takes_free_ends
 
         if thread_takes_free_ends(machine):
             return FreeEndThreads(machine, tolerance, sweeps)

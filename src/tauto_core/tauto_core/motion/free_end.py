@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from tauto_core.curves.cam import ArcLever
 from tauto_core.kernels import entry, inlined
 from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.forcing import Forcing, Motion, Temperatures
 from tauto_core.motion.free_kink import (
     expected_s,
@@ -107,7 +108,6 @@ from tauto_core.motion.wells import ArcShape, arc_of
 from tauto_core.motion.wheel import (
     HOT_NODES,
     WHEEL_NODES,
-    Collocation,
     Wheel,
     disturbance_on_land,
     error_factor,

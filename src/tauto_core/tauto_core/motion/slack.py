@@ -7,7 +7,7 @@ and the energy of their relative motion is lost. threads.md has the equations.
 
 Such a motion is another system, which the driver of `stepping` moves until the thread is
 taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.
-`slack_wheel` and `slack_threads` have the systems.
+`collocation` and `slack_threads` have the systems.
 """
 
 from __future__ import annotations

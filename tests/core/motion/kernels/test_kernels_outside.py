@@ -10,9 +10,9 @@ from numpy.polynomial import Polynomial
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import MOST_POWERS, make_work
 from tauto_core.motion.system import ForcingPieces, outside_at, set_piece
-from tauto_core.motion.wheel import Collocation
 from tauto_core.ship.buffer import newton_basis
 from tauto_core.ship.sampling import FORCE_BEFORE, MAX_STRIDE, ROLL_BEFORE
 

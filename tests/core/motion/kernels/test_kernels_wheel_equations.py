@@ -19,6 +19,7 @@ from motion_cases import scene_of
 from tauto_core.kernels import entry
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
+from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import (
     Mode,
     make_work,
@@ -29,7 +30,7 @@ from tauto_core.motion.system import (
     Outside,
     Plane,
 )
-from tauto_core.motion.wheel import WHEEL_NODES, Collocation, disturbance_on_land, holding_torque
+from tauto_core.motion.wheel import WHEEL_NODES, disturbance_on_land, holding_torque
 
 HEAVY = {
     'cam': {'kind': 'involute', 'base_radius': 0.012},

@@ -1,4 +1,4 @@
-"""The wheel whose thread is slack, vertical or through a hole.
+"""The propagator of a wheel, and the wheel whose thread is slack, vertical or through a hole.
 
 With η the height of the weight above its rest along the neutral line, and h(ϑ) that at which the
 thread would hold it,
@@ -18,8 +18,16 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from tauto_core.kernels import compiled
-from tauto_core.motion.events import first_holds, is_due
+from tauto_core.machines import Machine
+from tauto_core.machines.drags import Drag
+from tauto_core.machines.heat import HeatFactors
+from tauto_core.motion import stepping
+from tauto_core.motion.events import SPARE, first_holds, is_due
+from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
 from tauto_core.motion.gauss_step import (
     PART_STEP,
     Mode,
@@ -30,11 +38,15 @@ from tauto_core.motion.gauss_step import (
     fill_integrals,
     inside,
 )
-from tauto_core.motion.lanes import larger, largest, row_of, store, width
-from tauto_core.motion.slack import ROUNDING, LooseSystem, Tautened, rounding_of
+from tauto_core.motion.lanes import SIZE, larger, largest, row_of, store, width
+from tauto_core.motion.phase import phase_rate, within_turn
+from tauto_core.motion.slack import ROUNDING, LooseSystem, SlackThread, Tautened, rounding_of
+from tauto_core.motion.stepping import Moved, hot_pieces, tolerance_of
 from tauto_core.motion.system import (
     NOWHERE,
     Beyond,
+    ForcingPieces,
+    HotNumbers,
     Instant,
     Outside,
     Plane,
@@ -48,6 +60,9 @@ from tauto_core.motion.system import (
     planes_of,
 )
 from tauto_core.motion.wells import (
+    Impulse,
+    PerInertia,
+    UnbalancedWheel,
     given_energy,
     kick,
     lever_arm,
@@ -57,13 +72,23 @@ from tauto_core.motion.wells import (
     unbalanced,
 )
 from tauto_core.motion.wheel import (
+    HOT_NODES,
+    WHEEL_NODES,
+    FeltChannels,
     Wheel,
     WithWheel,
     coordinate_and_momentum,
+    error_factor,
+    lasting_shape,
+    longest_step,
+    reference_frequency,
     row_or_zero,
+    stages_of,
     wheel_at_nodes,
     wheel_now,
 )
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import PropagationError
 
 ABOUT_TO_TAUTEN = 1e-11
 """Gap up to which friction does not hold a wheel, whose thread will turn it at once [rad]."""
@@ -329,3 +354,155 @@ def _place_at_rest(omega: Omega, angle: float, at: Outside, state: RunningState)
     plane = state.planes[0]
     plane.x, plane.x_rest = angle - at.tilt.value, 0.0
     plane.y, plane.y_rest = (at.drive.rate - at.tilt.rate) / omega[0], 0.0
+
+
+# -----------------------------------------------------------------------------
+# The general propagator of a wheel: Gauss collocation in the rotating frame, from event to event.
+#
+# No step is longer than `longest_step_s`. A step is halved where its error exceeds the tolerance
+# or its stage equations are not solved. Events – turning points where drag has a kink, the kink
+# of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
+
+
+class Collocation(SlackThread):
+    """Propagator of any machine with one degree of freedom.
+
+    Its steps have as many stages as suit the machine (`stages_of`), unless a number is given.
+    """
+
+    def __init__(
+        self, machine: Machine, tolerance: float | None = None, stages: int | None = None
+    ) -> None:
+        self._machine = machine
+        self._hot = hot = machine.heat.acts
+        self._omega = reference_frequency(machine)
+        self._shape = lasting_shape(machine)
+        stages = stages_of(machine, self._shape) if stages is None else stages
+        factor = error_factor(machine, self._shape, stages)
+        # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
+        # 2^8 times; a factor of two is left to spare.
+        coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
+        allowed = tolerance_of(tolerance, factor, coarsen)
+        rows, columns = (HOT_NODES, 2 * SIZE) if hot else (WHEEL_NODES, SIZE)
+        super().__init__(machine, 1, rows, stages, allowed, columns)
+        self.longest_step_s = longest_step(
+            machine, self._shape, self._omega, factor=factor, tolerance=allowed.step
+        )
+
+    def steps_in(self, length_s: float) -> int:
+        """Return how many steps fill a piece of forcing; 1 if they end at events."""
+        if self.order == 2 * SIZE or self._machine.escapement is not None:
+            return 1
+        return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
+
+    def _moved(self, forcing: Forcing) -> Moved:
+        """Return the machine's numbers per inertia."""
+        machine = self._machine
+        inertia = machine.inertia
+
+        def share(value: float) -> float | None:
+            # None for a term that is zero, so that compiled code does without it
+            return value / inertia if value else None
+
+        force, weight = machine.force, machine.pulling_mass
+        if forcing.gravity is None:
+            force, weight = force + weight * machine.gravity, 0.0
+        drag, escapement = machine.drag or Drag(), machine.escapement
+        imbalance = None
+        if machine.imbalance is not None:
+            off = machine.imbalance.moment / machine.inertia
+            at_rest = off * machine.gravity if forcing.gravity is None else None
+            swung = None if forcing.gravity is None else off
+            imbalance = UnbalancedWheel(at_rest, swung, machine.imbalance.direction)
+        per_inertia = PerInertia(
+            carried=share(machine.carried_mass),
+            force=share(force),
+            stiffness=share(machine.stiffness),
+            weight=share(weight),
+            viscous=share(drag.viscous),
+            quadratic=share(drag.quadratic),
+            coulomb=share(drag.coulomb),
+            impulse=Impulse(2.0 * escapement.energy / inertia, escapement.ebb)
+            if escapement
+            else None,
+            recoil=share(escapement.recoil) if escapement else None,
+            law=drag.law(inertia),
+            imbalance=imbalance,
+        )
+        channels = forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean, self._hot or None
+        wheel = Wheel(
+            per_inertia,
+            machine.cam.lever,
+            self._shape,
+            FeltChannels(*(None if channel is None else True for channel in channels)),
+            impulse=escapement.angle if escapement else math.inf,
+            pace=self._omega,
+            range=machine.cam.range_rad,
+            gravity=machine.gravity,
+        )
+        return Moved(wheel, (self._omega,))
+
+    def _loosened(self, taut: Moved) -> Moved | None:
+        """Return wheel and weight with a slack thread; None without a weight."""
+        wheel, omega = taut
+        if not wheel.has_weight:
+            return None
+        carried = wheel.per_inertia.carried
+        if carried is None:
+            return Moved(FreeWheel(wheel, None), (omega[0],))
+        return Moved(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
+
+    def _outside(self, forcing: Forcing) -> ForcingPieces:
+        """Return the pieces of the forcing, with the machine's numbers where heat changes them."""
+        pieces = super()._outside(forcing)
+        if not self._hot:
+            return pieces
+        machine = self._machine
+
+        def numbers(factors: HeatFactors, growth: FloatArray) -> HotNumbers:
+            share = 1.0 / factors.inertia
+            per_inertia = share / machine.inertia
+            force, weight = machine.force * factors.force, machine.pulling_mass * factors.weight
+            if forcing.gravity is None:
+                force = force + weight * machine.gravity
+            viscous = machine.drag.viscous if machine.drag else 0.0
+            return HotNumbers(
+                per_inertia * machine.carried_mass * factors.carried,
+                per_inertia * force,
+                per_inertia * machine.stiffness * factors.stiffness,
+                per_inertia * weight,
+                per_inertia * viscous * factors.viscous,
+                share,
+                growth,
+            )
+
+        return pieces._replace(hot=hot_pieces(forcing, machine.heat, numbers))
+
+    def release(self, forcing: Forcing) -> Motion:
+        """Release the wheel at rest in the case at the beginning of the first span.
+
+        Raises a PropagationError where the roll at the start puts the cam angle beyond the cam.
+        """
+        row, _ = self._released(forcing)
+        felt = float(row['coordinate'][0])
+        if not abs(felt) <= self._machine.cam.range_rad:
+            raise released_beyond(self._machine, felt)
+        return self._motion(row)
+
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        if code == stepping.EDGE:
+            return edge_reached(self._machine, time_s)
+        if code == stepping.SLACK:
+            return thread_slack(time_s)
+        return PropagationError(
+            f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
+            f'{stepping.MAX_LEVEL} of a sample interval (cam angle '
+            f'{self._state["planes"]["x"][0]:.6g} rad). Reduce the drag, or check '
+            'the cam; on a moving ship, raise ship.rate',
+            time_s,
+        )
+
+    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+        angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
+        seen = self._machine, angle, rate, bend
+        return within_turn(*seen), phase_rate(*seen)
