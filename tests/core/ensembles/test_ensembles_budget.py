@@ -104,6 +104,20 @@ def test_small_changes_are_worth_half_their_part() -> None:
     assert abs(worth['0.1 rad of amplitude']) < 1e-6
 
 
+def test_a_tenth_of_a_radian_is_worth_what_releases_so_far_apart_differ_by() -> None:
+    heave = {'kind': 'components', 'heave': [{'amplitude': 0.1, 'period': 8.0, 'phase': 0.3}]}
+    found = []
+    for angle in (0.95, 1.0, 1.05):
+        keys = {'duration': 120.0, 'ship': heave, 'trochlea.release_angle': angle}
+        scene = tauto.load('clock_cheek_weight', **keys)
+        left_out = {'suspension': None, 'drag': None, 'escapement': None}
+        found.append(account(scene.model_copy(update=left_out), Crew(1)))
+    rows = [rows_of(each)['amplitude'] for each in found]
+    worth = {each.what: each.rate_s_per_day for each in found[1].worth}['0.1 rad of amplitude']
+    assert worth == pytest.approx(rows[2] - rows[0], rel=1e-6)
+    assert worth > 1000.0
+
+
 def test_stretches_agree_with_the_whole_voyage() -> None:
     whole = account(made(duration=7200.0), Crew(1))
     scene = made(duration=86_400.0 * 30, **{'log.interval': 60.0})

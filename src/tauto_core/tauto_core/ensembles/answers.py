@@ -5,7 +5,8 @@ They are drawn here, too.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -147,17 +148,13 @@ class Answers:
 def statistics_of(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
     """Return the statistics of a fleet from its rows, at least one."""
     arrived = Rows(row for row in rows if row['failure'] is None)
-    failures: dict[str, int] = {}
-    for row in rows:
-        if row['failure'] is not None:
-            failures[row['failure']] = failures.get(row['failure'], 0) + 1
     errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
     sizes = {name: distances(arrived, name) for name in ERRORS}
     unchecked = [row['unchecked_days'] for row in arrived]
     judged = bool(arrived) and min(unchecked) >= LEAST_UNCHECKED_DAYS
     return Answers(
         ships=len(rows),
-        failures=dict(sorted(failures.items(), key=lambda each: -each[1])),
+        failures=dict(failures_of(rows).most_common()),
         unchecked_days=(min(unchecked), max(unchecked)) if arrived else None,
         within={name: shares_within(rows, name) for name in ERRORS} if judged else None,
         quantiles_nmi={
@@ -166,6 +163,11 @@ def statistics_of(plan: Plan, rows: Sequence[dict[str, Any]]) -> Answers:
         },
         influences=_influences(plan, arrived, errors),
     )
+
+
+def failures_of(rows: Iterable[Mapping[str, Any]]) -> Counter[str]:
+    """Return the reasons for which voyages ended early, with their numbers."""
+    return Counter(row['failure'] for row in rows if row['failure'] is not None)
 
 
 def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:

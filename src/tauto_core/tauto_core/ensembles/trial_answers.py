@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.ensembles.answers import ERRORS, QUANTILES, wilson
+from tauto_core.ensembles.answers import ERRORS, QUANTILES, failures_of, wilson
 from tauto_core.ensembles.trials import Sailed, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
@@ -217,10 +217,7 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
     for clock in trial.rules.clocks:
         rows = [row for row in sailed.rows if row['clock'] == clock.name]
         logged = [row for row in rows if row['drawn'] == 'log']
-        failures: dict[str, int] = {}
-        for row in logged:
-            if row['failure'] is not None:
-                failures[row['failure']] = failures.get(row['failure'], 0) + 1
+        failures = dict(failures_of(logged))
         ways = {
             way: _way(rows, way, passages, judged, local_time_s)
             for way in WAYS
