@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tauto_core import files
 from tauto_core.euler.page import PageError, write_page
 from tauto_core.euler.site import write_site
 from tauto_core.files import OutputError, check_place, one_writer, write_figure, write_whole
@@ -184,3 +185,16 @@ def test_a_folder_that_may_not_be_written_is_refused_at_once(
     monkeypatch.setattr(os, 'access', lambda place, _mode: place != tmp_path)
     with pytest.raises(UsageError, match=r'out=.* cannot be written'):
         check_place(tmp_path / 'file', 'out')
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='only Linux exchanges two names in one step')
+def test_two_folders_named_from_the_working_folder_change_places_in_one_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ('old', 'new'):
+        Path(name).mkdir()
+        Path(name, name).touch()
+    assert files._exchange(Path('old'), Path('new'))
+    assert [each.name for each in Path('old').iterdir()] == ['new']
+    assert [each.name for each in Path('new').iterdir()] == ['old']
