@@ -114,6 +114,18 @@ def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
     assert stored == sorted(stored)
 
 
+def test_sequence_numbers_begin_again_at_the_end_of_their_32_bits(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / 'voyage') as writer:
+        writer.write(all_batches())
+        writer.counts['ship/imu'] = 2**32 - 2
+        for stamp_ns in (1, 2, 3):
+            writer.write_raw('ship/imu', bytes(324), START_NS + stamp_ns)
+        writer.counts['ship/imu'] = 43
+    with (tmp_path / 'voyage' / 'voyage_0.mcap').open('rb') as stream:
+        rows = list(make_reader(stream).iter_messages(topics=['/ship/imu'], log_time_order=False))
+    assert [message.sequence for _, _, message in rows][-3:] == [2**32 - 1, 0, 1]
+
+
 def test_indices_point_at_the_messages(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches(400), chunk_bytes=64 * 1024)
     octets = (folder / 'voyage_0.mcap').read_bytes()

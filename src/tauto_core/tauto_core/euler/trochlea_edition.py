@@ -324,14 +324,16 @@ def _cycloid(drawing: Drawing, arc: float, step: float) -> None:
     begin, end = place(arc), place(arc - step)
     top = foot + np.array([0.0, length])
     drawing.line(foot, top, look='thin')
-    drawing.line(begin, np.array([begin[0], end[1]]), look='thread')
-    drawing.line(np.array([begin[0], end[1]]), end, look='faint')
+    # nt is vertical
+    level = np.array([end[0], begin[1]])
+    drawing.line(level, end, look='thread')
+    drawing.line(begin, level, look='faint')
     for point, name, right, up in (
         (top, 'O', 9.0, 0.0),
         (foot, 'A', 0.0, -13.0),
         (begin, 'N', -9.0, 5.0),
-        (end, 'n', 2.0, 9.0),
-        (np.array([begin[0], end[1]]), 't', -9.0, -5.0),
+        (end, 'n', -8.0, -8.0),
+        (level, 't', 9.0, 5.0),
     ):
         drawing.letter(point, name, right, up)
 
