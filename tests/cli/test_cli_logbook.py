@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 
 import pytest
 from typer.testing import CliRunner
@@ -137,32 +136,29 @@ def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
     assert note is None or told[0].startswith(note)
 
 
-def test_a_fourteenth_of_cliwocs_rows_is_listed_in_a_fourteenth_of_half_a_minute(
+def test_progress_grows_as_a_long_table_is_read_and_then_as_its_passages_are_made(
     tmp_path, monkeypatch
 ):
-    """20,020 of 280,280 rows, with what is doubtful; by the time of the processor."""
-    from benchmarks.cliwoc import MOST_S, release_21
+    """20,020 rows, with what is doubtful; `benchmarks/cliwoc.py` times the whole table."""
+    from benchmarks.cliwoc import release_21
     from tauto_core.ship import logbook
 
     path = tmp_path / 'cliwoc.tsv'
     release_21(path, 20_020)
-    told: list[float] = []
+    shares: list[float] = []
     read = logbook.read_passages
 
     def reading(file, **_):
-        return read(file, progress=told.append)
+        return read(file, progress=shares.append)
 
     monkeypatch.setattr(logbook, 'read_passages', reading)
-    began = time.process_time()
-    found = CliRunner().invoke(app, ['logbook', str(path), '--json'])
-    took_s = time.process_time() - began
-    assert found.exit_code == 0, found.stderr
-    entries = sum(each['entries'] for each in json.loads(found.stdout)['passages'])
+    outcome = CliRunner().invoke(app, ['logbook', str(path), '--json'])
+    assert outcome.exit_code == 0, outcome.stderr
+    entries = sum(each['entries'] for each in json.loads(outcome.stdout)['passages'])
     assert 19_000 < entries <= 20_020
-    assert took_s < MOST_S / 14.0
     # it grows as the file is read, row by row, to a half, and then log by log
-    assert told == sorted(told)
-    assert 0.0 <= told[0] < 0.05
-    assert 0.35 < told[4] <= 0.5 < told[5]
-    assert told[-1] == 1.0
-    assert len(told) > 200
+    assert shares == sorted(shares)
+    assert 0.0 <= shares[0] < 0.05
+    assert 0.35 < shares[4] <= 0.5 < shares[5]
+    assert shares[-1] == 1.0
+    assert len(shares) > 200

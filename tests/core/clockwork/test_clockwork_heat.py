@@ -105,18 +105,6 @@ def test_any_split_gives_the_same_bits_with_a_thread_that_moves_its_weight(threa
     np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
 
 
-def test_any_split_gives_the_same_bits_with_a_wheel_that_turns_its_case() -> None:
-    content = yaml.safe_load(SEA)
-    content['trochlea']['thread'] = {'kind': 'hole', 'distance': 0.08}
-    content['trochlea']['cam'] = {'kind': 'hole', 'lever_rate': 0.005}
-    content['trochlea']['power'] = {'kind': 'force', 'force': 3.158, 'material': 'steel'}
-    scene = scene_of(yaml.safe_dump(content), suspension={**HUNG, 'mass': 10.0})
-    assert TrochleaStage(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
-    whole = sailed(scene, 10_000)
-    np.testing.assert_array_equal(sailed(scene, 50, apart=True), whole)
-    np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
-
-
 def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     drag = {'viscous': 1.25e-5, 'oil': 'olive', 'thickens_per_month': 10.0}
     aged = scene_of(air=None, drag=drag)
