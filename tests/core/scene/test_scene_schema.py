@@ -37,10 +37,7 @@ voyage:
   speed: 5
 escapement: {energy: 1e-4}
 """
-DECAY = (
-    '{decay: {path: "shipped:kvlcc2_rolldecay/roll_21338.csv", time_column: time_s, '
-    'roll_column: roll_deg, cycles: 5, model_scale: 1.0}, slope_coefficient: 0.7}'
-)
+SPECTRUM = '{spectrum: file, path: "shipped:ndbc_44004/2000-01-01T02.csv", components: 5}'
 
 
 def problems(text: str) -> list[Any]:
@@ -72,10 +69,10 @@ def test_it_accepts_every_new_scene() -> None:
 
 def test_it_knows_places_files_and_the_usual_escapement() -> None:
     assert not problems(SEA)
-    roll = '{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}'
-    assert roll in SEA
-    assert not problems(SEA.replace(roll, DECAY))
-    assert problems(SEA.replace(roll, DECAY.replace('time_column: time_s, ', '')))
+    sea = '{spectrum: jonswap, significant_wave_height: 2.0, peak_period: 9.0}'
+    assert sea in SEA
+    assert not problems(SEA.replace(sea, SPECTRUM))
+    assert problems(SEA.replace(sea, SPECTRUM.replace('path: ', 'paths: ')))
 
 
 @pytest.mark.parametrize(

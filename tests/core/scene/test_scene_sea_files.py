@@ -152,6 +152,10 @@ def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:
         ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'time': 'x'}}, r'time = .x.*format table'),
         ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'format': 'nc'}}, r'sea\.format = .nc.'),
         ({'rao': None}, r'ship\.roll: is missing, and there is no rao'),
+        (
+            {'rao': None, 'roll': {'decay': {'path': 'x.csv'}, 'slope_coefficient': 0.7}},
+            r'ship\.roll\.decay: is not read: .*no longer.*Give natural_period and damping_ratio',
+        ),
         ({'roll': ROLL}, r'ship\.rao: does not go with ship\.roll'),
         ({'heading': 1.0}, r'ship\.heading = 1\.0: does not go with ship\.rao'),
         ({'rao': {'path': OPERATOR, 'heading': 90.0}}, r'rao\.heading = 90\.0: must be less'),

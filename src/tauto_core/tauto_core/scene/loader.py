@@ -632,7 +632,6 @@ _PATHS = (
     ('ship', 'rao', 'path'),
     ('ship', 'hull', 'path'),
     ('ship', 'weather', 'path'),
-    ('ship', 'roll', 'decay', 'path'),
     ('voyage', 'log', 'path'),
     ('voyage', 'log', 'winds'),
 )

@@ -183,7 +183,6 @@ def schema() -> dict[str, Any]:
     ship, waypoint = definitions['SeaShip']['properties'], definitions['Waypoint']
     ship['sea']['anyOf'][0]['oneOf'].append({'$ref': f'{_REF}SpectrumFile'})
     ship['sea'].pop('examples')
-    ship['roll']['anyOf'].insert(1, {'$ref': f'{_REF}RollFromDecay'})
     ship['rao']['anyOf'].insert(1, {'$ref': f'{_REF}RaoFile'})
     ship['hull']['anyOf'] += [{'$ref': f'{_REF}HullFile'}, {'type': 'string'}]
     ship['weather']['anyOf'][0]['oneOf'].extend(

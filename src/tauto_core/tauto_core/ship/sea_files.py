@@ -1,4 +1,4 @@
-"""The files from which a sea is computed: operators, spectra, roll decay tests, records of buoys.
+"""The files from which a sea is computed: operators, spectra, hulls, records of buoys.
 
 A scene that runs contains tables and numbers, no paths, so a bag needs nothing but its text.
 """
@@ -10,7 +10,6 @@ import math
 import warnings
 from base64 import b64encode
 from collections.abc import Callable
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from functools import reduce
 from typing import Annotated, Any, Literal, TypeVar
@@ -18,13 +17,10 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.refuse import explain
-from tauto_core.scene.sections import LONGEST_TEXT, NonNegative, OneLine, Positive, Section
+from tauto_core.scene.sections import LONGEST_TEXT, OneLine, Positive, Section
 from tauto_core.scene.tables import (
-    ANGLE_UNITS,
-    TIME_UNITS,
     Column,
     Columns,
     data_path,
@@ -33,7 +29,6 @@ from tauto_core.scene.tables import (
     read_header,
     read_table,
     source_name,
-    unit_factor,
     utc,
     words_of,
 )
@@ -47,7 +42,6 @@ from tauto_core.ship.sections import (
     HullWeights,
 )
 from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
-from tauto_core.wording import with_sigma
 
 # -----------------------------------------------------------------------------
 # Response amplitude operators of a ship.
@@ -368,172 +362,6 @@ def _read_with_library(asked: SpectrumFile) -> Any:
 
 
 # -----------------------------------------------------------------------------
-# Natural period and damping of the roll, fitted to a measured roll decay test.
-
-FEWEST_A_CYCLE = 8
-"""Samples that a cycle of the roll must have."""
-_DECAY_FORM = 'Give a CSV file whose first line names ship.roll.decay.time_column and roll_column.'
-
-
-class RollDecay(Section):
-    """A roll decay test: the ship is heeled, released, and rolls in calm water until it rests."""
-
-    path: OneLine = Field(description='CSV file of the test')
-    time_column: OneLine = Field(description='column of the time, …_s')
-    roll_column: OneLine = Field(description='column of the roll, …_deg or …_rad')
-    cycles: Annotated[int, Strict(), Field(ge=1, le=1000)] = Field(
-        default=3, description='number of cycles after the release that are fitted, 1 to 1000'
-    )
-    model_scale: Positive = Field(
-        default=1.0,
-        description='length of the ship over that of the model; times are multiplied by its '
-        'square root (Froude)',
-    )
-
-
-class RollFromDecay(Section):
-    """Linear roll whose natural period and damping ratio follow from a roll decay test."""
-
-    decay: RollDecay = Field(description='mapping: path, time_column, roll_column, …')
-    slope_coefficient: NonNegative = Field(description='effective wave-slope coefficient κ_e')
-
-
-@dataclass(frozen=True)
-class DecayFit:
-    """A linear decay with its standard errors.
-
-    Attributes:
-        natural_period: 2π/ω_n [s].
-        damping_ratio: ζ.
-        period_sigma: standard error of the period [s].
-        damping_sigma: standard error of the ratio.
-        residual: root mean square of the difference from the linear decay [rad].
-    """
-
-    natural_period: float
-    damping_ratio: float
-    period_sigma: float
-    damping_sigma: float
-    residual: float
-
-
-def fitted_roll(asked: RollFromDecay) -> dict[str, Any]:
-    """Return the keys of `ship.roll`: fitted period and damping ratio, and the fit's source."""
-    decay = asked.decay
-    columns = (
-        Column(
-            decay.time_column,
-            factor=unit_factor(decay.path, 'time_column', decay.time_column, TIME_UNITS),
-            unit='s',
-            rising='later than the time before',
-            remedy='Sort the rows and drop what is double.',
-        ),
-        Column(
-            decay.roll_column,
-            factor=unit_factor(decay.path, 'roll_column', decay.roll_column, ANGLE_UNITS),
-        ),
-    )
-    table = read_table(decay.path, columns, remedy=_DECAY_FORM)
-    time, roll = table[decay.time_column], table[decay.roll_column]
-    fit = fit_decay(*released(decay.path, time, roll, decay.cycles))
-    longer = math.sqrt(decay.model_scale)
-    period, sigma = longer * fit.natural_period, longer * fit.period_sigma
-    if not fit.damping_ratio > 0.0:
-        problem = f'is fitted to {decay.cycles} cycles, but must be > 0: the roll does not decay'
-        remedy = 'Fit other cycles, or give natural_period and damping_ratio.'
-        raise SceneError(decay.path, 'damping ratio', fit.damping_ratio, problem, remedy)
-    said = (
-        f'{source_name(decay.path)}: {decay.cycles} cycles, '
-        f'period {with_sigma(period, sigma, signed=False)} s, '
-        f'damping ratio {with_sigma(fit.damping_ratio, fit.damping_sigma, signed=False)}'
-    )
-    return {
-        'natural_period': period,
-        'damping_ratio': fit.damping_ratio,
-        'slope_coefficient': asked.slope_coefficient,
-        'fitted_to': said[-LONGEST_TEXT:],
-    }
-
-
-def released(
-    name: str, time: FloatArray, roll: FloatArray, cycles: int
-) -> tuple[FloatArray, FloatArray]:
-    """Return time [s] and roll [rad] of the part of a test in which the ship rolls freely.
-
-    It begins where the roll first passes the middle after its largest angle (until then the ship
-    may have been held) and lasts `cycles` cycles. The middle is the mean of the last quarter of
-    the test. A `SceneError` says that there are not so many, or too few samples in one.
-    """
-    about = roll - np.mean(roll[-(len(roll) // 4 + 1) :])
-    largest = int(np.argmax(np.abs(about)))
-    up = about[largest:] > 0.0
-    crossings = largest + 1 + np.flatnonzero(up[1:] != up[:-1])
-    last = 2 * cycles
-    if len(crossings) <= last:
-        problem = (
-            f'is more than the test holds: {max(len(crossings) - 1, 0) // 2} whole cycles after '
-            f'its largest roll'
-        )
-        remedy = 'Fit fewer cycles, or give the test to its end.'
-        raise SceneError(name, 'cycles', cycles, problem, remedy)
-    begin, end = int(crossings[0]), int(crossings[last])
-    if end - begin < FEWEST_A_CYCLE * cycles:
-        problem = (
-            f'cycles of the roll have {end - begin} samples; at least {FEWEST_A_CYCLE} a cycle '
-            'are needed'
-        )
-        raise SceneError(name, str(cycles), ABSENT, problem, 'Give a test sampled more finely.')
-    return time[begin:end], roll[begin:end]
-
-
-def fit_decay(time: FloatArray, roll: FloatArray) -> DecayFit:
-    """Fit ρ = mean + exp(-ζ w t) (a cos w_d t + b sin w_d t), w_d = w √(1 - ζ²).
-
-    Least squares over w and ζ; the other parameters are linear. The damping of a ship falls
-    with the angle, so the residual of this linear decay is not white noise. The standard errors
-    therefore count one independent residual in each half cycle. Whole cycles are expected, from a
-    zero crossing on.
-    """
-    from scipy.optimize import least_squares
-
-    t = time - time[0]
-    # first ω from the number of half cycles, ζ from the sizes of both halves
-    about = roll - np.mean(roll)
-    up = about > 0.0
-    half_cycles = max(int(np.count_nonzero(up[1:] != up[:-1])) + 1, 2)
-    half = len(t) // 2
-    early, late = (float(np.sqrt(np.mean(part**2))) for part in (about[:half], about[half:]))
-    first_omega = math.pi * half_cycles / float(t[-1])
-    decrement = 2.0 * math.log(early / late) / float(t[-1])
-    first = [first_omega, min(max(decrement / first_omega, 1e-4), 0.9)]
-
-    def rest(guess: FloatArray) -> FloatArray:
-        omega, zeta = guess
-        turned = omega * math.sqrt(max(1.0 - zeta * zeta, 0.0)) * t
-        size = np.exp(-zeta * omega * t)
-        shapes = np.stack([size * np.cos(turned), size * np.sin(turned), np.ones_like(t)], 1)
-        linear = np.linalg.lstsq(shapes, roll, rcond=None)[0]
-        left: FloatArray = shapes @ linear - roll
-        return left
-
-    found = least_squares(
-        rest, first, jac='3-point', x_scale=first, xtol=1e-15, ftol=1e-15, gtol=1e-15
-    )
-    variance = float(np.mean(found.fun**2))
-    slopes = np.asarray(found.jac)
-    spread = np.linalg.inv(slopes.T @ slopes) * variance * len(t) / half_cycles
-    omega, zeta = (float(each) for each in found.x)
-    period = math.tau / omega
-    return DecayFit(
-        period,
-        zeta,
-        period * math.sqrt(float(spread[0, 0])) / omega,
-        math.sqrt(float(spread[1, 1])),
-        math.sqrt(variance),
-    )
-
-
-# -----------------------------------------------------------------------------
 # Records of the sea from a buoy: a CSV file, or one of NDBC's standard meteorological files.
 #
 # NDBC's files (National Data Buoy Center, Measurement descriptions and units) have the columns
@@ -687,7 +515,6 @@ FILE_FORMS: dict[str, type[Section]] = {
     'sea': SpectrumFile,
     'rao': RaoFile,
     'hull': HullFile,
-    'roll': RollFromDecay,
     'weather': RecordFile,
 }
 """The form of each section of a sea's ship whose values are in a file."""
@@ -697,9 +524,8 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     """Return the keys of a ship, not checked yet, with numbers in place of the files of its sea.
 
     `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator, `ship.hull`
-    with a path the contents of the file, `ship.roll` with a decay its period and damping ratio,
-    `ship.weather` of a record its rows. The rest is not changed. Errors name the scene,
-    `origin`, and the path of the key, or file and line.
+    with a path the contents of the file, `ship.weather` of a record its rows. The rest is not
+    changed. Errors name the scene, `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
@@ -709,7 +535,14 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     if _holds(ship, 'hull', 'path'):
         read['hull'] = section_read(HullFile, read_hull, ship, 'hull.path', origin)
     if _holds(ship, 'roll', 'decay'):
-        read['roll'] = section_read(RollFromDecay, fitted_roll, ship, 'roll.decay.path', origin)
+        raise SceneError(
+            origin,
+            'ship.roll.decay',
+            ABSENT,
+            'is not read: decay tests are no longer fitted',
+            'Give natural_period and damping_ratio: ln(a/b)/2πn of two peaks a and b of the test '
+            'n cycles apart.',
+        )
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
         def read_weather(asked: RecordFile) -> dict[str, Any]:

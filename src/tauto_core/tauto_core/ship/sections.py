@@ -135,7 +135,7 @@ class Roll(Section):
         description='effective wave-slope coefficient κ_e; a hull has its own answer to the slope',
     )
     fitted_to: OneLine | None = Field(
-        default=None, description='decay test from which period and damping ratio were found'
+        default=None, description='origin of period and damping ratio, for example a decay test'
     )
 
 

@@ -153,7 +153,7 @@ class SeaShip(ShipKind):
     )
     roll: Roll | None = Field(
         default=None,
-        description='mapping: natural_period, damping_ratio (or decay), slope_coefficient',
+        description='mapping: natural_period, damping_ratio, slope_coefficient',
     )
     rao: Rao | None = Field(default=None, description='mapping: path, heading, length')
     hull: HullSection | None = Field(
