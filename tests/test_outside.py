@@ -39,6 +39,7 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     ),
     'isochronism_fluid': ('isochronism', 'globe_in_oil', '--amplitudes', '0.1,0.2'),
     'design': ('design', '--period', '1', '--inertia', '4e-4', '--pull', '2.9'),
+    'cam': ('cam', 'measured'),
     'plate': ('plate', 'measured'),
     'hull': ('hull', '--shape', 'deptford'),
     'compare': (

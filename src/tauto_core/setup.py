@@ -65,7 +65,7 @@ CLUSTER = ['distributed>=2024.8']
 HINDCAST = ['h5netcdf>=1.3', 'h5py>=3.11', 'xarray>=2024.6']
 # The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
 HULL = ['capytaine>=3.0']
-# Wheel, cheeks and axle as solids, for `tauto plate`. It needs NumPy 2.
+# Wheel, cheeks and axle as solids, for `tauto cam`. It needs NumPy 2.
 CAD = ['build123d>=0.13']
 # The nodes, and the ROS 2 they need where none is installed.
 ROS = [f'tauto_nodes[ros]=={VERSION}']

@@ -15,7 +15,7 @@ from ezdxf.filemanagement import readfile
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.curves import CircularArc, Involute, SpringCorrected, cheeks
+from tauto_core.curves import CircularArc, Involute, SpringCorrected, cheek
 from tauto_core.scene.errors import UsageError
 
 SCENE = """
@@ -101,7 +101,7 @@ def test_a_drawing_fills_its_page_and_shrinks_to_800_pixels_legibly(name, tmp_pa
     run('cam', name, '--svg', svg, '--dxf', dxf)
     space = readfile(dxf).modelspace()
     cut = bbox.extents(space.query('LWPOLYLINE'))
-    width = float(re.search(r'width="([\d.]+)pt"', svg.read_text(encoding='utf-8'))[1]) / 72 * 25.4
+    width = float(re.search(r'width="([\d.]+)mm"', svg.read_text(encoding='utf-8'))[1])
     assert width <= max(cut.size.x, 75.0) + 10.001
     heights = [text.dxf.height for text in space.query('TEXT')]
     assert min(heights) * 800.0 / width >= 9.0
@@ -121,12 +121,12 @@ def test_thick_thread_runs_on_a_parallel_curve(scene, tmp_path):
 
 
 def test_thick_thread_on_an_involute_is_the_same_involute_begun_later():
-    cut = cheeks(Involute(0.005), 50, 2.0, 0.5e-3)
+    cut = cheek(Involute(0.005), 50, 2.0, 0.5e-3)
     assert cut.angle[0] == pytest.approx(0.05, rel=1e-12)
     # involutes of one circle are parallel: shifted by half a thickness of arc
     radius = np.hypot(cut.x, cut.y)
     np.testing.assert_allclose(radius, 0.005 * np.hypot(1.0, cut.angle - 0.05), rtol=1e-12)
-    arc = cheeks(CircularArc(0.02, 0.01), 20, None, 1e-3)
+    arc = cheek(CircularArc(0.02, 0.01), 20, None, 1e-3)
     assert arc.angle[0] == 0.0
     np.testing.assert_allclose(np.hypot(arc.x + 0.02, arc.y - 0.01), 0.0195, rtol=1e-13)
 
@@ -141,29 +141,29 @@ def test_svg_is_to_scale_and_the_same_each_time(name, scene, tmp_path):
     space = {'svg': 'http://www.w3.org/2000/svg'}
     found = {}
     for layer in ('CHEEK_LEFT', 'CHEEK_RIGHT', 'THREAD', 'SCALE'):
-        path = root.find(f".//svg:g[@id='{layer}']/svg:path", space).attrib['d']
+        path = root.find(f".//svg:path[@id='{layer}']", space).attrib['d']
         numbers = np.array(re.findall(r'-?[\d.]+', path), float).reshape(-1, 2)
-        found[layer] = np.ptp(numbers, axis=0) * 25.4 / 72.0
+        found[layer] = np.ptp(numbers, axis=0)
     table = rows(tmp_path / 'cam.csv')
     half = table[len(table) // 2 :, :2]
-    # the file holds points of 1/72 inch to six decimals, without the shortest segments
-    np.testing.assert_allclose(found['CHEEK_LEFT'], np.ptp(half, axis=0), atol=2e-3)
-    np.testing.assert_allclose(found['CHEEK_RIGHT'], found['CHEEK_LEFT'], atol=1e-5)
+    # the file holds millimetres to six decimals
+    np.testing.assert_allclose(found['CHEEK_LEFT'], np.ptp(half, axis=0), atol=1.1e-6)
+    np.testing.assert_allclose(found['CHEEK_RIGHT'], found['CHEEK_LEFT'], atol=1.1e-6)
     assert found['SCALE'][0] in (1.0, 2.0, 5.0, 10.0, 20.0) or found['SCALE'][0] == pytest.approx(
         round(found['SCALE'][0]), abs=1e-5
     )
     for side in ('width', 'height'):
-        assert root.attrib[side].endswith('pt')
+        assert root.attrib[side].endswith('mm')
 
 
 def test_the_remedy_of_a_thread_that_does_not_fit_works():
     cam = Involute(0.01)
-    assert cheeks(cam, 10, 7.0, 0.5e-3).angle[-1] == 7.0
+    assert cheek(cam, 10, 7.0, 0.5e-3).angle[-1] == 7.0
     with pytest.raises(UsageError, match='nowhere as round'):
-        cheeks(CircularArc(0.02, 0.01), thread_thickness=0.05)
+        cheek(CircularArc(0.02, 0.01), thread_thickness=0.05)
     hollow = SpringCorrected(0.01, 200.0)
     with pytest.raises(UsageError, match='hollow from its tip'):
-        cheeks(hollow)
+        cheek(hollow)
 
 
 def test_a_corrected_cam_is_drawn_where_it_does_not_sweep_away(tmp_path):

@@ -48,7 +48,7 @@ def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
 def test_a_file_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path: Path) -> None:
     for option in ('--svg', '--csv', '--dxf'):
         result = CliRunner().invoke(app, ['cam', 'ideal', option, str(tmp_path / 'no' / 'f')])
-        assert result.exit_code == 1
+        assert result.exit_code == 2
         assert result.stderr.startswith('tauto: ')
 
 

@@ -1,4 +1,4 @@
-"""`tauto plate`: its files read by other programs, and measured."""
+"""The plate of `tauto cam`: its files read by other programs, and measured."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def rate_s_per_day(angle: FloatArray, wrong: FloatArray, slope: float, amplitude
 def test_the_lever_arm_rebuilt_from_the_dxf(name: str, tmp_path: Path) -> None:
     """ezdxf flattens the outline; half the thread is added to how far a taut thread is away."""
     file = tmp_path / 'plate.dxf'
-    facts = json.loads(run('plate', name, '--dxf', file, '--thread', '0.5', '--json'))
+    facts = json.loads(run('cam', '--plate', name, '--dxf', file, '--thread', '0.5', '--json'))
     document = readfile(file)
     assert not document.audit().errors
     assert document.units == 4  # millimetres
@@ -89,7 +89,19 @@ def test_the_lever_arm_rebuilt_from_the_dxf(name: str, tmp_path: Path) -> None:
 
 def test_the_path_of_the_cutter_and_the_holes_are_in_the_dxf(tmp_path: Path) -> None:
     file = tmp_path / 'plate.dxf'
-    run('plate', 'measured', '--dxf', file, '--bore', '2', '--pins', '1', '--pin-circle', '3.2')
+    run(
+        'cam',
+        '--plate',
+        'measured',
+        '--dxf',
+        file,
+        '--bore',
+        '2',
+        '--pins',
+        '1',
+        '--pin-circle',
+        '3.2',
+    )
     space = readfile(file).modelspace()
     circles = {
         layer: [(c.dxf.center.x, c.dxf.center.y, c.dxf.radius) for c in space.query(query)]
@@ -118,7 +130,7 @@ def test_the_path_of_the_cutter_and_the_holes_are_in_the_dxf(tmp_path: Path) -> 
 
 def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
     file = tmp_path / 'paper.svg'
-    run('plate', 'ideal', '--template', file)
+    run('cam', '--plate', 'ideal', '--template', file)
     root = ET.fromstring(file.read_text(encoding='utf-8'))
     assert root.attrib['width'] == '210mm'
     assert root.attrib['height'] == '297mm'
@@ -131,7 +143,7 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
     assert drawn is not None
     # the width is that of the plate in the DXF, from the corners of the path
     dxf = tmp_path / 'plate.dxf'
-    run('plate', 'ideal', '--dxf', dxf)
+    run('cam', '--plate', 'ideal', '--dxf', dxf)
     (outline,) = readfile(dxf).modelspace().query('LWPOLYLINE[layer=="PLATE"]')
     corners = np.array(outline.get_points('xy'))
     ends = re.findall(r'(?:M|L|A\S+ \S+ 0 [01] [01] )(-?[\d.]+) (-?[\d.]+)', drawn.attrib['d'])
@@ -155,7 +167,7 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
 def test_a_plate_larger_than_the_paper_has_sheets_that_join(tmp_path: Path) -> None:
     """Each cross of a sheet is that of its neighbour, and together they hold the whole plate."""
     paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
-    large = ('plate', 'measured', '--set', 'trochlea.cam.base_radius=0.15')
+    large = ('cam', '--plate', 'measured', '--set', 'trochlea.cam.base_radius=0.15')
     run(*large, '--template', paper, '--dxf', dxf)
     space = {'svg': 'http://www.w3.org/2000/svg'}
     sheets = sorted(tmp_path.glob('paper_*.svg'))
@@ -191,7 +203,7 @@ def test_a_plate_of_too_many_sheets_is_refused_before_anything_is_written(
     tmp_path: Path,
 ) -> None:
     paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
-    large = ['plate', 'measured', '--set', 'trochlea.cam.base_radius=2']
+    large = ['cam', '--plate', 'measured', '--set', 'trochlea.cam.base_radius=2']
     result = CliRunner().invoke(app, [*large, '--template', str(paper), '--dxf', str(dxf)])
     assert result.exit_code == 2
     assert re.search(r'mm needs 1,\d+ sheets of A4, and 100 are the most', result.stderr)
@@ -202,7 +214,16 @@ def test_python_makes_the_plate_of_the_command(tmp_path: Path) -> None:
     drawn, by_python = tmp_path / 'command.dxf', tmp_path / 'python.dxf'
     sizes = ('--thread', '0.4mm', '--bore', '2', '--reach', '1', '--set')
     facts = json.loads(
-        run('plate', 'measured', '--dxf', drawn, '--json', *sizes, 'trochlea.cam.base_radius=6 mm')
+        run(
+            'cam',
+            '--plate',
+            'measured',
+            '--dxf',
+            drawn,
+            '--json',
+            *sizes,
+            'trochlea.cam.base_radius=6 mm',
+        )
     )
     made = tauto_core.plate(
         'measured',
@@ -238,12 +259,12 @@ def test_python_makes_the_plate_of_the_command(tmp_path: Path) -> None:
     ],
 )
 def test_refusals_name_the_option(arguments: tuple[str, ...], words: str) -> None:
-    result = CliRunner().invoke(app, ['plate', *arguments])
+    result = CliRunner().invoke(app, ['cam', '--plate', *arguments])
     assert result.exit_code == 2
     assert words in result.stderr
 
 
 def test_the_figures_are_printed() -> None:
-    said = run('plate', 'measured')
+    said = run('cam', '--plate', 'measured')
     assert 'rounded cusp: +0.018 s/day at 0.2 rad' in said
     assert '64 arcs a cheek, within 1e-05 mm' in said

@@ -8,7 +8,7 @@
 
 `load` reads a scene, `new_scene` writes one to start from, `check` checks one without sailing it.
 `sail` sails a scene, `replay` reads a bag, `budget` breaks a clock's rate down into its causes.
-`cam` returns a curve, `isochronism` its periods, `cut` its drawing, `plate` a part to make.
+`cam` returns a curve, and writes it as a drawing or a plate; `isochronism` gives its periods.
 `design` finds the missing number of a wheel's design, and `claims` checks Euler's papers.
 `compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
 along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from tauto_core.scene import Scene, load_scene, shipped_scenes
-from tauto_core.scene.errors import Argument, UsageError, naming
+from tauto_core.scene.errors import UsageError, naming
 from tauto_core.scene.loader import origin_of
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.scene.units import in_words, quantity
@@ -34,9 +33,7 @@ if TYPE_CHECKING:
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
-    from tauto_core.plots.cutting import CamCut
-    from tauto_core.plots.plate import ScenePlate
-    from tauto_core.samples import FloatArray
+    from tauto_core.plots.cutting import CamOutline, ScenePlate
 
 
 Quantity: TypeAlias = float | str
@@ -77,39 +74,6 @@ def path(name: str, value: object) -> Path:
     if not isinstance(value, str | Path):
         raise UsageError(f'{name} = {value!r}: must be a path. Write it as text')
     return Path(value)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class CamOutline:
-    """The working edge of a cam's right cheek, in the frame of the wheel, origin at the axle.
-
-    Attributes:
-        scene: the scene whose cam it is.
-        angle_rad: angle of the wheel when the thread leaves the cheek at the point, (n,) [rad].
-        lever_arm_m: lever arm of the thread at that angle, (n,) [m].
-        x_m: x of the point, across the direction of the thread at rest, (n,) [m].
-        y_m: y of the point, along that direction, (n,) [m].
-    """
-
-    scene: Scene
-    angle_rad: FloatArray
-    lever_arm_m: FloatArray
-    x_m: FloatArray
-    y_m: FloatArray
-
-    def __repr__(self) -> str:
-        return f'<CamOutline of {self.scene.name}: {len(self.angle_rad)} points>'
-
-    def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import cam_html
-
-        reach_rad, lever_arm_m = float(self.angle_rad[-1]), float(self.lever_arm_m[-1])
-        return cam_html(self.scene, len(self.angle_rad), reach_rad, lever_arm_m)
-
-    def write(self, file: str | Path, **options: Any) -> CamCut:
-        """Write the cam to its last point for the workshop; arguments are those of `cut`."""
-        reach_rad = float(self.angle_rad[-1])
-        return cut(self.scene, file, points=len(self.angle_rad), reach_rad=reach_rad, **options)
 
 
 def scenes() -> list[str]:
@@ -280,197 +244,106 @@ def isochronism(
 def cam(
     scene: str | Path | Scene,
     *,
-    points: int = 200,
-    reach_rad: Quantity | None = None,
-    **overrides: object,
-) -> CamOutline:
-    """Return the outline of a scene's cam, from the middle to its end.
-
-    Args:
-        scene: as for `load`.
-        points: number of points, >= 2.
-        reach_rad: angle of the last point [rad]. None: one and a half times the amplitude of the
-            wheel, but within the cam and before its two cheeks meet.
-        overrides: as for `load`.
-
-    Raises:
-        UsageError: the scene has no cam of one shape for both sides, or arguments out of range.
-        SceneError: the cam cannot be built.
-    """
-    import numpy as np
-
-    from tauto_core.plots.machine import cam_extent
-
-    loaded = load(scene, **overrides)
-    if loaded.trochlea is None or loaded.trochlea.cam.kind == 'lever_corrected':
-        raise UsageError(
-            f'{loaded.name}: has no cam with two equal cheeks. Use `cut`, which also draws '
-            'the cheeks of a lever and a curve in a fluid'
-        )
-    count = whole('points', points)
-    if count < 2:
-        raise UsageError(f'points = {points}: must be at least 2. Give another, or leave it out')
-    if reach_rad is not None:
-        reach_rad = number('reach_rad', reach_rad, 'rad')
-    with naming(origin_of(scene), loaded.name):
-        curve = loaded.trochlea.made_cam(loaded.g)
-        if reach_rad is not None and not 0.0 < reach_rad <= curve.range_rad:
-            raise UsageError(
-                f'reach_rad = {reach_rad!r}: must be > 0 and within the range of the cam, '
-                f'{curve.range_rad!r} rad. Give another, or leave it out'
-            )
-        reach = cam_extent(loaded) if reach_rad is None else reach_rad
-        angle = np.linspace(0.0, reach, count)
-        return CamOutline(loaded, angle, curve.lever_arm(angle), *curve.contact(angle))
-
-
-def cut(
-    scene: str | Path | Scene,
-    file: str | Path,
-    *,
-    points: int = 200,
-    reach_rad: Quantity | None = None,
-    thread_mm: Quantity = 0.0,
-    **overrides: object,
-) -> CamCut:
-    """Write a scene's cam for the workshop, in millimetres: a drawing, or points of its outline.
-
-    A curve in a fluid and the uneven cheeks of a lever are written, too.
-
-    Args:
-        scene: as for `load`.
-        file: name of the file, ending in .svg or .dxf for a drawing to scale, or .csv for points;
-            an existing file is replaced.
-        points: number of points on each cheek or branch, 2 to 1,000,000.
-        reach_rad: as for `cam`.
-        thread_mm: thickness of the thread [mm], 0 to 100; the cheeks are cut back by half of it.
-        overrides: as for `load`.
-
-    Raises:
-        UsageError: another ending, arguments out of range, or a thread that the cheeks cannot
-            guide.
-        SceneError: the cam cannot be built.
-        TautoError: the file cannot be written.
-    """
-    from tauto_core.plots import cutting
-
-    place = path('file', file)
-    kind = place.suffix.lower().removeprefix('.')
-    if kind not in cutting.FORMATS:
-        ending = ': must end in .csv, .svg or .dxf. Name another file'
-        raise UsageError(Argument('file', file), ending)
-    count, thick = whole('points', points), number('thread_mm', thread_mm, 'mm')
-    if reach_rad is not None:
-        reach_rad = number('reach_rad', reach_rad, 'rad')
-    loaded = load(scene, **overrides)
-    with naming(origin_of(scene), loaded.name):
-        return cutting.cut(
-            loaded, {kind: place}, points=count, reach_rad=reach_rad, thread_mm=thick
-        )
-
-
-def plate(
-    scene: str | Path | Scene,
-    *,
+    csv: str | Path | None = None,
+    svg: str | Path | None = None,
     dxf: str | Path | None = None,
     template: str | Path | None = None,
     step: str | Path | None = None,
     stl: str | Path | None = None,
-    thread_mm: Quantity = 0.5,
-    cutter_mm: Quantity = 0.25,
-    tolerance_mm: Quantity = 1e-5,
+    plate: bool = False,
+    points: int = 200,
     reach_rad: Quantity | None = None,
+    thread_mm: Quantity | None = None,
+    cutter_mm: Quantity | None = None,
+    tolerance_mm: Quantity | None = None,
     bore_mm: Quantity | None = None,
     pins_mm: Quantity | None = None,
     pin_circle_mm: Quantity | None = None,
     slot_mm: Quantity | None = None,
-    thickness_mm: Quantity = 2.0,
+    thickness_mm: Quantity | None = None,
     **overrides: object,
-) -> ScenePlate:
-    """Return a scene's cam as a plate to cut or to print, with its cost in rate.
+) -> CamOutline:
+    """Return the curve of a scene's cam, and write it for the workshop, in millimetres.
 
-    Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
-    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
-    the cusp to the axle.
+    A curve in a fluid and the uneven cheeks of a lever are returned and written, too. A plate has
+    both cheeks as its edge, closed by an arc about the axle, with a slot for the thread, a bore
+    and two pin holes. Its lengths that are left out are multiples of the distance from the cusp to
+    the axle. Existing files are replaced.
 
     Args:
         scene: as for `load`.
-        dxf: name of a file, ending in .dxf: arcs for the machine, and the path of the cutter.
-        template: name of a file, ending in .svg: a sheet of A4 to scale. Of a larger plate it is
-            the plan of several sheets beside it.
+        csv: name of a file for the points of both cheeks or branches.
+        svg: name of a file, ending in .svg: a drawing to scale, of the plate if there is one.
+        dxf: name of a file, ending in .dxf: the same for the machine; of a plate its arcs and the
+            path of the cutter.
+        template: name of a file, ending in .svg: the plate to scale on a sheet of A4. Of a larger
+            plate it is the plan of several sheets beside it.
         step: name of a file, ending in .step: wheel, cheeks and axle as solids (extra `cad`).
-        stl: a folder, for wheel.stl, cheeks.stl and axle.stl (extra `cad`). Files are replaced.
-        thread_mm: thickness of the thread, and width of its slot [mm].
-        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre.
-        tolerance_mm: greatest distance between arcs and cheeks [mm].
-        reach_rad: as for `cam`.
+        stl: a folder, for wheel.stl, cheeks.stl and axle.stl (extra `cad`).
+        plate: make a plate; `template`, `step` and `stl` do, too.
+        points: number of points on each cheek or branch, 2 to 1,000,000.
+        reach_rad: angle at which the cheeks end [rad]. None: one and a half times the amplitude of
+            the wheel, but within the cam and before its two cheeks meet.
+        thread_mm: thickness of the thread [mm], 0 to 100; the cheeks are cut back by half of it.
+            None: 0; of a plate 0.5, the width of its slot.
+        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre. None:
+            0.25.
+        tolerance_mm: greatest distance between arcs and cheeks [mm]. None: 1e-5.
         bore_mm: diameter of the bore [mm]; None: half the distance from the cusp to the axle.
         pins_mm: diameter of the pin holes [mm]; None: 0.3 of that distance.
         pin_circle_mm: distance of the pins from the axle [mm]; None: 0.65 of that distance.
         slot_mm: depth of the slot [mm]; None: 0.3 of that distance.
-        thickness_mm: thickness of the plate [mm], for `step` and `stl`.
+        thickness_mm: thickness of the plate [mm], for `step` and `stl`. None: 2.
         overrides: as for `load`.
 
     Returns:
-        The `plate` in mm, the `cam`, the `files` that were written, and `rates` on land [s/day]:
-        the arrays `edge` (by the rounded cusp), `outline` (by the arcs as well) and
-        `one_micrometre` (both cheeks cut a micrometre too deep) at each `amplitude_rad`.
+        The points, the `files`, and the `plate`: in mm, with its cost in rate on land [s/day], the
+        arrays `edge` (by the rounded cusp), `outline` (by the arcs as well) and `one_micrometre`
+        (both cheeks cut a micrometre too deep) at each `amplitude_rad` of its `rates`.
 
     Raises:
-        UsageError: a scene without two mirror-image cheeks, another ending, arguments out of
-            range, or parts that do not fit.
+        UsageError: another ending, arguments out of range, a thread that the cheeks cannot guide,
+            or a plate without two mirror-image cheeks or of parts that do not fit.
         SceneError: the cam cannot be built.
         TautoError: the extra is missing, or a file cannot be written.
     """
-    from dataclasses import replace
+    from tauto_core.plots import cutting
 
-    from tauto_core.files import check_place
-    from tauto_core.plots import plate as plates
-
-    places = {
-        name: path(name, file)
-        for name, file in (('dxf', dxf), ('template', template), ('step', step), ('stl', stl))
-        if file is not None
+    named = {'csv': csv, 'svg': svg, 'dxf': dxf, 'template': template, 'step': step, 'stl': stl}
+    files = {name: path(name, file) for name, file in named.items() if file is not None}
+    lengths = {
+        'thread_mm': thread_mm,
+        'cutter_mm': cutter_mm,
+        'tolerance_mm': tolerance_mm,
+        'bore_mm': bore_mm,
+        'pins_mm': pins_mm,
+        'pin_circle_mm': pin_circle_mm,
+        'slot_mm': slot_mm,
+        'thickness_mm': thickness_mm,
     }
-    for name, ending in (('dxf', '.dxf'), ('template', '.svg'), ('step', '.step')):
-        if name in places:
-            if places[name].suffix.lower() not in ('', ending):
-                raise UsageError(
-                    Argument(name, places[name]), f': must end in {ending}. Name another file'
-                )
-            check_place(places[name], name)
-    thickness = number('thickness_mm', thickness_mm, 'mm')
-    solid = {name: places[name] for name in ('step', 'stl') if name in places}
-    if solid:
-        from tauto_core.plots import solids
-
-        solids.check_solids(thickness)
-    sizes = {
-        name: None if size is None else number(name, size, 'rad' if name == 'reach_rad' else 'mm')
-        for name, size in (
-            ('reach_rad', reach_rad),
-            ('thread_mm', thread_mm),
-            ('cutter_mm', cutter_mm),
-            ('tolerance_mm', tolerance_mm),
-            ('bore_mm', bore_mm),
-            ('pins_mm', pins_mm),
-            ('pin_circle_mm', pin_circle_mm),
-            ('slot_mm', slot_mm),
-        )
-    }
+    sizes = {name: number(name, size, 'mm') for name, size in lengths.items() if size is not None}
+    reach = None if reach_rad is None else number('reach_rad', reach_rad, 'rad')
+    is_plate = plate or not files.keys().isdisjoint(('template', 'step', 'stl'))
+    count = whole('points', points)
+    cutting.check_cut(files, sizes, is_plate, count)
     loaded = load(scene, **overrides)
     with naming(origin_of(scene), loaded.name):
-        made = plates.plate_of(loaded, **sizes)  # type: ignore[arg-type]
-        written = []
-        # refusals of any file come before the first is written
-        if 'template' in places:
-            written += plates.write_template(places['template'], made)
-        if solid:
-            written += solids.write_solids(made, thickness, solid.get('step'), solid.get('stl'))
-        if 'dxf' in places:
-            plates.write_plate_dxf(places['dxf'], made)
-            written.append(places['dxf'])
-    return replace(made, files=tuple(written))
+        return cutting.outline_of(loaded, files, sizes, is_plate, count, reach)
+
+
+def cut(scene: str | Path | Scene, file: str | Path, **options: Any) -> CamOutline:
+    """Write a scene's cam as .csv, .svg or .dxf; the old name of `cam(scene, svg=file, …)`."""
+    from tauto_core.plots.cutting import drawn_kind
+
+    options[drawn_kind(path('file', file))] = file
+    return cam(scene, **options)
+
+
+def plate(scene: str | Path | Scene, **options: Any) -> ScenePlate:
+    """Return a scene's cam as a plate; the old name of `cam(scene, plate=True, …).plate`."""
+    found = cam(scene, plate=True, **options).plate
+    assert found is not None
+    return found
 
 
 def design(

@@ -9,7 +9,7 @@ import pytest
 
 from tauto_core.curves import Cam, CircularArc, Hole, Involute, WeightCorrected
 from tauto_core.curves.cam import Pull, Setting
-from tauto_core.curves.plate import (
+from tauto_core.curves.drawing import (
     ArcPath,
     CheekArcs,
     Plate,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauto_core.plots.plate import ScenePlate, plate_of
+from tauto_core.plots.cutting import ScenePlate, plate_of
 from tauto_core.plots.solids import CadError, check_solids, wheel_sizes, write_solids
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
@@ -20,7 +20,7 @@ BRASS = 8500e-9  # kg/mm³
 
 @pytest.fixture(scope='module')
 def made() -> ScenePlate:
-    return plate_of(load_scene('measured'), thread_mm=0.5)
+    return plate_of(load_scene('measured'))
 
 
 @pytest.fixture(scope='module')

@@ -1,4 +1,4 @@
-"""`tauto cam`, `plate`, `design`, `isochronism`, `euler`: a curve, its plate, Euler's claims."""
+"""`tauto cam`, `design`, `isochronism`, `euler`: a curve, its plate, Euler's claims."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tauto_core.cli.terminal import (
     say,
     takes,
 )
-from tauto_core.scene.errors import UsageError, naming
+from tauto_core.scene.errors import naming
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.wording import significant
 
@@ -32,20 +32,29 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# `tauto cam`: the curve of a scene, to draw and to cut.
+# `tauto cam`: the curve of a scene, to look at, and to cut, print or build a wheel with.
+
+File: TypeAlias = Path | None
+SHOWN = 11
+"""Points that are printed."""
 
 
 def cam(
     scene: SceneName,
-    csv: Annotated[
-        Path | None, takes('FILE', 'Write the points of the outline; replaces the file.')
+    csv: Annotated[File, takes('FILE', 'Write the points of the outline.')] = None,
+    svg: Annotated[File, takes('FILE', 'Draw it to scale.')] = None,
+    dxf: Annotated[File, takes('FILE', 'Draw it for the workshop.')] = None,
+    template: Annotated[
+        File, takes('FILE', 'Draw the plate on A4 (.svg), a large one on several sheets.')
     ] = None,
-    svg: Annotated[Path | None, takes('FILE', 'Draw it to scale; replaces the file.')] = None,
-    dxf: Annotated[
-        Path | None, takes('FILE', 'Draw it for the workshop; replaces the file.')
-    ] = None,
+    step: Annotated[File, takes('FILE', 'Write wheel, cheeks and axle as solids.')] = None,
+    stl: Annotated[File, takes('DIR', 'Write DIR/wheel.stl, cheeks.stl and axle.stl.')] = None,
+    plate: Annotated[
+        bool,
+        typer.Option('--plate', help='Close both cheeks into a plate; --template and solids do.'),
+    ] = False,
     reach: Annotated[
-        float | None,
+        OptionalFloat,
         takes(
             'RAD',
             'Largest angle drawn; default: half as far again as the wheel swings, within '
@@ -55,100 +64,24 @@ def cam(
     ] = None,
     points: Annotated[int, takes('N', 'Points on each cheek or branch.')] = 200,
     thread: Annotated[
-        float, takes('MM', 'Thickness of the thread; cheeks are cut back by half.', 'mm')
-    ] = 0.0,
-    settings: Settings = None,
-) -> None:
-    """Print, draw or write the curve of a cam.
-
-    The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
-    a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
-    x > 0. Without --csv, --svg and --dxf, a few points of one cheek or branch are printed.
-    """
-    from tauto_core.plots import cutting
-    from tauto_core.plots.machine import cam_extent
-    from tauto_core.scene import load_scene
-
-    cutting.check_cut(points, thread)
-    asked = {'csv': csv, 'svg': svg, 'dxf': dxf}
-    files = {kind: file for kind, file in asked.items() if file is not None}
-    for kind, file in files.items():
-        if file.suffix.lower() not in ('', f'.{kind}'):
-            raise UsageError(
-                f'--{kind} {file}: ends in {file.suffix}, and what is written is {kind.upper()}. '
-                f'Name it {file.with_suffix("." + kind).name}, or ask for the other format'
-            )
-    loaded = load_scene(scene, **given_values(settings))
-    wheel = loaded.trochlea
-    with naming(scene, loaded.name), progress_bar(f'cam of {loaded.name}'):
-        if reach is None and wheel is not None:
-            reach = cam_extent(loaded)
-            say(
-                f'the cheeks end at {reach:.4g} rad, for a wheel released at '
-                f'{abs(wheel.release_angle):g} rad; --reach asks for another end'
-            )
-        if not files:
-            columns = cutting.few_points(loaded, reach, thread)
-            if thread:
-                raise UsageError(
-                    f'--thread = {thread} mm: counts for a cheek that is written; the points '
-                    'printed are those of a thin thread. Add --csv, --svg or --dxf, or leave it '
-                    'out'
-                )
-            widths = [max(len(name), 12) for name in columns]
-            figures = zip(*(column.tolist() for column in columns.values()), strict=True)
-            # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for
-            # other programs: a hyphen is the minus that they read.
-            for row in (columns, *([f'{value:z.4f}' for value in row] for row in figures)):
-                cells = zip(row, widths, strict=True)
-                typer.echo('  '.join(f'{cell:>{width}}' for cell, width in cells))
-            return
-        done = cutting.cut(loaded, files, points=points, reach_rad=reach, thread_mm=thread)
-    if done.meeting_rad is not None:
-        say(
-            f'the cheeks cross at {done.meeting_rad:.4g} rad and cannot be cut from one plate '
-            'beyond it: give a smaller --reach'
-        )
-    if done.acts_from_rad is not None:
-        say(f'a thread of {thread:g} mm bends round the edges up to {done.acts_from_rad:.4g} rad')
-    for file in done.files:
-        say(f'wrote {file}')
-
-
-# -----------------------------------------------------------------------------
-# `tauto plate`: the cam as a plate to cut, to print, and to build a wheel with.
-
-File: TypeAlias = Path | None
-
-
-def plate(
-    scene: SceneName,
-    dxf: Annotated[File, takes('FILE', 'Draw it for the machine; replaces the file.')] = None,
-    template: Annotated[
-        File,
+        OptionalFloat,
         takes(
-            'FILE',
-            'Draw it to scale on A4 (.svg), large ones on several sheets; replaces the file.',
+            'MM',
+            'Thickness of the thread; cheeks are cut back by half; default: 0, of a plate 0.5.',
+            'mm',
         ),
     ] = None,
-    step: Annotated[
-        File, takes('FILE', 'Write wheel, cheeks and axle as solids; replaces the file.')
-    ] = None,
-    stl: Annotated[
-        File, takes('DIR', 'Write DIR/wheel.stl, cheeks.stl and axle.stl; replaces them.')
-    ] = None,
-    thread: Annotated[
-        float, takes('MM', 'Thickness of the thread, and width of its slot.', 'mm')
-    ] = 0.5,
     cutter: Annotated[
-        float,
-        takes('MM', 'Diameter of the cutter, or kerf; 0: without the path of its centre.', 'mm'),
-    ] = 0.25,
+        OptionalFloat,
+        takes(
+            'MM',
+            'Diameter of the cutter, or kerf; 0: without the path of its centre; default: 0.25.',
+            'mm',
+        ),
+    ] = None,
     tolerance: Annotated[
-        float, takes('MM', 'Greatest distance between arcs and cheeks.', 'mm')
-    ] = 1e-5,
-    reach: Annotated[
-        OptionalFloat, takes('RAD', 'Largest angle of the cheeks; default: as `cam`.', 'rad')
+        OptionalFloat,
+        takes('MM', 'Greatest distance between arcs and cheeks; default: 1e-05.', 'mm'),
     ] = None,
     bore: Annotated[
         OptionalFloat, takes('MM', 'Diameter of the bore; default: half the cusp.', 'mm')
@@ -163,34 +96,40 @@ def plate(
         OptionalFloat, takes('MM', 'Depth of the slot; default: 0.3 cusps.', 'mm')
     ] = None,
     thickness: Annotated[
-        float, takes('MM', 'Thickness of the plate, for --step and --stl.', 'mm')
-    ] = 2.0,
+        OptionalFloat, takes('MM', 'Thickness of the plate, for solids; default: 2.', 'mm')
+    ] = None,
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Turn the cam into a plate to cut or to print.
+    """Look at the curve of a cam, draw it, or turn it into a plate to cut.
 
-    Both cheeks are the edge of one plate, closed by an arc about the axle, with a slot for the
+    The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
+    a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
+    x > 0. A few points of one cheek or branch are printed where no file is written. Files that
+    exist are replaced.
+
+    Both cheeks are the edge of a plate, closed by an arc about the axle, with a slot for the
     thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
-    the cusp to the axle. The command prints the sizes of the plate and its cost in s/day at
-    several amplitudes, on land.
+    the cusp to the axle. The sizes of the plate are printed, and its cost in s/day at several
+    amplitudes, on land.
 
     --step and --stl need the extra `cad`. The rim of the wheel is chosen so that all three solids
     together, in brass, have the moment of inertia of the scene.
     """
-    from tauto_core.api import plate as make_plate
+    from tauto_core.api import cam as make_cam
 
-    with progress_bar('plate'):
-        made = make_plate(
+    files = {'csv': csv, 'svg': svg, 'dxf': dxf, 'template': template, 'step': step, 'stl': stl}
+    is_read = not any(files.values()) and not plate
+    with progress_bar('cam'):
+        made = make_cam(
             scene,
-            dxf=dxf,
-            template=template,
-            step=step,
-            stl=stl,
+            **files,
+            plate=plate,
+            points=SHOWN if is_read else points,
+            reach_rad=reach,
             thread_mm=thread,
             cutter_mm=cutter,
             tolerance_mm=tolerance,
-            reach_rad=reach,
             bore_mm=bore,
             pins_mm=pins,
             pin_circle_mm=pin_circle,
@@ -198,19 +137,41 @@ def plate(
             thickness_mm=thickness,
             **given_values(settings),
         )
+    wheel = made.scene.trochlea
+    if reach is None and wheel is not None:
+        say(
+            f'the cheeks end at {made.reach_rad:.4g} rad, for a wheel released at '
+            f'{abs(wheel.release_angle):g} rad; --reach asks for another end'
+        )
+    if made.meeting_rad is not None:
+        say(
+            f'the cheeks cross at {made.meeting_rad:.4g} rad and cannot be cut from one plate '
+            'beyond it: give a smaller --reach'
+        )
+    if made.acts_from_rad is not None and made.plate is None:
+        say(f'a thread of {thread:g} mm bends round the edges up to {made.acts_from_rad:.4g} rad')
     for file in made.files:
         say(f'wrote {file}')
     if as_json:
         typer.echo(json.dumps(made.facts(), allow_nan=False))
-        return
-    typer.echo('\n'.join(made.words()))
-    rates = made.rates
-    typer.echo('amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]')
-    for amplitude, *cost in zip(
-        rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
-    ):
-        cells = [significant(each, 2, signed=True) for each in cost]
-        typer.echo('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
+    elif made.plate is not None:
+        typer.echo('\n'.join(made.plate.words()))
+        rates = made.plate.rates
+        typer.echo('amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]')
+        for amplitude, *cost in zip(
+            rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
+        ):
+            cells = [significant(each, 2, signed=True) for each in cost]
+            typer.echo('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
+    elif is_read:
+        columns = made.columns()
+        widths = [max(len(name), 12) for name in columns]
+        figures = zip(*(column.tolist() for column in columns.values()), strict=True)
+        # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for
+        # other programs: a hyphen is the minus that they read.
+        for row in (columns, *([f'{value:z.4f}' for value in row] for row in figures)):
+            shown = zip(row, widths, strict=True)
+            typer.echo('  '.join(f'{cell:>{width}}' for cell, width in shown))
 
 
 # -----------------------------------------------------------------------------

@@ -22,13 +22,13 @@ from tauto_core.curves.cams.table import Fitted, Table, load_table
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
-    from tauto_core.curves.drawing import Cheeks, cheeks, outline
+    from tauto_core.curves.drawing import Cheek, cheek, outline
     from tauto_core.curves.fluid import Cycloid, DescentCurve, FluidTautochrone, SymmetricCurve
 
 __all__ = [
     'ArcLever',
     'Cam',
-    'Cheeks',
+    'Cheek',
     'CircularArc',
     'Cycloid',
     'DescentCurve',
@@ -45,7 +45,7 @@ __all__ = [
     'Table',
     'TableLever',
     'WeightCorrected',
-    'cheeks',
+    'cheek',
     'load_table',
     'outline',
 ]
@@ -53,12 +53,12 @@ __all__ = [
 __getattr__ = loaded_from(
     __name__,
     {
-        'Cheeks': 'drawing',
+        'Cheek': 'drawing',
         'Cycloid': 'fluid',
         'DescentCurve': 'fluid',
         'FluidTautochrone': 'fluid',
         'SymmetricCurve': 'fluid',
-        'cheeks': 'drawing',
+        'cheek': 'drawing',
         'outline': 'drawing',
     },
 )

@@ -1,55 +1,61 @@
-"""The cheeks as polylines, and a cam as a workshop needs it: to scale, in millimetres."""
+"""The cheeks of a cam as polylines, and the plate of arcs and lines that carries both.
+
+The frame is the wheel's: origin at the axle, +y along the thread at rest. Polylines are in metres,
+plates in millimetres. The cheeks of a plate are approximated by biarcs, pairs of arcs that share a
+tangent. Both curves are convex, so the greatest distance between them is the greatest difference
+of their support functions. Half a thread is between support function and lever arm: the tolerance
+of the outline bounds the error of the lever arm.
+"""
 
 from __future__ import annotations
 
 import math
-import textwrap
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tauto_core.curves.cam import Cam, too_sharp
+from tauto_core.curves.cam import Cam, Setting, too_sharp
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-from tauto_core.curves.cams.linear import Involute
-from tauto_core.curves.fluid import DescentCurve
 from tauto_core.curves.lever_geometry import MirroredLever
 from tauto_core.curves.numerics import bisect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import Argument, UsageError
 
+ComplexArray: TypeAlias = NDArray[np.complex128]
+
+MM_PER_M = 1000.0
+
 # Number of angles at which cheeks are looked at.
 _PROBES = 2001
 
 
-class Cheeks(NamedTuple):
-    """Both cheeks as they are cut, in the wheel's frame.
+class Cheek(NamedTuple):
+    """One cheek in the wheel's frame, from the tip on; arrays of shape (n,).
 
     Attributes:
-        angle: angle of the wheel at which the thread leaves the cheek at each point [rad], shape
-            (n,), increasing from above 0; at the other cheek it is the negative.
-        x: x of the cheek for positive angles [m], shape (n,); the other cheek is its mirror image.
-        y: y of both [m], shape (n,).
-        thread_thickness: thickness of the thread for which they are cut [m].
+        angle: angle of the wheel at which the thread leaves the cheek at each point [rad].
+        x: x of the cheek [m].
+        y: y of the cheek [m].
     """
 
     angle: FloatArray
     x: FloatArray
     y: FloatArray
-    thread_thickness: float
 
 
-def cheeks(
+def cheek(
     cam: Cam, points: int = 200, reach_rad: float | None = None, thread_thickness: float = 0.0
-) -> Cheeks:
-    """Return the cheeks of a cam for a thread of some thickness e ≥ 0, each of some points.
+) -> Cheek:
+    """Return the cheek for positive angles; the other one is its mirror image.
 
-    The thread's centre line follows the cam's curve; the cheek is the parallel curve e/2 inwards.
-    It begins where the curve's radius of curvature reaches e/2 (R = 0 at the tip of every cam that
-    is smooth through rest): up to there the thread bends round its edge. Without a `reach_rad`
-    they go as far as `cam.drawn_rad` and the thread do. UsageError: fewer than two points, a
-    thickness that is none, or a cheek that no such thread can follow up to there; CamRangeError: a
-    reach beyond the range.
+    The centre line of a thread of thickness e ≥ 0 follows the cam's curve; the cheek is the
+    parallel curve e/2 inwards. It begins where the curve's radius of curvature reaches e/2 (R = 0
+    at the tip of every cam that is smooth through rest): up to there the thread bends round its
+    edge. Without a `reach_rad` it goes as far as `cam.drawn_rad` and the thread do. UsageError:
+    fewer than two points, a thickness that is none, or a cheek that no such thread can follow up
+    to there; CamRangeError: a reach beyond the range.
     """
     if points < 2:
         raise UsageError(f'points = {points!r}: a cheek needs at least 2; ask for more')
@@ -82,12 +88,9 @@ def cheeks(
     angle = start + (end - start) * np.sin(np.linspace(0.0, 0.5, points) * math.pi)
     x, y = cam.contact(angle)
     if thread_thickness:
-        psi = cam.psi(angle)
-        x, y = (
-            x - 0.5 * thread_thickness * np.cos(psi),
-            y - 0.5 * thread_thickness * np.sin(psi),
-        )
-    return Cheeks(angle, x, y, thread_thickness)
+        psi, half = cam.psi(angle), 0.5 * thread_thickness
+        x, y = x - half * np.cos(psi), y - half * np.sin(psi)
+    return Cheek(angle, x, y)
 
 
 def outline(
@@ -96,9 +99,9 @@ def outline(
     """Return both cheeks as one polyline (x, y) in the wheel's frame [m], for a thin thread.
 
     It runs from the end of the cheek at x > 0 over the common tip to the end of the other, with
-    2·points − 1 points. Reach and errors are those of `cheeks`.
+    2·points − 1 points. Reach and errors are those of `cheek`.
     """
-    _, x, y, _ = cheeks(cam, points, reach_rad)
+    _, x, y = cheek(cam, points, reach_rad)
     return np.concatenate([-x[:0:-1], x]), np.concatenate([y[:0:-1], y])
 
 
@@ -121,35 +124,15 @@ def cheeks_meet_rad(cam: Cam) -> float:
     )[0]
 
 
-# -----------------------------------------------------------------------------
-# The cheeks of a lever's own cam, which differ from each other.
-
-
-class LeverCheek(NamedTuple):
-    """One cheek, in the wheel's frame, beginning at the tip; arrays of shape (n,).
-
-    Attributes:
-        angle: angle of the wheel at which the thread leaves the cheek [rad].
-        x: x of the cheek [m].
-        y: y of the cheek [m].
-    """
-
-    angle: FloatArray
-    x: FloatArray
-    y: FloatArray
-
-
 def lever_cheek(
     shape: CorrectedLeverGeometry | MirroredLever,
     end: float,
     points: int,
     thread_thickness: float = 0.0,
-) -> LeverCheek:
-    """Return one cheek of a lever's cam up to τ = end, as `cheeks` does for an ideal thread.
+) -> Cheek:
+    """Return one cheek of a lever's cam up to τ = end, as `cheek` does for other cams.
 
-    The thread's centre line follows the cam, so the cheek is the parallel curve e/2 inwards. It
-    begins where the radius of curvature reaches e/2; up to there the thread bends round its edge.
-    UsageError: a cheek that such a thread cannot follow up to there.
+    The two cheeks of a lever differ. UsageError: a cheek that such a thread cannot follow.
     """
     half, start = 0.5 * thread_thickness, 0.0
     if half:
@@ -177,42 +160,33 @@ def lever_cheek(
     if half:
         u, inwards = shape.pose(tau).u, -half * float(np.sign(end))
         x, y = x + inwards * np.cos(u), y + inwards * np.sin(u)
-    return LeverCheek(angle, x, y)
+    return Cheek(angle, x, y)
 
 
 # -----------------------------------------------------------------------------
-# A cam as a workshop needs it: to scale in millimetres, with all that must be known to cut it.
+# The plate.
 
-MM_PER_M = 1000.0
-TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
-"""Height of letters: the smallest, and its share of the width of a wide drawing."""
+WALL_MM = 0.2
+"""Least material between a hole and any other edge."""
 
-LETTER, LINE = 0.62, 1.6
-"""Largest width of a letter, and distance of lines, over the height of letters."""
+FINEST_MM, COARSEST_MM = 1e-6, 1.0
+"""Tolerances of an outline that make sense: a rounding of its numbers, and a coarse saw."""
 
-CHEEK_LEFT, CHEEK_RIGHT = 'CHEEK_LEFT', 'CHEEK_RIGHT'
-THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
-SCALE, NOTES = 'SCALE', 'NOTES'
-CURVE = 'CURVE'
-CUT = (CHEEK_LEFT, CHEEK_RIGHT, CURVE)
-"""Layers that are cut; all others are for information."""
+BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
+"""Diameter of the bore, of the pin holes, radius of their circle and depth of the slot over the
+distance of the cusp from the axle. They lie within a circle through the cusp, in which no cheek
+cuts."""
 
-_AXLE_MM = 1.0
-_GAP_MM = 4.0
-_BARS_MM = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
+"""Directions of the pin holes from the axle: turned by half a turn the plate does not fit."""
 
-
-@dataclass(frozen=True)
-class Polyline:
-    """An open polyline [mm]."""
-
-    layer: str
-    x: FloatArray
-    y: FloatArray
+_LARGEST_ARC = math.radians(120.0)
+_SAMPLES = 33
+_MOST_HALVINGS = 20
+_SWING_NODES = 20_001
 
 
-@dataclass(frozen=True)
-class Circle:
+class Circle(NamedTuple):
     """A circle [mm]."""
 
     layer: str
@@ -221,158 +195,446 @@ class Circle:
     radius: float
 
 
-@dataclass(frozen=True)
-class Note:
-    """A line of text; (x, y) is where its base line begins [mm]."""
-
-    layer: str
-    x: float
-    y: float
-    text: str
-
-
-@dataclass(frozen=True)
-class CamDrawing:
-    """A drawing in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
+class ArcPath(NamedTuple):
+    """A closed path of arcs and lines, each array of shape (n,).
 
     Attributes:
-        title: title of the drawing.
-        lines: polylines, the cheeks first.
-        circles: axle, base circle, hole.
-        notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
-        text_mm: height of letters.
+        x: vertices [mm].
+        y: vertices [mm].
+        bulge: tan(α/4) of the arc from each vertex to the next, α its angle, positive
+            counter-clockwise; 0 is a line.
     """
 
-    title: str
-    lines: tuple[Polyline, ...]
-    circles: tuple[Circle, ...]
-    notes: tuple[Note, ...]
-    text_mm: float = TEXT_MM
+    x: FloatArray
+    y: FloatArray
+    bulge: FloatArray
 
-    @property
-    def box(self) -> tuple[float, float, float, float]:
-        """Left, bottom, right and top of the drawing without the length of the text [mm]."""
-        x = [np.min(line.x) for line in self.lines] + [c.x - c.radius for c in self.circles]
-        right = [np.max(line.x) for line in self.lines] + [c.x + c.radius for c in self.circles]
-        y = [np.min(line.y) for line in self.lines] + [c.y - c.radius for c in self.circles]
-        top = [np.max(line.y) for line in self.lines] + [c.y + c.radius for c in self.circles]
-        low = [note.y for note in self.notes]
-        return float(min(x)), float(min(y + low)), float(max(right)), float(max(top))
-
-
-def draw_cam(cam: Cam, cut: Cheeks, title: str) -> CamDrawing:
-    """Return the drawing of a cam: cheeks, thread at rest, axle, circles, dimensions."""
-    x, y = MM_PER_M * cut.x, MM_PER_M * cut.y
-    rate = MM_PER_M * float(cam.lever_rate(0.0))
-    tip, below = MM_PER_M * float(cam.p(0.0)), float(np.max(y)) + _GAP_MM
-    hole = MM_PER_M * cam.hole_distance
-    end = hole if math.isfinite(hole) else max(below, 2.0 * tip)
-    circles = [Circle(AXLE, 0.0, 0.0, _AXLE_MM), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
-    if math.isfinite(hole):
-        circles.append(Circle(HOLE, 0.0, hole, max(0.5 * MM_PER_M * cut.thread_thickness, 0.5)))
-    lines = [
-        Polyline(CHEEK_LEFT, x, y),
-        Polyline(CHEEK_RIGHT, -x, y),
-        Polyline(THREAD, np.zeros(2), np.array([tip, end])),
-    ]
-    return _explained(title, lines, circles, dimensions(cam, cut))
+    def polygon(self, sagitta: float) -> tuple[FloatArray, FloatArray]:
+        """Return points (x, y) on the path, chords of which leave it by at most a sagitta [mm]."""
+        points = self.x + 1j * self.y
+        parts = []
+        for start, end, bulge in zip(points, np.roll(points, -1), self.bulge, strict=True):
+            angle = 4.0 * math.atan(bulge)
+            if angle == 0.0 or start == end:
+                parts.append(np.array([start]))
+                continue
+            # the centre sees the chord under the angle
+            turn = np.exp(1j * angle)
+            centre = (end - turn * start) / (1.0 - turn)
+            step = 2.0 * math.acos(max(1.0 - sagitta / abs(start - centre), 0.0))
+            count = max(math.ceil(abs(angle) / step), 1)
+            part = np.exp(1j * angle * np.arange(count) / count)
+            parts.append(centre + (start - centre) * part)
+        found = np.concatenate(parts)
+        return found.real, found.imag
 
 
-def draw_uneven(
-    left: tuple[FloatArray, FloatArray],
-    right: tuple[FloatArray, FloatArray],
-    rate: float,
-    title: str,
-    words: list[str],
-) -> CamDrawing:
-    """Return the drawing of cheeks that are not mirror images of each other.
+@dataclass(frozen=True)
+class CheekArcs:
+    """One cheek, for positive angles, as arcs that share tangents.
 
-    `left` is the cheek for positive angles, beginning at the tip; `rate` the lever arm per radian
-    at rest [mm].
+    Attributes:
+        psi: directions ψ of the normal at the n + 1 vertices [rad], increasing.
+        vertex: vertices as x + iy, shape (n + 1,) [mm].
+        centre: centres of the arcs, shape (n,) [mm].
+        radius: radii of the arcs, shape (n,) [mm].
+        thread: thickness of the thread [mm].
     """
-    top = max(float(np.max(left[1])), float(np.max(right[1]))) + _GAP_MM
-    lines = [
-        Polyline(CHEEK_LEFT, *left),
-        Polyline(CHEEK_RIGHT, *right),
-        Polyline(THREAD, np.zeros(2), np.array([rate, top])),
-    ]
-    circles = [Circle(AXLE, 0.0, 0.0, _AXLE_MM), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
-    return _explained(title, lines, circles, words)
+
+    psi: FloatArray
+    vertex: ComplexArray
+    centre: ComplexArray
+    radius: FloatArray
+    thread: float
+
+    def lever_arm(self, psi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return t and dt/dψ [mm] of the thread's centre line in a direction ψ ≥ 0.
+
+        Before the first normal the thread bends round the edge at which the cheek begins.
+        """
+        # a circle about the centre; about the edge its radius is 0
+        centre = np.concatenate([self.vertex[:1], self.centre])
+        radius = np.concatenate([[0.0], self.radius])
+        which = np.minimum(np.searchsorted(self.psi, psi, side='right'), len(self.radius))
+        along = centre[which] * np.exp(-1j * psi)
+        return along.real + radius[which] + 0.5 * self.thread, along.imag
 
 
-def draw_in_fluid(
-    curve: DescentCurve, outline: tuple[FloatArray, FloatArray], title: str
-) -> CamDrawing:
-    """Return the drawing of a curve in a fluid, its lowest point and dimensions.
+@dataclass(frozen=True)
+class Plate:
+    """A plate that carries both cheeks.
 
-    The outline is in millimetres, origin at the lowest point, +y upwards.
+    Attributes:
+        outline: edge of the plate, counter-clockwise from the edge of the slot on the left.
+        holes: bore and pin holes.
+        tool: path of the centre of the cutter outside the plate; None without a cutter.
+        tool_holes: paths of the centre of the cutter inside the holes.
+        cheek: cheek on the left, on which the thread lies at positive angles.
+        reach_rad: angle of the wheel at which the cheeks end [rad].
+        acts_from_rad: angle of the wheel from which on the thread lies on the cheeks [rad].
+        slot: width of the slot between the cheeks [mm].
+        tolerance: greatest distance between the outline and the cheeks [mm].
+        cutter: diameter of the cutter, or width of the kerf [mm].
     """
-    ascent = curve.ascent_cusp
-    words = [
-        'millimetres, 1:1; origin: the lowest point; +y: upwards; descents begin on the right',
-        f'pendulum in vacuum {MM_PER_M * curve.pendulum_length:.6g} mm; kappa {curve.kappa:.6g} '
-        f'1/m; gamma {curve.gamma:.6g}',
-        f'arc of descent to its cusp {MM_PER_M * curve.descent_cusp:.6g} mm; of ascent '
-        + (f'{MM_PER_M * abs(ascent):.6g} mm' if math.isfinite(ascent) else 'without end'),
-    ]
-    return _explained(
-        title, [Polyline(CURVE, *outline)], [Circle(AXLE, 0.0, 0.0, _AXLE_MM)], words
+
+    outline: ArcPath
+    holes: tuple[Circle, ...]
+    tool: ArcPath | None
+    tool_holes: tuple[Circle, ...]
+    cheek: CheekArcs
+    reach_rad: float
+    acts_from_rad: float
+    slot: float
+    tolerance: float
+    cutter: float
+
+
+def cam_plate(
+    cam: Cam,
+    reach_rad: float,
+    *,
+    thread_mm: float,
+    cutter_mm: float = 0.0,
+    tolerance_mm: float = 1e-4,
+    bore_mm: float | None = None,
+    pins_mm: float | None = None,
+    pin_circle_mm: float | None = None,
+    slot_mm: float | None = None,
+) -> Plate:
+    """Return a plate with both cheeks of a cam, closed by an arc about the axle.
+
+    The thread is held in a slot between the cheeks, as wide as the thread where these begin. From
+    the end of each cheek the thread leads away from the axle, and so from the closing arc.
+
+    Args:
+        cam: the cam.
+        reach_rad: angle of the wheel at which the cheeks end [rad], > 0, within the range.
+        thread_mm: thickness of the thread [mm], > 0: its centre line follows the curve of the cam.
+        cutter_mm: diameter of the cutter, or width of the kerf [mm], ≥ 0.
+        tolerance_mm: greatest distance between arcs and cheeks [mm], FINEST_MM to COARSEST_MM.
+        bore_mm: diameter of the bore for the axle [mm], > 0; None: BORE times the distance of the
+            cusp.
+        pins_mm: diameter of the two pin holes [mm], > 0; None: PINS times that.
+        pin_circle_mm: distance of the pin holes from the axle [mm], > 0; None: PIN_CIRCLE times.
+        slot_mm: depth of the slot below the edges of the cheeks [mm], > 0; None: SLOT times.
+
+    Raises:
+        UsageError: arguments out of range, cheeks that cross or turn back to the axle, a hole that
+            is not inside the plate with WALL_MM of material about it, or a cutter wider than the
+            slot or a hole.
+        CamRangeError: a reach beyond the range of the cam.
+    """
+    tip = MM_PER_M * float(cam.p(0.0))
+    bore = _size('bore_mm', bore_mm, BORE * tip)
+    pins = _size('pins_mm', pins_mm, PINS * tip)
+    pin_circle = _size('pin_circle_mm', pin_circle_mm, PIN_CIRCLE * tip)
+    depth = _size('slot_mm', slot_mm, SLOT * tip)
+    thread = _size('thread_mm', thread_mm, 0.0)
+    if not 0.0 <= cutter_mm < math.inf:
+        raise UsageError(
+            Argument('cutter_mm', cutter_mm, spaced=True),
+            ': must be ≥ 0 mm. Give the diameter of the cutter or the width of the kerf, or leave '
+            'it out',
+        )
+    if not FINEST_MM <= tolerance_mm <= COARSEST_MM:
+        raise UsageError(
+            Argument('tolerance_mm', tolerance_mm, spaced=True),
+            f': must be {FINEST_MM:g} to {COARSEST_MM:g} mm. Give another, or leave it out',
+        )
+    meeting = cheeks_meet_rad(cam)
+    if reach_rad > meeting:
+        raise UsageError(
+            Argument('reach_rad', f'{reach_rad:.6g} rad', spaced=True),
+            f': the cheeks cross at {meeting:.6g} rad and cannot be cut from one plate beyond it. '
+            'Give a smaller one',
+        )
+    # the first angle of the cheek, and the part that a thread cannot follow, as in every drawing
+    acts_from = float(cheek(cam, 2, reach_rad, thread / MM_PER_M).angle[0])
+    looked = np.linspace(acts_from, reach_rad, 1001)
+    if np.any(cam.p(looked) <= 0.0):
+        turned = float(looked[np.argmax(cam.p(looked) <= 0.0)])
+        raise UsageError(
+            Argument('reach_rad', f'{reach_rad:.6g} rad', spaced=True),
+            f': from {turned:.6g} rad on the thread leads towards the axle and would lie on the '
+            'edge of the plate. Give a smaller one',
+        )
+    arcs = _cheek_arcs(cam, acts_from, reach_rad, thread, tolerance_mm)
+    slot = -2.0 * float(arcs.vertex[0].real)
+    radius = 0.5 * cutter_mm
+    # on an involute the slot is r θ₀³/3 narrower than the thread, 0.2 µm of 0.5 mm
+    if radius > 0.5 * max(slot, thread):
+        raise UsageError(
+            Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
+            f": the cutter's radius of {radius:g} mm is larger than the smallest concave radius "
+            f'of curvature of the plate, {0.5 * slot:.4g} mm, at the end of the slot between the '
+            f'cheeks. Use a cutter of at most {max(slot, thread):.4g} mm, or a thicker thread (',
+            Argument('thread_mm'),
+            ')',
+        )
+    outline = _edge(arcs, slot, depth, 0.0)
+    centres = [0j, *(pin_circle * complex(math.cos(a), math.sin(a)) for a in PIN_ANGLES)]
+    sizes = [('bore_mm', bore), ('pins_mm', pins), ('pins_mm', pins)]
+    named = list(zip(centres, sizes, strict=True))
+    edge = outline.polygon(1e-3 * tip)
+    for at, (centre, (name, size)) in enumerate(named):
+        others = [
+            abs(centre - other) - 0.5 * wide
+            for away, (other, (_, wide)) in enumerate(named)
+            if away != at
+        ]
+        room = min(_room(centre, edge), *others) - WALL_MM
+        if not 0.5 * size <= room:
+            raise UsageError(
+                Argument(name, f'{size:.4g} mm', spaced=True),
+                f': the hole at ({centre.real:.4g}, {centre.imag:.4g}) mm would not leave '
+                f'{WALL_MM:g} mm of the plate about it; there is room for '
+                f'{max(2.0 * room, 0.0):.4g} mm. '
+                + ('Give a smaller hole' if room > 0.0 else 'Give another place')
+                + ': ',
+                Argument(name),
+                ', ',
+                Argument('slot_mm' if name == 'bore_mm' else 'pin_circle_mm'),
+            )
+        if radius >= 0.5 * size:
+            raise UsageError(
+                Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
+                f': does not cut a hole of {size:.4g} mm. Use a smaller cutter, or a larger ',
+                Argument(name),
+            )
+    holes = tuple(
+        Circle('BORE' if at == 0 else 'PIN', centre.real, centre.imag, 0.5 * size)
+        for at, (centre, (_, size)) in enumerate(named)
+    )
+    return Plate(
+        outline,
+        holes,
+        _edge(arcs, slot, depth, radius) if radius else None,
+        tuple(hole._replace(layer='TOOL', radius=hole.radius - radius) for hole in holes)
+        if radius
+        else (),
+        arcs,
+        reach_rad,
+        acts_from,
+        slot,
+        tolerance_mm,
+        cutter_mm,
     )
 
 
-def _explained(
-    title: str, lines: list[Polyline], circles: list[Circle], dimensions: list[str]
-) -> CamDrawing:
-    """Return a drawing with a scale bar, and its dimensions in words below."""
-    left, low, right, _ = CamDrawing(title, tuple(lines), tuple(circles), ()).box
-    width = right - left
-    text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
-    bar = max((each for each in _BARS_MM if each <= 0.5 * width), default=_BARS_MM[0])
-    place = low - _GAP_MM
-    ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
-    along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
-    scale = Polyline(SCALE, left + along, place + ticks)
-    # the text beside a small cam is 75 mm wide
-    letters = int(max(width, 75.0) / (LETTER * text_mm))
-    words = [
-        line
-        for text in (f'{bar:g} mm', title, *dimensions)
-        for line in textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
-    ]
-    notes = [
-        Note(NOTES, left, place - LINE * text_mm * (n + 1.25), text)
-        for n, text in enumerate(words)
-    ]
-    return CamDrawing(title, (*lines, scale), tuple(circles), tuple(notes), text_mm)
-
-
-def dimensions(cam: Cam, cut: Cheeks) -> list[str]:
-    """Return the dimensions that are needed to cut and mount the cheeks, one line each."""
-    rate = MM_PER_M * float(cam.lever_rate(0.0))
-    thickness = MM_PER_M * cut.thread_thickness
-    range_rad = cam.range_rad
-    name = 'base radius' if isinstance(cam, Involute) else 'lever arm a radian, at rest'
-    reach = f'{cut.angle[-1]:.6g} rad'
-    widest = MM_PER_M * float(cam.lever_arm(cut.angle[-1]))
-    words = [
-        'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
-        f'{name} {rate:.6g} mm; lever arm at {reach}: {widest:.6g} mm',
-        f'range of the cam {"without end" if math.isinf(range_rad) else f"{range_rad:.6g} rad"}; '
-        f'drawn up to {reach}',
-        f'length of thread wound at {reach}: {MM_PER_M * float(cam.arc_length(cut.angle[-1])):.6g}'
-        ' mm',
-        'thread '
-        + (
-            f'through a hole {MM_PER_M * cam.hole_distance:.6g} mm from the axle'
-            if math.isfinite(cam.hole_distance)
-            else 'vertical'
-        ),
-    ]
-    if thickness:
-        words.append(
-            f'cheeks cut back by half the thread, {thickness:.6g} mm thick; they act from '
-            f'{cut.angle[0]:.6g} rad on'
+def _size(name: str, value: float | None, default: float) -> float:
+    """Return a length [mm], by default rounded to two digits; refuse one that is not positive."""
+    if value is None:
+        return float(f'{default:.2g}')
+    if not 0.0 < value < math.inf:
+        raise UsageError(
+            Argument(name, value, spaced=True), ': must be > 0 mm. Give another, or leave it out'
         )
-    else:
-        words.append('for a thin thread: nothing is taken off for its thickness')
-    return words
+    return value
+
+
+def _room(centre: complex, edge: tuple[FloatArray, FloatArray]) -> float:
+    """Return the distance of a point from a polygon [mm]; negative outside."""
+    start = edge[0] + 1j * edge[1] - centre
+    side = np.roll(start, -1) - start
+    along = np.clip(-(start * side.conj()).real / np.maximum(np.abs(side) ** 2, 1e-300), 0.0, 1.0)
+    apart = float(np.min(np.abs(start + along * side)))
+    turns = float(np.sum(np.angle(np.roll(start, -1) / start))) / math.tau
+    return apart if round(turns) else -apart
+
+
+# -----------------------------------------------------------------------------
+# The cheek as arcs.
+
+
+def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: float) -> CheekArcs:
+    """Return the cheek between two angles of the wheel as biarcs within a tolerance [mm]."""
+
+    def at(angle: FloatArray) -> tuple[FloatArray, ComplexArray]:
+        x, y = cam.contact(angle)
+        psi = cam.psi(angle)
+        normal = np.exp(1j * psi)
+        return psi, MM_PER_M * (x + 1j * y) - 0.5 * thread * normal
+
+    def fitted(low: float, high: float, halvings: int) -> list[tuple[float, complex, float]]:
+        """Return (ψ at its end, centre, radius) of the arcs from low to high."""
+        ends, point = at(np.array([low, high]))
+        arcs = _biarc(ends, point)
+        if arcs is not None:
+            looked, points = at(np.linspace(low, high, _SAMPLES))
+            which = (looked > arcs[0][0]).astype(int)
+            centre = np.array([arc[1] for arc in arcs])[which]
+            radius = np.array([arc[2] for arc in arcs])[which]
+            wrong = np.abs(((centre - points) * np.exp(-1j * looked)).real + radius)
+            if np.max(wrong) <= tolerance:
+                return arcs
+        if halvings == 0:
+            raise UsageError(
+                Argument('tolerance_mm', f'{tolerance:g} mm', spaced=True),
+                f': no arcs are so near to the cheek at {low:.6g} rad. Give a larger one',
+            )
+        middle = 0.5 * (low + high)
+        return fitted(low, middle, halvings - 1) + fitted(middle, high, halvings - 1)
+
+    first, _ = at(np.array([start]))
+    arcs = fitted(start, end, _MOST_HALVINGS)
+    psi = np.array([float(first[0]), *(arc[0] for arc in arcs)])
+    centre = np.array([arc[1] for arc in arcs])
+    radius = np.array([arc[2] for arc in arcs])
+    ends = centre + radius * np.exp(1j * psi[1:])
+    begin = centre[0] + radius[0] * np.exp(1j * psi[0])
+    return CheekArcs(psi, np.concatenate([[begin], ends]), centre, radius, thread)
+
+
+def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, float]] | None:
+    """Return (ψ at its end, centre, radius) of two arcs between points with given normals.
+
+    Both arcs have tangents of equal length to the corner of their control polygon. None where the
+    curve turns back or by half a turn.
+    """
+    chord = complex(point[1] - point[0])
+    tangents = [complex(1j * np.exp(1j * each)) for each in psi]
+    # |chord − d (T₀ + T₁)| = 2 d
+    across = (chord * (tangents[0] + tangents[1]).conjugate()).real
+    turn = 2.0 * (1.0 - math.cos(float(psi[1] - psi[0])))
+    if not (across > 0.0 and psi[1] - psi[0] < math.pi):
+        return None
+    length = abs(chord) ** 2 / (across + math.sqrt(across * across + turn * abs(chord) ** 2))
+    joint = 0.5 * (complex(point[0] + point[1]) + length * (tangents[0] - tangents[1]))
+    # an arc turns by twice the angle between its first tangent and its chord
+    half = np.angle((joint - complex(point[0])) / tangents[0])
+    middle = float(psi[0]) + 2.0 * float(half)
+    if not psi[0] < middle < psi[1]:
+        return None
+    arcs = []
+    for begin, stop, one, other in (
+        (float(psi[0]), middle, complex(point[0]), joint),
+        (middle, float(psi[1]), joint, complex(point[1])),
+    ):
+        radius = abs(other - one) / (2.0 * math.sin(0.5 * (stop - begin)))
+        arcs.append((stop, one - radius * complex(math.cos(begin), math.sin(begin)), radius))
+    return arcs
+
+
+def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath:
+    """Return the edge of the plate, or its parallel curve outside at an offset [mm].
+
+    Each arc keeps its centre and angle; round convex corners the parallel curve is an arc.
+    """
+    normal = np.exp(1j * cheek.psi)
+    end, away = cheek.vertex[-1], cheek.vertex[-1] / abs(cheek.vertex[-1])
+    bottom = complex(-0.5 * slot, cheek.vertex[0].imag - depth)
+    vertices, bulges = [bottom + offset], [0.0]
+    if offset:
+        vertices.append(complex(cheek.vertex[0] + offset))
+        bulges.append(math.tan(0.25 * float(cheek.psi[0])))
+    vertices += (cheek.vertex + offset * normal).tolist()
+    bulges += np.tan(0.25 * np.diff(cheek.psi)).tolist()
+    corner = float(np.angle(away / normal[-1]))
+    if offset:
+        bulges.append(math.tan(0.25 * corner))
+        vertices.append(complex(end + offset * away))
+    # the slot is symmetric; a cutter as wide as the slot goes down its middle
+    vertices = [complex(min(each.real, 0.0), each.imag) for each in vertices]
+    closing = math.tau - 2.0 * float((np.angle(end) - 0.5 * math.pi) % math.tau)
+    parts = math.ceil(closing / _LARGEST_ARC)
+    turned = np.exp(1j * closing * np.arange(1, parts) / parts)
+    points = np.array(
+        [
+            *vertices,
+            *((end + offset * away) * turned),
+            *(-np.conj(np.array(vertices[::-1]))),
+        ]
+    )
+    bulge = [*bulges, *[math.tan(0.25 * closing / parts)] * parts, *bulges[::-1], -1.0]
+    return ArcPath(points.real, points.imag, np.array(bulge))
+
+
+# -----------------------------------------------------------------------------
+# The effect of the plate on the rate.
+
+
+def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
+    """Return the lever arm of the thread on the plate [m] at angles of the wheel ≥ 0 [rad]."""
+    hole = MM_PER_M * cam.hole_distance
+    psi = np.array(cam.psi(angle))
+    arm, rate = plate.cheek.lever_arm(psi)
+    if math.isinf(hole):
+        return arm / MM_PER_M
+    # ψ = ϑ + arcsin(t/a) by Newton's method from the ψ of the cam, next to which it is
+    for _ in range(8):
+        wrong = psi - angle - np.arcsin(arm / hole)
+        psi = psi - wrong / (1.0 - rate / np.sqrt(hole * hole - arm * arm))
+        arm, rate = plate.cheek.lever_arm(psi)
+    return arm / MM_PER_M
+
+
+def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
+    """Return the lever arm [m] on perfect cheeks that begin at the edges of the slot.
+
+    It differs from that of the cam only before the thread lies on the cheeks.
+    """
+    arm = cam.lever_arm(angle)
+    before = angle < plate.acts_from_rad
+    arm[before] = lever_arm_as_cut(plate, cam, angle[before])
+    return arm
+
+
+@dataclass(frozen=True)
+class PlateRates:
+    """By how much a plate changes the rate of free swings on land [s/day].
+
+    Each array has the shape of the amplitudes. Positive: the clock gains.
+
+    Attributes:
+        amplitude_rad: amplitudes [rad].
+        edge: the cusp is rounded: the thread bends round the edges of the slot.
+        outline: edge and arcs together, the plate as it is drawn.
+        one_micrometre: both cheeks are cut a micrometre too deep.
+    """
+
+    amplitude_rad: FloatArray
+    edge: FloatArray
+    outline: FloatArray
+    one_micrometre: FloatArray
+
+
+def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray) -> PlateRates:
+    """Return the rate error of a plate at amplitudes within its reach [rad].
+
+    The thread counts as ideal, the swings as free: ½ (I + m t²) θ̇² + F₀ h + ½ k h² is constant.
+    """
+    phase = np.linspace(0.0, 0.5 * math.pi, _SWING_NODES)
+    rows = []
+    for amplitude in amplitudes.tolist():
+        angle = amplitude * np.sin(phase)
+        arm = cam.lever_arm(angle)
+        made = (
+            edge_lever_arm(plate, cam, angle),
+            lever_arm_as_cut(plate, cam, angle),
+            arm - 1e-6,  # cut a micrometre too deep
+        )
+        period, *others = (_period(t, phase, amplitude, setting) for t in (arm, *made))
+        rows.append([86400.0 * (period / other - 1.0) for other in others])
+    edge, outline, deep = np.array(rows).T
+    return PlateRates(amplitudes, edge, outline, deep)
+
+
+def _period(arm: FloatArray, phase: FloatArray, amplitude: float, setting: Setting) -> float:
+    """Return the period of free swings [s] of lever arms at θ = A sin φ, φ evenly spaced.
+
+    T = 4 ∫ √((I + m t²)/(2 (V(A) − V(θ)))) A cos φ dφ. The energies are summed from the turning
+    point, where they are small, by the trapezoidal rule for both cams that are compared.
+    """
+    pull = setting.pull
+    # θ₂ − θ₁ = 2 A cos(mean φ) sin(half the step) has no cancellation at the turning point
+    middle, half = 0.5 * (phase[1:] + phase[:-1]), 0.5 * np.diff(phase)
+    steps = (arm[1:] + arm[:-1]) * amplitude * np.cos(middle) * np.sin(half)
+    drop = np.concatenate([np.cumsum(steps[::-1])[::-1], [0.0]])
+    force = pull.at_rest(setting.gravity) + 0.5 * pull.stiffness * (2.0 * drop[0] - drop)
+    mass = setting.inertia + pull.carried_mass * arm * arm
+    integrand = np.empty_like(arm)
+    integrand[:-1] = np.sqrt(0.5 * mass[:-1] / (force[:-1] * drop[:-1])) * np.cos(phase[:-1])
+    # next to the turning point V(A) − V(θ) = F t (A − θ), and cos² φ = 2 (A − θ)/A
+    integrand[-1] = math.sqrt(mass[-1] / (force[-1] * arm[-1] * amplitude))
+    integrand[[0, -1]] *= 0.5
+    return float(4.0 * amplitude * (phase[1] - phase[0]) * np.sum(integrand))

@@ -1,181 +1,262 @@
-"""The curve of a scene for the workshop: points as CSV, drawings to scale as SVG and DXF.
+"""The cam of a scene for the workshop: its cheeks, or the plate that carries both.
 
-All files are in millimetres. Cheeks may be cut back by half the thickness of the thread.
+Points are CSV; a drawing is DXF, or SVG to scale; a plate is also a paper template, or the solids
+of `plots.solids`. All files are in millimetres. Cheeks may be cut back by half the thickness of
+the thread.
 """
 
 from __future__ import annotations
 
+import math
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from io import BytesIO, StringIO
+from dataclasses import dataclass, field, replace
+from io import StringIO
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
+from xml.sax.saxutils import escape
 
 import numpy as np
 
+from tauto_core.curves.cam import Cam, Setting
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.drawing import (
-    CUT,
-    LETTER,
     MM_PER_M,
-    TEXT_MM,
-    CamDrawing,
-    Cheeks,
-    LeverCheek,
-    cheeks,
+    ArcPath,
+    Cheek,
+    Circle,
+    Plate,
+    PlateRates,
+    cam_plate,
+    cheek,
     cheeks_meet_rad,
-    draw_cam,
-    draw_in_fluid,
-    draw_uneven,
     lever_cheek,
+    plate_rates,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
 from tauto_core.curves.lever_geometry import MirroredLever
-from tauto_core.files import write_output
+from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.machine import cam_extent
 from tauto_core.scene.errors import Argument, UsageError
+from tauto_core.scene.units import quantity
+from tauto_core.wording import significant
 
 if TYPE_CHECKING:
-    from tauto_core.curves import DescentCurve
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
 
-MM_PER_INCH = 25.4
-POINTS_PER_MM = 72.0 / MM_PER_INCH
-_MARGIN_MM = 5.0
-COLUMNS = ('x_mm', 'y_mm', 'angle_rad')
-THICKEST_MM = 100.0
 FEWEST_POINTS, MOST_POINTS = 2, 1_000_000
-FORMATS = ('csv', 'svg', 'dxf')
+THICKEST_MM = 100.0
+DRAWN = ('csv', 'svg', 'dxf')
+ENDINGS = {**{kind: f'.{kind}' for kind in DRAWN}, 'template': '.svg', 'step': '.step'}
+"""Endings of the files that a cam is written as; an STL is a folder."""
+
+PLATE_SIZES = {'thread_mm': 0.5, 'cutter_mm': 0.25, 'tolerance_mm': 1e-5}
+"""A thread, a cutter (the wire of a spark eroder) and a tolerance where none is given."""
+
+AMPLITUDES = (0.1, 0.2, 0.5, 1.0)
+"""Amplitudes at which costs of a plate are given [rad], besides that of the release."""
 
 
-@dataclass(frozen=True)
-class CamCut:
-    """The files written of a cam, or of a curve in a fluid.
+def _none() -> FloatArray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CamOutline:
+    """The curve of a scene's cam, with the files and the plate that were made of it.
+
+    The points are those of one cheek in the frame of the wheel, origin at the axle; of the two
+    cheeks of a lever it is the one for positive angles. A curve in a fluid has the branch of
+    descent from its lowest point on, +y upwards, without angles and lever arms.
 
     Attributes:
-        files: the files.
+        scene: the scene whose cam it is.
+        x_m: x of the point, across the direction of the thread at rest, (n,) [m].
+        y_m: y of the point, along that direction, (n,) [m].
+        radius_of_curvature_m: radius of curvature at the point, (n,) [m].
+        angle_rad: angle of the wheel when the thread leaves the cheek at the point, (n,) [rad].
+        lever_arm_m: lever arm of the thread at that angle, (n,) [m].
+        arc_m: arc of a curve in a fluid from its lowest point, (n,) [m].
+        slope: sine of its inclination, (n,).
+        files: the files that were written.
         reach_rad: angle of the wheel at which the cheeks end [rad]; None for a curve in a fluid.
         acts_from_rad: angle from which on the thread touches the cheeks [rad], where its
             thickness was given.
         meeting_rad: angle at which the cheeks cross, where that is before they end [rad]: beyond
             it they cannot be cut from one plate.
+        plate: the plate and its cost in rate, where it was asked for.
     """
 
-    files: tuple[Path, ...]
+    scene: Scene
+    x_m: FloatArray
+    y_m: FloatArray
+    radius_of_curvature_m: FloatArray
+    angle_rad: FloatArray = field(default_factory=_none)
+    lever_arm_m: FloatArray = field(default_factory=_none)
+    arc_m: FloatArray = field(default_factory=_none)
+    slope: FloatArray = field(default_factory=_none)
+    files: tuple[Path, ...] = ()
     reach_rad: float | None = None
     acts_from_rad: float | None = None
     meeting_rad: float | None = None
+    plate: ScenePlate | None = None
+
+    def __repr__(self) -> str:
+        return f'<CamOutline of {self.scene.name}: {len(self.x_m)} points>'
+
+    def _repr_html_(self) -> str:
+        from tauto_core.plots.notebook import cam_html
+
+        if self.reach_rad is None:
+            return f'<p>{escape(repr(self))}</p>'
+        return cam_html(self.scene, len(self.x_m), self.reach_rad, float(self.lever_arm_m[-1]))
+
+    def columns(self) -> dict[str, FloatArray]:
+        """Return the points by column, lengths in millimetres."""
+        of_cam = {'angle_rad': self.angle_rad, 'lever_arm_mm': MM_PER_M * self.lever_arm_m}
+        of_fluid = {'arc_mm': MM_PER_M * self.arc_m, 'slope': self.slope}
+        return (of_fluid if self.reach_rad is None else of_cam) | {
+            'x_mm': MM_PER_M * self.x_m,
+            'y_mm': MM_PER_M * self.y_m,
+            'radius_of_curvature_mm': MM_PER_M * self.radius_of_curvature_m,
+        }
+
+    def facts(self) -> dict[str, object]:
+        """Return points and ends for JSON; of a plate, its dimensions and costs."""
+        if self.plate is not None:
+            return self.plate.facts()
+        ends = ('reach_rad', 'acts_from_rad', 'meeting_rad')
+        return {
+            'scene': self.scene.name,
+            **{name: getattr(self, name) for name in ends},
+            **{name: column.tolist() for name, column in self.columns().items()},
+        }
+
+    def write(self, file: str | Path, *, thread_mm: float | str = 0.0) -> CamOutline:
+        """Write the cam to its last point; the arguments are those of `tauto.cam`.
+
+        The ending of the file is .csv, .svg or .dxf.
+        """
+        sizes = {'thread_mm': quantity(thread_mm, 'mm', f'thread_mm = {thread_mm!r}')}
+        files = {drawn_kind(file): Path(file)}
+        return outline_of(self.scene, files, sizes, False, len(self.x_m), self.reach_rad)
 
 
-def check_cut(points: int, thread_mm: float) -> None:
-    """Refuse, before a scene is read, numbers with which no cam can be cut.
+def drawn_kind(file: str | Path) -> str:
+    """Return what a file is by its ending: csv, svg or dxf; UsageError for another one."""
+    kind = Path(file).suffix.lower().removeprefix('.')
+    if kind not in DRAWN:
+        ending = ': must end in .csv, .svg or .dxf. Name another file'
+        raise UsageError(Argument('file', file), ending)
+    return kind
 
-    Too few or too many points, or a thread too thick for any cam, are a UsageError.
+
+def check_cut(
+    files: Mapping[str, Path], sizes: Mapping[str, float], is_plate: bool, points: int
+) -> None:
+    """Refuse, before a scene is read, what no cam is cut with: a UsageError.
+
+    That is another ending, a place where no file can be written, a size of a plate where none is
+    made, too few or too many points, and a thread too thick for any cam.
     """
+    thread_mm = sizes.get('thread_mm', 0.0)
+    for name, ending in ENDINGS.items():
+        if name in files:
+            if files[name].suffix.lower() not in ('', ending):
+                raise UsageError(
+                    Argument(name, files[name]), f': must end in {ending}. Name another file'
+                )
+            check_place(files[name], name)
+    if 'step' in files or 'stl' in files:
+        from tauto_core.plots.solids import THICKNESS_MM, check_solids
+
+        check_solids(sizes.get('thickness_mm', THICKNESS_MM))
     if not FEWEST_POINTS <= points <= MOST_POINTS:
         raise UsageError(
             Argument('points', points, spaced=True),
             f': must be {FEWEST_POINTS} to {MOST_POINTS} on each cheek. Give another, or leave it '
             'out',
         )
+    if is_plate:
+        return
+    for name, size in sizes.items():
+        if name != 'thread_mm':
+            raise UsageError(
+                Argument(name, f'{size:g} mm', spaced=True),
+                ': is a size of a plate. Ask for one, ',
+                Argument('plate', True),
+                ', or leave it out',
+            )
     if not 0.0 <= thread_mm <= THICKEST_MM:
         raise UsageError(
             Argument('thread_mm', thread_mm, spaced=True),
             f': must be 0 to {THICKEST_MM:g} mm. Give the thickness of the thread, or leave it '
             'out',
         )
+    if thread_mm and not files:
+        raise UsageError(
+            Argument('thread_mm', f'{thread_mm} mm', spaced=True),
+            ': counts for a cheek that is written; the points shown are those of a thin thread. '
+            'Add ',
+            *(Argument('csv'), ', ', Argument('svg'), ' or ', Argument('dxf')),
+            ', or leave it out',
+        )
 
 
-def cut(
+def outline_of(
     scene: Scene,
     files: Mapping[str, Path],
-    *,
-    points: int = 200,
-    reach_rad: float | None = None,
-    thread_mm: float = 0.0,
-) -> CamCut:
-    """Write the cheeks of a scene's cam, or its curve in a fluid; replaces the files.
+    sizes: Mapping[str, float],
+    is_plate: bool,
+    points: int,
+    reach_rad: float | None,
+) -> CamOutline:
+    """Return a scene's cam, or its curve in a fluid, and write what is asked for.
 
-    The files are by format: csv, svg or dxf. Each cheek or branch has so many points, up to
-    `reach_rad` within the cam (None: `cam_extent`), and is cut back by half the thickness of the
-    thread. A reach beyond the cam, a thread that it cannot guide, either for a curve in a fluid,
-    and what `check_cut` refuses, are a UsageError; a cam or curve that cannot be built is a
+    The files are by the argument of `tauto.cam`; existing ones are replaced. Each cheek or branch
+    has so many points, up to `reach_rad` within the cam (None: `cam_extent`), and is cut back by
+    half the thickness of the thread, one of the sizes [mm]; the others are those of a plate. A
+    reach beyond the cam, a thread that it cannot guide, either for a curve in a fluid, and what
+    `check_cut` and `plate_of` refuse, are a UsageError; a cam or curve that cannot be built is a
     SceneError, a file that cannot be written an OutputError.
     """
-    check_cut(points, thread_mm)
-    written = tuple(files.values())
-    if scene.trochlea is None:
-        curve = _fluid_curve(scene, reach_rad, thread_mm)
-        outline = fluid_outline(curve, points)
-        x, y = (MM_PER_M * part for part in outline)
-        if 'csv' in files:
-            rows = zip(x.tolist(), y.tolist(), strict=True)
-            write_rows(files['csv'], ('x_mm', 'y_mm'), rows)
-        _write_drawings(draw_in_fluid(curve, (x, y), scene.name), files)
-        return CamCut(written)
-    reach = cam_extent(scene) if reach_rad is None else reach_rad
-    if scene.trochlea.cam.kind == 'lever_corrected':
-        shape, ends = _lever_shape(scene, reach)
-        right, left = (lever_cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
-        acts_from = max(abs(float(side.angle[0])) for side in (right, left))
-        acts_from_rad = _checked_thread(scene, thread_mm, acts_from)
-        if 'csv' in files:
-            write_sides(files['csv'], left, right)
-        at_left, at_right = ((MM_PER_M * side.x, MM_PER_M * side.y) for side in (left, right))
-        rate = MM_PER_M * shape.base_radius
-        said = _lever_words(scene, shape, left, right, thread_mm)
-        _write_drawings(draw_uneven(at_left, at_right, rate, scene.name, said), files)
-        return CamCut(written, reach, acts_from_rad)
-    cam = scene.trochlea.made_cam(scene.g)
-    _check_reach(reach, cam.range_rad)
-    try:
-        both = cheeks(cam, points, reach, thread_mm / MM_PER_M)
-    except UsageError as error:
-        if not thread_mm:
-            raise
-        thick = Argument('thread_mm', f'{thread_mm:g} mm', spaced=True)
-        raise UsageError(thick, ': ', error.message) from None
-    acts_from_rad = _checked_thread(scene, thread_mm, float(both.angle[0]))
+    check_cut(files, sizes, is_plate, points)
+    plate = plate_of(scene, reach_rad, sizes) if is_plate else None
+    thread_mm = plate.plate.cheek.thread if plate else sizes.get('thread_mm', 0.0)
+    shown, table, drawing = (_fluid_curve if scene.trochlea is None else _cheeks)(
+        scene, points, reach_rad, thread_mm
+    )
+    written: list[Path] = []
+    if plate is not None:
+        drawing = plate.drawing()
+        # refusals of any file come before the first is written
+        if 'template' in files:
+            written += write_template(files['template'], plate)
+        if 'step' in files or 'stl' in files:
+            from tauto_core.plots.solids import THICKNESS_MM, write_solids
+
+            thickness = sizes.get('thickness_mm', THICKNESS_MM)
+            written += write_solids(plate, thickness, files.get('step'), files.get('stl'))
     if 'csv' in files:
-        write_points(files['csv'], both)
-    _write_drawings(draw_cam(cam, both, scene.name), files)
-    meeting = cheeks_meet_rad(cam)
-    return CamCut(written, reach, acts_from_rad, meeting if both.angle[-1] > meeting else None)
+        write_rows(
+            files['csv'], tuple(table), zip(*map(np.ndarray.tolist, table.values()), strict=True)
+        )
+    for kind, draw in (('svg', drawing.svg), ('dxf', drawing.dxf)):
+        if kind in files:
+            write_output(files[kind], draw())
+    written += [files[kind] for kind in DRAWN if kind in files]
+    if plate is not None:
+        plate = replace(plate, files=tuple(written))
+    return replace(shown, files=tuple(written), plate=plate)
 
 
-def few_points(
-    scene: Scene, reach_rad: float | None = None, thread_mm: float = 0.0
-) -> dict[str, FloatArray]:
-    """Return eleven points of one cheek or branch, by column; arguments as for `cut`."""
-    if scene.trochlea is None:
-        curve = _fluid_curve(scene, reach_rad, thread_mm)
-        arc = np.linspace(0.0, curve.descent_cusp, 11)
-        height, level = coordinates(curve, arc)
-        first = {'arc_mm': MM_PER_M * arc, 'slope': curve.slope(arc)}
-        lengths = {'x_mm': level, 'y_mm': height}
-        radius = radius_of_curvature(curve, arc)
-    else:
-        reach = cam_extent(scene) if reach_rad is None else reach_rad
-        if scene.trochlea.cam.kind == 'lever_corrected':
-            shape, (_, end) = _lever_shape(scene, reach)
-            at = np.linspace(0.0, end, 11)
-            angle, arm, (x, y) = shape.theta(at), shape.lever_arm(at), shape.contact(at)
-            radius = shape.radius_of_curvature(at)
-        else:
-            cam = scene.trochlea.made_cam(scene.g)
-            _check_reach(reach, cam.range_rad)
-            angle = np.linspace(0.0, reach, 11)
-            arm, (x, y) = cam.lever_arm(angle), cam.contact(angle)
-            radius = cam.radius_of_curvature(angle)
-        first, lengths = {'angle_rad': angle}, {'lever_arm_mm': arm, 'x_mm': x, 'y_mm': y}
-    lengths['radius_of_curvature_mm'] = radius
-    return first | {name: MM_PER_M * length for name, length in lengths.items()}
-
-
-def _fluid_curve(scene: Scene, reach_rad: float | None, thread_mm: float) -> DescentCurve:
-    """Return the curve of a scene in a fluid; refuse options that belong to a cam."""
+def _fluid_curve(
+    scene: Scene, points: int, reach_rad: float | None, thread_mm: float
+) -> tuple[CamOutline, dict[str, FloatArray], Drawing]:
+    """Return the curve of a scene in a fluid, its points and its drawing."""
     machine = compile_machine(scene)
     if reach_rad is not None or thread_mm or not isinstance(machine, FluidPendulum):
         raise UsageError(
@@ -185,18 +266,112 @@ def _fluid_curve(scene: Scene, reach_rad: float | None, thread_mm: float) -> Des
             ': belongs to a cam, and this scene has a curve in a fluid, which is drawn to its '
             'cusps. Leave it out',
         )
-    return machine.curve
+    curve = machine.curve
+    arc = np.linspace(0.0, curve.descent_cusp, points)
+    height, level = coordinates(curve, arc)
+    radius = radius_of_curvature(curve, arc)
+    shown = CamOutline(scene, level, height, radius, arc_m=arc, slope=curve.slope(arc))
+    x, y = (MM_PER_M * part for part in fluid_outline(curve, points))
+    ascent = curve.ascent_cusp
+    words = [
+        'millimetres, 1:1; origin: the lowest point; +y: upwards; descents begin on the right',
+        f'pendulum in vacuum {MM_PER_M * curve.pendulum_length:.6g} mm; kappa {curve.kappa:.6g} '
+        f'1/m; gamma {curve.gamma:.6g}',
+        f'arc of descent to its cusp {MM_PER_M * curve.descent_cusp:.6g} mm; of ascent '
+        + (f'{MM_PER_M * abs(ascent):.6g} mm' if math.isfinite(ascent) else 'without end'),
+    ]
+    drawing = explained(scene.name, [Line(CURVE, x, y)], [Circle(AXLE, 0.0, 0.0, 1.0)], words)
+    return shown, {'x_mm': x, 'y_mm': y}, drawing
 
 
-def _lever_shape(
-    scene: Scene, reach_rad: float
-) -> tuple[CorrectedLeverGeometry | MirroredLever, list[float]]:
-    """Return the shape of a lever's cam, and its parameter τ at both ends."""
-    machine = compile_machine(scene)
-    assert isinstance(machine, LeverMachine)
-    _check_reach(reach_rad, machine.range_rad)
-    shape = cast(CorrectedLeverGeometry | MirroredLever, machine.geometry)
-    return shape, shape.tau_of(np.array([-1.0, 1.0]) * reach_rad).tolist()
+def _cheeks(
+    scene: Scene, points: int, reach_rad: float | None, thread_mm: float
+) -> tuple[CamOutline, dict[str, FloatArray], Drawing]:
+    """Return the cheeks of a scene, their points and their drawing.
+
+    The points go from the end of the cheek for negative angles to the end of the other, which is
+    on the left of the drawing. A tip that both share is one row.
+    """
+    assert scene.trochlea is not None
+    reach = cam_extent(scene) if reach_rad is None else reach_rad
+    hole = meeting = math.inf
+    if scene.trochlea.cam.kind == 'lever_corrected':
+        machine = compile_machine(scene)
+        assert isinstance(machine, LeverMachine)
+        _check_reach(reach, machine.range_rad)
+        shape = cast(CorrectedLeverGeometry | MirroredLever, machine.geometry)
+        ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
+        right, left = (lever_cheek(shape, end, points, thread_mm / MM_PER_M) for end in ends)
+        at = np.linspace(0.0, ends[1], points)
+        curve = (*shape.contact(at), shape.radius_of_curvature(at))
+        lever = shape.theta(at), shape.lever_arm(at)
+        rate = tip = MM_PER_M * shape.base_radius
+        acts = f'{right.angle[0]:.6g} and {left.angle[0]:.6g}'
+        words = _lever_words(scene, shape, left)
+    else:
+        cam = scene.trochlea.made_cam(scene.g)
+        _check_reach(reach, cam.range_rad)
+        try:
+            left = cheek(cam, points, reach, thread_mm / MM_PER_M)
+        except UsageError as error:
+            if not thread_mm:
+                raise
+            thick = Argument('thread_mm', f'{thread_mm:g} mm', spaced=True)
+            raise UsageError(thick, ': ', error.message) from None
+        right = Cheek(-left.angle, -left.x, left.y)
+        angle = np.linspace(0.0, reach, points)
+        curve = (*cam.contact(angle), cam.radius_of_curvature(angle))
+        lever = angle, cam.lever_arm(angle)
+        rate, tip = (MM_PER_M * float(each) for each in (cam.lever_rate(0.0), cam.p(0.0)))
+        hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
+        acts = f'{left.angle[0]:.6g}'
+        words = _cam_words(cam, float(left.angle[-1]))
+    acts_from = max(abs(float(side.angle[0])) for side in (right, left))
+    release = abs(scene.trochlea.release_angle)
+    if thread_mm and acts_from >= release > 0.0:
+        raise UsageError(
+            Argument('thread_mm', f'{thread_mm:g} mm', spaced=True),
+            f': bends round the edges of the cheeks up to {acts_from:.4g} rad, and the wheel '
+            f'is released at {release:.4g} rad: it never touches them. Use a thinner thread',
+        )
+    shown = CamOutline(
+        scene,
+        *curve,
+        *lever,
+        reach_rad=reach,
+        acts_from_rad=acts_from if thread_mm else None,
+        meeting_rad=meeting if left.angle[-1] > meeting else None,
+    )
+    words = [
+        'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
+        *words,
+        f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick; they act from {acts} rad '
+        'on'
+        if thread_mm
+        else 'for a thin thread: nothing is taken off for its thickness',
+    ]
+    lines = [
+        Line(name, MM_PER_M * side.x, MM_PER_M * side.y)
+        for name, side in ((CHEEK_LEFT, left), (CHEEK_RIGHT, right))
+    ]
+    circles = [Circle(AXLE, 0.0, 0.0, 1.0), Circle(BASE_CIRCLE, 0.0, 0.0, rate)]
+    above = max(2.0 * tip, *(float(np.max(line.y)) + _GAP_MM for line in lines))
+    if math.isfinite(hole):
+        circles.append(Circle(HOLE, 0.0, hole, max(0.5 * thread_mm, 0.5)))
+        above = hole
+    lines.append(Line(THREAD, np.zeros(2), np.array([tip, above])))
+    before = slice(None, 0 if left.x[0] == right.x[0] else None, -1)
+    table = {
+        name: scale * np.concatenate([one[before], other])
+        for name, scale, one, other in zip(
+            ('x_mm', 'y_mm', 'angle_rad'),
+            (MM_PER_M, MM_PER_M, 1.0),
+            (right.x, right.y, right.angle),
+            (left.x, left.y, left.angle),
+            strict=True,
+        )
+    }
+    return shown, table, explained(scene.name, lines, circles, words)
 
 
 def _check_reach(reach_rad: float, range_rad: float) -> None:
@@ -208,36 +383,30 @@ def _check_reach(reach_rad: float, range_rad: float) -> None:
         )
 
 
-def _checked_thread(scene: Scene, thread_mm: float, acts_from_rad: float) -> float | None:
-    """Return from where on a thick thread touches the cheeks; refuse one that never does."""
-    if not thread_mm:
-        return None
-    assert scene.trochlea is not None
-    release = abs(scene.trochlea.release_angle)
-    if acts_from_rad >= release > 0.0:
-        raise UsageError(
-            Argument('thread_mm', f'{thread_mm:g} mm', spaced=True),
-            f': bends round the edges of the cheeks up to {acts_from_rad:.4g} rad, and the wheel '
-            f'is released at {release:.4g} rad: it never touches them. Use a thinner thread',
-        )
-    return acts_from_rad
-
-
-def _write_drawings(drawing: CamDrawing, files: Mapping[str, Path]) -> None:
-    if 'svg' in files:
-        write_svg(files['svg'], drawing)
-    if 'dxf' in files:
-        write_dxf(files['dxf'], drawing)
+def _cam_words(cam: Cam, reach_rad: float) -> list[str]:
+    """Return the dimensions of a cam with equal cheeks, one line each."""
+    name = 'base radius' if isinstance(cam, Involute) else 'lever arm a radian, at rest'
+    reach = f'{reach_rad:.6g} rad'
+    rate, widest, wound = (
+        f'{MM_PER_M * float(length):.6g} mm'
+        for length in (cam.lever_rate(0.0), cam.lever_arm(reach_rad), cam.arc_length(reach_rad))
+    )
+    is_endless, is_upright = math.isinf(cam.range_rad), math.isinf(cam.hole_distance)
+    return [
+        f'{name} {rate}; lever arm at {reach}: {widest}',
+        f'range of the cam {"without end" if is_endless else f"{cam.range_rad:.6g} rad"}; '
+        f'drawn up to {reach}',
+        f'length of thread wound at {reach}: {wound}',
+        'thread vertical'
+        if is_upright
+        else f'thread through a hole {MM_PER_M * cam.hole_distance:.6g} mm from the axle',
+    ]
 
 
 def _lever_words(
-    scene: Scene,
-    shape: CorrectedLeverGeometry | MirroredLever,
-    left: LeverCheek,
-    right: LeverCheek,
-    thread_mm: float,
+    scene: Scene, shape: CorrectedLeverGeometry | MirroredLever, left: Cheek
 ) -> list[str]:
-    """Return the dimensions needed to cut and mount the cheeks, one line each."""
+    """Return the dimensions of a lever's cam, one line each."""
     assert scene.trochlea is not None
     arc = getattr(scene.trochlea.thread, 'arc', None) is not None
     held = (
@@ -247,49 +416,196 @@ def _lever_words(
     )
     on_right = ', on the right' if shape.side < 0.0 else ''
     return [
-        'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
         f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
         f'fulcrum level with the {held} {MM_PER_M * shape.arm:.6g} mm{on_right}; '
         f'free thread {MM_PER_M * shape.length:.6g} mm',
-        f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick; they act from '
-        f'{right.angle[0]:.6g} and {left.angle[0]:.6g} rad on'
-        if thread_mm
-        else 'for a thin thread: nothing is taken off for its thickness',
     ]
 
 
 # -----------------------------------------------------------------------------
-# The files.
+# A drawing to scale in millimetres, with all that must be known to cut it.
+
+TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
+"""Height of letters: the smallest, and its share of the width of a wide drawing."""
+
+LETTER, LINE = 0.62, 1.6
+"""Largest width of a letter, and distance of lines, over the height of letters."""
+
+CHEEK_LEFT, CHEEK_RIGHT, CURVE = 'CHEEK_LEFT', 'CHEEK_RIGHT', 'CURVE'
+THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
+CUT = (CHEEK_LEFT, CHEEK_RIGHT, CURVE, 'PLATE', 'BORE', 'PIN')
+"""Layers that are cut; all others are for information, but TOOL, the path of a cutter."""
+
+_GAP_MM, _MARGIN_MM = 4.0, 5.0
+_BARS_MM = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
+_BLUE = '#1f77b4'
 
 
-def write_points(path: Path, cut: Cheeks) -> None:
-    """Write both cheeks as x_mm, y_mm, angle_rad, from the end of one to the end of the other.
+class Line(NamedTuple):
+    """A line [mm]: open and straight between its points, or a closed path of arcs (`ArcPath`)."""
 
-    At positive angles the thread leaves the cheek on the left of the drawing. A tip that both
-    share is one row.
+    layer: str
+    x: FloatArray
+    y: FloatArray
+    bulge: FloatArray | None = None
+
+    def svg(self) -> str:
+        """Return the line as the data of an SVG path, y upwards turned to y downwards."""
+        parts = [f'M{self.x[0]:.6f} {-self.y[0]:.6f}']
+        if self.bulge is None:
+            ends = zip(self.x[1:], self.y[1:], strict=True)
+            return ''.join(parts + [f'L{x:.6f} {-y:.6f}' for x, y in ends])
+        after = np.roll(self.x, -1), np.roll(self.y, -1)
+        chords = np.hypot(after[0] - self.x, after[1] - self.y)
+        for x, y, chord, bulge in zip(*after, chords, self.bulge, strict=True):
+            if bulge == 0.0:
+                parts.append(f'L{x:.6f} {-y:.6f}')
+                continue
+            radius = 0.25 * chord * (1.0 / abs(bulge) + abs(bulge))
+            # no arc turns by more than half a turn; with y downwards a left turn is SVG's flag 0
+            parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
+        return ''.join(parts) + 'Z'
+
+
+class Note(NamedTuple):
+    """A line of text; (x, y) is where its base line begins [mm]."""
+
+    x: float
+    y: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A drawing in the wheel's frame [mm]: origin at the axle, +y along the thread at rest.
+
+    Attributes:
+        title: title of the drawing.
+        lines: what is cut first.
+        circles: axle, base circle and holes.
+        notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
+        text_mm: height of letters.
     """
-    x, y, angle = (MM_PER_M * cut.x).tolist(), (MM_PER_M * cut.y).tolist(), cut.angle.tolist()
-    shared = 1 if x[0] == 0.0 else 0
-    mirrored = [(-a, b, -c) for a, b, c in zip(x, y, angle, strict=True)][shared:]
-    rows: Sequence[tuple[float, ...]] = [
-        *reversed(mirrored),
-        *zip(x, y, angle, strict=True),
+
+    title: str
+    lines: Sequence[Line]
+    circles: Sequence[Circle]
+    notes: Sequence[Note] = ()
+    text_mm: float = TEXT_MM
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Left, bottom, right and top of the drawing without the length of the text [mm]."""
+        points = [
+            (line.x, line.y)
+            if line.bulge is None
+            else ArcPath(line.x, line.y, line.bulge).polygon(1e-3)
+            for line in self.lines
+        ]
+        points += [
+            (
+                np.array([c.x - c.radius, c.x + c.radius]),
+                np.array([c.y - c.radius, c.y + c.radius]),
+            )
+            for c in self.circles
+        ]
+        x, y = (np.concatenate(part) for part in zip(*points, strict=True))
+        low = min([float(np.min(y)), *(note.y for note in self.notes)])
+        return float(np.min(x)), low, float(np.max(x)), float(np.max(y))
+
+    def shapes(self, pen: float = 1.0) -> str:
+        """Return lines and circles as SVG, y downwards, thinner where nothing is cut."""
+
+        def style(layer: str) -> str:
+            colour, width = ('black', 0.18) if layer in CUT else (_BLUE, 0.11)
+            return f'fill="none" stroke="{colour}" stroke-width="{pen * width:.4g}"'
+
+        lines = [f'<path id="{a.layer}" {style(a.layer)} d="{a.svg()}"/>' for a in self.lines]
+        return '\n'.join(lines) + ''.join(
+            f'\n<circle class="{hole.layer}" {style(hole.layer)} cx="{hole.x:.6f}" '
+            f'cy="{-hole.y:.6f}" r="{hole.radius:.6f}"/>'
+            for hole in self.circles
+        )
+
+    def svg(self) -> bytes:
+        """Return the drawing as SVG to scale, in millimetres on paper."""
+        left, low, right, top = self.box
+        ends = (note.x + LETTER * self.text_mm * len(note.text) for note in self.notes)
+        width = max(right, *ends) - left + 2.0 * _MARGIN_MM
+        height = top - low + 2.0 * _MARGIN_MM
+        texts = [
+            f'<text x="{note.x:.4f}" y="{-note.y:.4f}">{escape(note.text)}</text>'
+            for note in self.notes
+        ]
+        words = '\n'.join(texts)
+        font = f'font-family="sans-serif" font-size="{self.text_mm:.4g}"'
+        shapes = self.shapes(self.text_mm / TEXT_MM)
+        body = f'{shapes}\n<g {font} xml:space="preserve">\n{words}\n</g>'
+        box = left - _MARGIN_MM, -top - _MARGIN_MM, width, height
+        return svg_document(self.title, box, body)
+
+    def dxf(self) -> bytes:
+        """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line."""
+        from ezdxf import units
+        from ezdxf.filemanagement import new
+
+        document = new('R2010', setup=False, units=units.MM)
+        layers = [line.layer for line in self.lines] + [hole.layer for hole in self.circles]
+        for layer in dict.fromkeys(layers):
+            document.layers.add(layer, color=7 if layer in CUT else 1 if layer == 'TOOL' else 5)
+        document.layers.add('NOTES', color=5)
+        space = document.modelspace()
+        for line in self.lines:
+            bulge = np.zeros_like(line.x) if line.bulge is None else line.bulge
+            points = np.column_stack([line.x, line.y, bulge]).tolist()
+            attributes = {'layer': line.layer}
+            space.add_lwpolyline(
+                points, 'xyb', close=line.bulge is not None, dxfattribs=attributes
+            )
+        for each in self.circles:
+            space.add_circle((each.x, each.y), each.radius, dxfattribs={'layer': each.layer})
+        for note in self.notes:
+            text = space.add_text(note.text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
+            text.set_placement((note.x, note.y))
+        written = StringIO()
+        document.write(written)
+        return document.encode(written.getvalue())
+
+
+def explained(
+    title: str, lines: Sequence[Line], circles: Sequence[Circle], dimensions: Sequence[str]
+) -> Drawing:
+    """Return a drawing with a scale bar, and its dimensions in words below."""
+    left, low, right, _ = Drawing(title, lines, circles).box
+    width = right - left
+    text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
+    bar = max((each for each in _BARS_MM if each <= 0.5 * width), default=_BARS_MM[0])
+    place = low - _GAP_MM
+    ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
+    along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
+    # the text beside a small cam is 75 mm wide
+    letters = int(max(width, 75.0) / (LETTER * text_mm))
+    words = [
+        line
+        for text in (f'{bar:g} mm', title, *dimensions)
+        for line in textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
     ]
-    write_rows(path, COLUMNS, rows)
+    notes = [Note(left, place - LINE * text_mm * (n + 1.25), text) for n, text in enumerate(words)]
+    scale = Line('SCALE', left + along, place + ticks)
+    return Drawing(title, (*lines, scale), circles, notes, text_mm)
 
 
-def write_sides(path: Path, left: LeverCheek, right: LeverCheek) -> None:
-    """Write two cheeks that are not mirror images, from the end of the right to that of the left.
-
-    A tip that both share is written once.
-    """
-    common = left.angle[0] == right.angle[0]
-    columns = [
-        (MM_PER_M * np.concatenate([second[::-1], first[int(common) :]])).tolist()
-        for first, second in ((left.x, right.x), (left.y, right.y))
-    ]
-    angles = np.concatenate([right.angle[::-1], left.angle[int(common) :]]).tolist()
-    write_rows(path, COLUMNS, zip(*columns, angles, strict=True))
+def svg_document(title: str, box: tuple[float, float, float, float], body: str) -> bytes:
+    """Return an SVG to scale of a box: left, top, width and height [mm]."""
+    left, top, width, height = (f'{size:.6g}' for size in box)
+    return f"""<?xml version="1.0"?>
+<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" \
+viewBox="{left} {top} {width} {height}">
+<title>{escape(title)}</title>
+<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="white"/>
+{body}
+</svg>
+""".encode()
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]]) -> None:
@@ -298,66 +614,297 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Sequence[float]
     write_output(path, ('\n'.join(lines) + '\n').encode())
 
 
-def write_svg(path: Path, drawing: CamDrawing) -> None:
-    """Write a drawing to scale, in millimetres on paper."""
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
+# -----------------------------------------------------------------------------
+# The plate of a scene's cam, and its cost in rate.
 
-    left, low, right, top = drawing.box
-    longest = max(note.x + LETTER * drawing.text_mm * len(note.text) for note in drawing.notes)
-    x, y = (
-        (left - _MARGIN_MM, max(right, longest) + _MARGIN_MM),
-        (low - _MARGIN_MM, top + _MARGIN_MM),
+
+@dataclass(frozen=True)
+class ScenePlate:
+    """The plate of a scene, its cam, and its cost in rate.
+
+    Attributes:
+        name: name of the scene.
+        plate: the plate.
+        cam: the cam.
+        setting: the machine for which the cam is made.
+        rates: the effect of the plate on the rate of free swings on land.
+        files: the files written of it.
+    """
+
+    name: str
+    plate: Plate
+    cam: Cam
+    setting: Setting
+    rates: PlateRates
+    files: tuple[Path, ...] = ()
+
+    def words(self, *, tool: bool = True) -> list[str]:
+        """Return the dimensions and costs in words, a line each; that of the tool if drawn."""
+        plate, holes = self.plate, self.plate.holes
+        small = 0.2 if 0.2 in self.rates.amplitude_rad else float(self.rates.amplitude_rad[0])
+        at = int(np.argmin(np.abs(self.rates.amplitude_rad - small)))
+        edge, outline, deep = (
+            significant(float(cost[at]), 2, signed=True)
+            for cost in (self.rates.edge, self.rates.outline, self.rates.one_micrometre)
+        )
+        words = [
+            'millimetres, 1:1; origin: the axle; +y: the thread at rest',
+            f'thread {plate.cheek.thread:g} mm in a slot {plate.slot:.4g} mm wide; the cheeks act '
+            f'from {plate.acts_from_rad:.4g} to {plate.reach_rad:.4g} rad',
+            f'bore {2.0 * holes[0].radius:g} mm; two pin holes {2.0 * holes[1].radius:g} mm at '
+            f'({holes[1].x:.5g}, {holes[1].y:.5g}) and ({holes[2].x:.5g}, {holes[2].y:.5g})',
+            f'{len(plate.cheek.radius)} arcs a cheek, within {plate.tolerance:g} mm',
+            f'rounded cusp: {edge} s/day at {small:g} rad; with the arcs {outline} s/day',
+            f'both cheeks cut a micrometre too deep: {deep} s/day at {small:g} rad',
+        ]
+        if tool and plate.tool is not None:
+            words.append(
+                f'TOOL: centre of a cutter of {plate.cutter:g} mm, outside the plate, inside the '
+                'holes'
+            )
+        return words
+
+    def drawing(self) -> Drawing:
+        """Return the plate as a drawing; what is cut, and the path of a cutter."""
+        plate = self.plate
+        lines = [Line('PLATE', *plate.outline)]
+        lines += [Line('TOOL', *plate.tool)] if plate.tool is not None else []
+        return explained(self.name, lines, (*plate.holes, *plate.tool_holes), self.words())
+
+    def facts(self) -> dict[str, object]:
+        """Return dimensions and costs for JSON."""
+        plate, rates = self.plate, self.rates
+        costs = (rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre)
+        columns = [cost.tolist() for cost in costs]
+        return {
+            'scene': self.name,
+            'thread_mm': plate.cheek.thread,
+            'slot_mm': plate.slot,
+            'cutter_mm': plate.cutter,
+            'tolerance_mm': plate.tolerance,
+            'arcs_a_cheek': len(plate.cheek.radius),
+            'reach_rad': plate.reach_rad,
+            'acts_from_rad': plate.acts_from_rad,
+            'bore_mm': 2.0 * plate.holes[0].radius,
+            'pins_mm': 2.0 * plate.holes[1].radius,
+            'pins_at_mm': [[hole.x, hole.y] for hole in plate.holes[1:]],
+            'rates': [
+                {
+                    'amplitude_rad': amplitude,
+                    'rounded_cusp_s_per_day': edge,
+                    'as_drawn_s_per_day': outline,
+                    'micrometre_too_deep_s_per_day': deep,
+                }
+                for amplitude, edge, outline, deep in zip(*columns, strict=True)
+            ],
+        }
+
+
+def plate_of(
+    scene: Scene, reach_rad: float | None = None, sizes: Mapping[str, float] | None = None
+) -> ScenePlate:
+    """Return the plate of a scene's cam, and its cost in rate on land.
+
+    The sizes are those of `cam_plate` [mm], by default `PLATE_SIZES`; without a reach the cheeks
+    end at `cam_extent`. UsageError: a scene without a pair of mirror-image cheeks, or as by
+    `cam_plate`; SceneError: a cam that cannot be built.
+    """
+    trochlea = scene.trochlea
+    if trochlea is None or trochlea.cam.kind == 'lever_corrected':
+        raise UsageError(
+            Argument('scene', scene.name, spaced=True),
+            ': has no pair of mirror-image cheeks, of which a plate is made. Without ',
+            Argument('plate', True),
+            ' other curves are drawn, too',
+        )
+    cam = trochlea.made_cam(scene.g)
+    reach = cam_extent(scene) if reach_rad is None else reach_rad
+    _check_reach(reach, cam.range_rad)
+    lengths = {**PLATE_SIZES, **(sizes or {})}
+    lengths.pop('thickness_mm', None)
+    plate = cam_plate(cam, reach, **lengths)
+    asked = {*AMPLITUDES, abs(trochlea.release_angle)}
+    swings = np.array(sorted(a for a in asked if plate.acts_from_rad < a <= reach) or [reach])
+    setting = trochlea.thread.setting(trochlea.parts(scene.g))
+    return ScenePlate(scene.name, plate, cam, setting, plate_rates(plate, cam, setting, swings))
+
+
+# -----------------------------------------------------------------------------
+# The paper template: one sheet, or a plan and a sheet for each part.
+
+PAPER_MM = (210.0, 297.0)
+MARGIN_MM = 15.0
+CHECK_MM = 100.0
+# Space for the words at the foot of the template, and letters in a line of 3.2 mm.
+_WORDS_MM, _LINE_MM = 90.0, 5.0
+_LETTERS = 88
+
+OVERLAP_MM, _FOOT_MM = 10.0, 24.0
+"""How far the parts of a larger template overlap, and space for the line at the foot of each."""
+
+MOST_SHEETS = 100
+
+
+def write_template(path: Path, made: ScenePlate) -> list[Path]:
+    """Write a plate to scale on A4, with a line to check the print; return the files.
+
+    A plate that does not fit on a sheet has a sheet for each part beside the file, `NAME_A1.svg`
+    and so on by row and column, which overlap; the file itself is the plan of them, with the
+    words. Files are replaced.
+
+    UsageError: a plate that needs more than `MOST_SHEETS`, before anything is written.
+    """
+    plate = made.plate
+    x, y = plate.outline.polygon(1e-3)
+    width, height = float(np.ptp(x)), float(np.ptp(y))
+    middle = 0.5 * float(np.max(x) + np.min(x)), 0.5 * float(np.max(y) + np.min(y))
+    # the thread at rest, from beyond the plate on
+    top = float(np.max(y)) + 3.0
+    thread = f'<path d="M0 {-top:.4f}v-8m-1.2 2.4l1.2 -2.4l1.2 2.4"/>'
+    crosses = ''.join(
+        f'<path d="M{hole.x - arm:.4f} {-hole.y:.4f}h{2.0 * arm:.4f}'
+        f'M{hole.x:.4f} {-hole.y - arm:.4f}v{2.0 * arm:.4f}"/>\n'
+        for hole in plate.holes
+        for arm in [1.6 * hole.radius]
     )
-    figure = Figure(figsize=((x[1] - x[0]) / MM_PER_INCH, (y[1] - y[0]) / MM_PER_INCH))
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-    axes.set(xlim=x, ylim=y)
-    axes.set_axis_off()
-    pen = drawing.text_mm / TEXT_MM
-    for line in drawing.lines:
-        cut = line.layer in CUT
-        axes.plot(
-            line.x,
-            line.y,
-            color='black' if cut else 'tab:blue',
-            linewidth=pen * (0.5 if cut else 0.3),
-            gid=line.layer,
+    edges = Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes)
+
+    def placed(at: tuple[float, float], pen: float = 1.0) -> str:
+        """Return the plate so that its middle lies at a place on the paper."""
+        across, down = at[0] - middle[0], at[1] + middle[1]
+        return (
+            f'<g transform="translate({across:.6f} {down:.6f})">\n{edges.shapes(pen)}\n'
+            f'<g stroke="{_BLUE}" stroke-width="{0.1 * pen:.4g}">\n{crosses}{thread}\n</g>\n</g>'
         )
-    for each in drawing.circles:
-        ring = Circle(
-            (each.x, each.y), each.radius, fill=False, linewidth=0.3 * pen, gid=each.layer
+
+    room = (PAPER_MM[0] - 2.0 * MARGIN_MM, PAPER_MM[1] - 2.0 * MARGIN_MM - _WORDS_MM)
+    ruler = PAPER_MM[1] - MARGIN_MM - _WORDS_MM + 14.0
+    words = [
+        line
+        for text in made.words(tool=False)
+        for line in textwrap.wrap(text, _LETTERS, subsequent_indent='  ')
+    ]
+    texts = [(ruler + 16.0 + _LINE_MM * row, line) for row, line in enumerate(words)]
+    heading = f'{made.name}: the plate of the cam, 1:1'
+    center = (0.5 * PAPER_MM[0], MARGIN_MM + 0.5 * room[1])
+    if width <= room[0] and height <= room[1]:
+        print_it = 'Print at 100 %. The arrow points along the thread at rest.'
+        body = placed(center)
+        page = _sheet(heading, [(MARGIN_MM + 10.0, print_it), *texts], body, ruler)
+        write_output(path, page)
+        return [path]
+    part = (room[0], PAPER_MM[1] - 2.0 * MARGIN_MM - _FOOT_MM)
+    columns, rows = (
+        math.ceil((size + 8.0 - OVERLAP_MM) / (whole - OVERLAP_MM))
+        for size, whole in zip((width, height + 24.0), part, strict=True)
+    )
+    if columns * rows > MOST_SHEETS:
+        raise UsageError(
+            Argument('template', path, spaced=True),
+            f': the plate of {width:.4g} × {height:.4g} mm needs {columns * rows:,} sheets of A4, '
+            f'and {MOST_SHEETS} are the most. Give a smaller ',
+            Argument('reach_rad'),
+            ', or have the DXF printed',
         )
-        ring.set_edgecolor('tab:blue')
-        axes.add_patch(ring)
-    for note in drawing.notes:
-        axes.text(note.x, note.y, note.text, fontsize=drawing.text_mm * POINTS_PER_MM)
-    # the same scene must give the same file
-    drawn = BytesIO()
-    with mpl.rc_context({'svg.hashsalt': drawing.title}):
-        figure.savefig(drawn, format='svg', metadata={'Title': drawing.title, 'Date': None})
-    write_output(path, drawn.getvalue())
+    sheets = [(row, column) for row in range(rows) for column in range(columns)]
+    files = {sheet: path.with_name(f'{path.stem}_{_name(*sheet)}.svg') for sheet in sheets}
+    advance = tuple(whole - OVERLAP_MM for whole in part)
+    for row, column in sheets:
+        # the middle of this part, from that of all of them; y points down on paper
+        right = (column - 0.5 * (columns - 1)) * advance[0]
+        down = (row - 0.5 * (rows - 1)) * advance[1]
+        at = (0.5 * PAPER_MM[0] - right, MARGIN_MM + 0.5 * part[1] - down)
+        body = (
+            f'<clipPath id="part"><rect x="{MARGIN_MM:g}" y="{MARGIN_MM:g}" width="{part[0]:g}" '
+            f'height="{part[1]:g}"/></clipPath>\n'
+            f'<g clip-path="url(#part)">\n{placed(at)}\n</g>\n'
+            f'{_joins(part, (row, column), (rows, columns))}'
+        )
+        foot = PAPER_MM[1] - MARGIN_MM - _FOOT_MM + 8.0
+        said = (
+            f'{made.name}, sheet {files[row, column].stem}; the last is {files[sheets[-1]].stem}. '
+            'Print at 100 %. Crosses of the same letter lie upon each other.'
+        )
+        page = _sheet('', [(foot + 11.0, said)], body, foot)
+        write_output(files[row, column], page)
+    # the plan: all parts on one sheet, smaller
+    scale = min(
+        room[0] / (columns * advance[0] + OVERLAP_MM),
+        (room[1] - 16.0) / (rows * advance[1] + OVERLAP_MM),
+    )
+    frames = [
+        f'<rect x="{(column - 0.5 * columns) * advance[0] - 0.5 * OVERLAP_MM:.3f}" '
+        f'y="{(row - 0.5 * rows) * advance[1] - 0.5 * OVERLAP_MM:.3f}" width="{part[0]:g}" '
+        f'height="{part[1]:g}" stroke="#888" stroke-width="{0.2 / scale:.3f}"/>'
+        f'<text x="{(column + 0.5 - 0.5 * columns) * advance[0]:.3f}" '
+        f'y="{(row + 0.5 - 0.5 * rows) * advance[1]:.3f}" font-family="sans-serif" '
+        f'font-size="{6.0 / scale:.3f}" text-anchor="middle" fill="#888" stroke="none">'
+        f'{_name(row, column)}</text>'
+        for row, column in sheets
+    ]
+    small = (
+        f'<g transform="translate({center[0]} {center[1] + 8.0}) scale({scale:.6f})" '
+        f'stroke-width="{0.15 / scale:.4f}">\n{chr(10).join(frames)}\n'
+        f'{placed((0.0, 0.0), 1.0 / scale)}\n</g>'
+    )
+    first, last = files[sheets[0]].name, files[sheets[-1]].name
+    plan = f'Plan of {len(sheets)} sheets, {first} to {last}; the plate is 1:1 on those.'
+    heading = f'{made.name}: the plate of the cam, {width:.4g} × {height:.4g} mm'
+    page = _sheet(heading, [(MARGIN_MM + 10.0, plan), *texts], small, ruler)
+    write_output(path, page)
+    return [path, *files.values()]
 
 
-def write_dxf(path: Path, drawing: CamDrawing) -> None:
-    """Write a drawing as DXF R2010 in millimetres, a layer for each kind of line."""
-    from ezdxf import units
-    from ezdxf.filemanagement import new
+def _name(row: int, column: int) -> str:
+    """Return the name of a part: its row by letter, its column by number."""
+    return f'{chr(ord("A") + row)}{column + 1}'
 
-    document = new('R2010', setup=False, units=units.MM)
-    layers = [line.layer for line in drawing.lines]
-    layers += [each.layer for each in drawing.circles] + [note.layer for note in drawing.notes]
-    for layer in dict.fromkeys(layers):
-        document.layers.add(layer, color=7 if layer in CUT else 5)
-    space = document.modelspace()
-    for line in drawing.lines:
-        points = zip(line.x.tolist(), line.y.tolist(), strict=True)
-        space.add_lwpolyline(points, dxfattribs={'layer': line.layer})
-    for each in drawing.circles:
-        space.add_circle((each.x, each.y), each.radius, dxfattribs={'layer': each.layer})
-    for note in drawing.notes:
-        text = space.add_text(note.text, height=drawing.text_mm, dxfattribs={'layer': note.layer})
-        text.set_placement((note.x, note.y))
-    written = StringIO()
-    document.write(written)
-    write_output(path, document.encode(written.getvalue()))
+
+def _joins(part: tuple[float, float], sheet: tuple[int, int], count: tuple[int, int]) -> str:
+    """Return the middles of the overlaps with other parts, each with two crosses by letter."""
+    left, top = MARGIN_MM, MARGIN_MM
+    right, bottom = left + part[0], top + part[1]
+    half = 0.5 * OVERLAP_MM
+    marks: list[str] = []
+    for along, here in enumerate(sheet):
+        for side in (-1, 1):
+            if not 0 <= here + side < count[along]:
+                continue
+            # a join of columns is a line down the sheet, one of rows a line across
+            edge = (bottom, right)[along] - half if side > 0 else (top, left)[along] + half
+            ends = ((left, right), (top, bottom))[along]
+            line = f'M{left} {edge}H{right}' if along == 0 else f'M{edge} {top}V{bottom}'
+            marks.append(f'<path d="{line}" stroke-dasharray="3 2"/>')
+            before = here + min(side, 0)
+            for share in (0.25, 0.75):
+                there = ends[0] + share * (ends[1] - ends[0])
+                x, y = (there, edge) if along == 0 else (edge, there)
+                letter = 'abcdefghijklmnopqrstuvwxyz'[(2 * before + (share > 0.5)) % 26]
+                marks.append(
+                    f'<path class="JOIN" d="M{x - 4} {y}h8M{x} {y - 4}v8"/><circle cx="{x}" '
+                    f'cy="{y}" r="2"/><text x="{x + 3}" y="{y - 1.5}" font-family="sans-serif" '
+                    f'font-size="3.2" fill="#1f77b4" stroke="none">{letter}</text>'
+                )
+    return f'<g stroke="#1f77b4">{"".join(marks)}</g>'
+
+
+def _sheet(heading: str, texts: list[tuple[float, str]], body: str, ruler: float) -> bytes:
+    """Return a sheet of A4 with a heading, lines at heights [mm], a body, and a line to check."""
+    begin = 0.5 * (PAPER_MM[0] - CHECK_MM)
+    ticks = ''.join(
+        f'M{begin + at} {ruler}v{-4 if at % 50 == 0 else -2.5 if at % 10 == 0 else -1.5}'
+        for at in range(0, int(CHECK_MM) + 1, 5)
+    )
+    lines = [f'<text x="{MARGIN_MM}" y="{y}">{escape(line)}</text>' for y, line in texts]
+    page = f"""<g font-family="sans-serif" font-size="3.2" fill="black">
+<text x="{MARGIN_MM}" y="{MARGIN_MM + 4.0}" font-size="5">{escape(heading)}</text>
+<text x="{0.5 * PAPER_MM[0]}" y="{ruler + 6.0}" text-anchor="middle">{CHECK_MM:g} mm: measure \
+this line before cutting</text>
+{chr(10).join(lines)}
+</g>
+<g fill="none" stroke="black" stroke-width="0.15">
+<path id="CHECK" d="M{begin} {ruler}h{CHECK_MM:g}"/>
+<path d="{ticks}"/>
+{body}
+</g>"""
+    return svg_document(heading or texts[0][1], (0.0, 0.0, *PAPER_MM), page)

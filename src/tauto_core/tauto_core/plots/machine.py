@@ -8,7 +8,7 @@ from typing import Literal, cast
 
 import numpy as np
 
-from tauto_core.curves import DescentCurve, cheeks
+from tauto_core.curves import DescentCurve, cheek
 from tauto_core.curves.cam import Pull
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.drawing import cheeks_meet_rad, lever_cheek
@@ -429,7 +429,7 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
         sides = (lever_cheek(shape, end, 200, 0.0) for end in ends)
         right, left = (MM * np.array([side.x, -side.y]) for side in sides)
     else:
-        cut = cheeks(scene.trochlea.made_cam(scene.g), 200, reach)
+        cut = cheek(scene.trochlea.made_cam(scene.g), 200, reach)
         right = MM * np.array([cut.x, -cut.y])
         left = right * np.array([[-1.0], [1.0]])
     tip = float(right[1, 0])

@@ -17,16 +17,17 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.curves.drawing import MM_PER_M
+from tauto_core.curves.drawing import MM_PER_M, ArcPath, Plate
 from tauto_core.curves.numerics import bisect
-from tauto_core.curves.plate import ArcPath, Plate
 from tauto_core.files import OutputError, write_output
+from tauto_core.plots.cutting import ScenePlate
 from tauto_core.plots.machine import BRASS_KG_M3, RIM_SIDE
-from tauto_core.plots.plate import ScenePlate
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 
 KG_PER_MM3 = BRASS_KG_M3 / MM_PER_M**3
-THINNEST_MM, THICKEST_MM = 0.1, 100.0
+THINNEST_MM, THICKNESS_MM, THICKEST_MM = 0.1, 2.0, 100.0
+"""Thickness of a plate: the least, that where none is given, the greatest."""
+
 STUB = 5.0
 """Length of the axle on either side of cheeks and web, over its diameter."""
 
