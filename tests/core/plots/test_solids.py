@@ -28,7 +28,9 @@ def meshes(made: ScenePlate, tmp_path_factory: pytest.TempPathFactory) -> dict[s
     pytest.importorskip('build123d', reason="the extra 'cad' is not installed")
     trimesh = pytest.importorskip('trimesh', reason="the extra 'cad' is not installed")
     folder = tmp_path_factory.mktemp('solids')
-    files = write_solids(made, 2.0, folder / 'all.step', folder / 'stl')
+    files = write_solids(
+        made.plate, made.name, made.setting.inertia, 2.0, folder / 'all.step', folder / 'stl'
+    )
     assert sorted(file.name for file in files) == [
         'all.step',
         'axle.stl',
@@ -74,7 +76,7 @@ def test_the_step_file_holds_three_named_solids(
 ) -> None:
     build123d = pytest.importorskip('build123d')
     file = tmp_path / 'all.step'
-    write_solids(made, 2.0, file, None)
+    write_solids(made.plate, made.name, made.setting.inertia, 2.0, file, None)
     read = build123d.import_step(file)
     solids = {child.label: child for child in read.children}
     assert sorted(solids) == ['axle', 'cheeks', 'wheel']

@@ -101,7 +101,7 @@ def cam(
     settings: Settings = None,
     as_json: AsJson = False,
 ) -> None:
-    """Look at the curve of a cam, draw it, or turn it into a plate to cut.
+    """Look at a cam's curve, draw it, or turn it into a plate.
 
     The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
     a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at

@@ -239,7 +239,8 @@ def outline_of(
             from tauto_core.plots.solids import THICKNESS_MM, write_solids
 
             thickness = sizes.get('thickness_mm', THICKNESS_MM)
-            written += write_solids(plate, thickness, files.get('step'), files.get('stl'))
+            solids = plate.plate, scene.name, plate.setting.inertia, thickness
+            written += write_solids(*solids, files.get('step'), files.get('stl'))
     if 'csv' in files:
         write_rows(
             files['csv'], tuple(table), zip(*map(np.ndarray.tolist, table.values()), strict=True)

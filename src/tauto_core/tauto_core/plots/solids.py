@@ -20,7 +20,6 @@ import numpy as np
 from tauto_core.curves.drawing import MM_PER_M, ArcPath, Plate
 from tauto_core.curves.numerics import bisect
 from tauto_core.files import OutputError, write_output
-from tauto_core.plots.cutting import ScenePlate
 from tauto_core.plots.machine import BRASS_KG_M3, RIM_SIDE
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 
@@ -123,7 +122,12 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
 
 
 def write_solids(
-    made: ScenePlate, thickness_mm: float, step: Path | None, stl: Path | None
+    plate: Plate,
+    name: str,
+    inertia: float,
+    thickness_mm: float,
+    step: Path | None,
+    stl: Path | None,
 ) -> list[Path]:
     """Write wheel, cheeks and axle as one STEP file and as STL files in a folder.
 
@@ -131,29 +135,29 @@ def write_solids(
     `wheel_sizes`, and OutputError.
     """
     check_solids(thickness_mm)
-    sizes = wheel_sizes(made.plate, made.setting.inertia, thickness_mm)
-    parts = _solids(made.plate, sizes)
+    sizes = wheel_sizes(plate, inertia, thickness_mm)
+    parts = _solids(plate, sizes)
     from build123d import Compound, export_step, export_stl
 
     written: list[tuple[Path, bytes]] = []
     with TemporaryDirectory() as folder:
         if step is not None:
-            for name, part in parts.items():
-                part.label = name
+            for label, part in parts.items():
+                part.label = label
             whole = Path(folder) / 'whole.step'
-            export_step(Compound(label=made.name, children=list(parts.values())), whole)
+            export_step(Compound(label=name, children=list(parts.values())), whole)
             written.append((step, whole.read_bytes()))
         if stl is not None:
-            for name, part in parts.items():
+            for label, part in parts.items():
                 # build123d's tolerance is relative to the size of an edge; of facets only the
                 # sagitta counts, not the angle between them
                 relative = (
-                    made.plate.tolerance / float(np.max(np.abs(np.diff(made.plate.cheek.vertex))))
-                    if name == 'cheeks'
+                    plate.tolerance / float(np.max(np.abs(np.diff(plate.cheek.vertex))))
+                    if label == 'cheeks'
                     else ROUND_MM / part.bounding_box().diagonal
                 )
-                export_stl(part, Path(folder) / name, tolerance=relative, angular_tolerance=1.0)
-                written.append((stl / f'{name}.stl', (Path(folder) / name).read_bytes()))
+                export_stl(part, Path(folder) / label, tolerance=relative, angular_tolerance=1.0)
+                written.append((stl / f'{label}.stl', (Path(folder) / label).read_bytes()))
     if stl is not None:
         try:
             stl.mkdir(parents=True, exist_ok=True)
