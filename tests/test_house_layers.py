@@ -37,7 +37,6 @@ WELCOME = {
     'scipy',
     'tauto_core',
     'typer',
-    'wavespectra',
     'xarray',
     'yaml',
     'zstandard',

@@ -53,8 +53,6 @@ ARRAYS = ['pandas>=2.2', 'xarray>=2024.6']
 NOTEBOOK = ['ipykernel>=6.29', 'nbclient>=0.10']
 # Tracks as log-books.
 GPX = ['gpxpy>=1.5']
-# The files of buoys; a spectrum as a table needs nothing.
-SPECTRA = ['wavespectra>=4.9']
 # The charts of `tauto report`, in a script that the page holds.
 REPORT = ['bokeh>=3.4']
 # The rows of `tauto fleet --out`.
@@ -144,7 +142,6 @@ setup(
         'notebook': NOTEBOOK,
         'report': REPORT,
         'ros': ROS,
-        'spectra': SPECTRA,
     },
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},
     zip_safe=False,

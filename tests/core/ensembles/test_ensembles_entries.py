@@ -179,7 +179,6 @@ def test_the_roll_that_the_clock_feels_has_twice_that_root_mean_square(roll_deg)
 
 
 def test_a_roll_by_response_operator_is_scaled_with_it():
-    pytest.importorskip('wavespectra')
     scene = load_scene('buoy_44004_supply', duration=60.0)
     rolled = with_roll(scene, 5.0)
     assert significant_roll_deg(rolled) == pytest.approx(5.0, rel=1e-14)

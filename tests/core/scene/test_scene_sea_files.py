@@ -105,7 +105,7 @@ def test_waves_to_starboard_heel_the_ship_the_other_way() -> None:
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', r'x\.csv: line 1, column frequency_hz: is missing.*format: ndbc'),
+        ('', r'x\.csv: line 1, column frequency_hz: is missing.*wavespectra makes'),
         (HEAD, r'x\.csv: holds no rows below its header'),
         (HEAD + '0.1,1\n', r'number of frequencies = 1: is not enough'),
         (HEAD + '0.1,1\n0.2,nan\n', r'line 3, energy_density_m2_per_hz = .nan.*finite'),
@@ -149,8 +149,15 @@ def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:
         ({'sea': {'spectrum': 'flat'}}, r'sea\.spectrum = .flat.*bretschneider.*table, file'),
         ({'sea': {'spectrum': 'file'}}, r'ship\.sea\.path: is missing'),
         ({'sea': {'spectrum': 'file', 'path': 'none.csv'}}, r'sea\.path = .*no such file'),
-        ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'time': 'x'}}, r'time = .x.*format table'),
+        ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'time': 'x'}}, r'time = .x.*not a key'),
         ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'format': 'nc'}}, r'sea\.format = .nc.'),
+        *(
+            (
+                {'sea': {'spectrum': 'file', 'path': 'x.spt', 'format': form}},
+                rf'sea\.format = .{form}.: is not read: .*no longer.*wavespectra makes one',
+            )
+            for form in ('ndbc', 'datawell', 'spotter', 'triaxys')
+        ),
         ({'rao': None}, r'ship\.roll: is missing, and there is no rao'),
         (
             {'rao': None, 'roll': {'decay': {'path': 'x.csv'}, 'slope_coefficient': 0.7}},

@@ -5,9 +5,7 @@ A scene that runs contains tables and numbers, no paths, so a bag needs nothing 
 
 from __future__ import annotations
 
-import glob
 import math
-import warnings
 from base64 import b64encode
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -17,7 +15,7 @@ from typing import Annotated, Any, Literal, TypeVar
 import numpy as np
 from pydantic import Field, Strict, ValidationError
 
-from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
+from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.refuse import explain
 from tauto_core.scene.sections import LONGEST_TEXT, OneLine, Positive, Section
 from tauto_core.scene.tables import (
@@ -30,7 +28,6 @@ from tauto_core.scene.tables import (
     read_table,
     source_name,
     utc,
-    words_of,
 )
 from tauto_core.ship.sections import (
     ATHWART,
@@ -193,19 +190,12 @@ def _neighbours(
 
 
 # -----------------------------------------------------------------------------
-# Measured wave spectra: from a table or a buoy's file to the spectrum of a scene.
-#
-# A table has the columns `frequency_hz` and `energy_density_m2_per_hz`. The files of buoys are
-# read by wavespectra, the optional extra `spectra`; directional spectra are summed over the
-# directions.
+# Measured wave spectra: CSV files with the columns `frequency_hz` and `energy_density_m2_per_hz`.
 
 FREQUENCY, DENSITY = 'frequency_hz', 'energy_density_m2_per_hz'
-NDBC_MISSING = 999.0
-"""The values that NDBC writes where nothing was measured."""
-
 _SPECTRUM_FORM = (
-    f'Give a CSV file with the columns {FREQUENCY} and {DENSITY}; for the file of a buoy give '
-    'ship.sea.format: ndbc, datawell, spotter or triaxys.'
+    f'Give a CSV file with the columns {FREQUENCY} and {DENSITY}; wavespectra makes one of the '
+    "file of a buoy (docs/seas.md, 'From the file of a buoy')."
 )
 
 
@@ -213,57 +203,27 @@ class SpectrumFile(Section):
     """A measured spectrum from a file; the scene that runs contains the table itself."""
 
     spectrum: Literal['file'] = Field(description='file')
-    path: OneLine = Field(description='file of the spectrum')
-    format: Literal['table', 'ndbc', 'datawell', 'spotter', 'triaxys'] = Field(
-        default='table', description='table (CSV), ndbc, datawell, spotter or triaxys'
-    )
-    time: OneLine | None = Field(
-        default=None,
-        description='UTC of the spectrum where the file holds several, as 2000-01-01T02:00',
-    )
+    path: OneLine = Field(description='CSV file of the spectrum')
+    format: Literal['table'] = Field(default='table', description='table (CSV)')
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
 
 def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
     """Return the keys of `ship.sea` with a measured spectrum as a table.
 
-    A row at 0 Hz without energy is dropped, since no wave has that frequency. A time that does not
-    select one spectrum of the file is refused, and the missing extra `spectra` is named.
+    A row at 0 Hz without energy is dropped, since no wave has that frequency. A table that is not
+    a spectrum is refused, with file, row and value.
     """
-    source = source_name(asked.path)
-    if asked.format != 'table':
-        table, stamp = _of_buoy(asked)
-        source = f'{source} {stamp}'
-    elif asked.time is not None:
-        problem = 'does not go with format table, which holds one spectrum'
-        raise SceneError(asked.path, 'time', asked.time, problem, 'Leave it out.')
-    else:
-        columns = Column(FREQUENCY), Column(DENSITY)
-        found = read_table(asked.path, columns, remedy=_SPECTRUM_FORM)
-        values = {'frequency': found[FREQUENCY], 'energy density': found[DENSITY]}
-        table = Columns(asked.path, values, found.places)
-    if len(table) and table['frequency'][0] == 0.0 and table['energy density'][0] == 0.0:
+    read = read_table(asked.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
+    values = {'frequency': read[FREQUENCY], 'energy density': read[DENSITY]}
+    table = Columns(asked.path, values, read.places)
+    frequency, density = values.values()
+    if len(table) and frequency[0] == 0.0 and density[0] == 0.0:
         table = table.rows(np.arange(1, len(table)))
-    check_spectrum(table)
-    return {
-        'spectrum': 'table',
-        'source': source[-LONGEST_TEXT:],
-        'frequency': table['frequency'].tolist(),
-        'energy_density': table['energy density'].tolist(),
-        'components': asked.components,
-    }
-
-
-def check_spectrum(table: Columns) -> None:
-    """Refuse a table that is not a spectrum, with file, row and value.
-
-    It has `frequency` [Hz] and `energy density` [m2/Hz], NaN where nothing was measured.
-    """
-    name, density = table.name, table['energy density']
     if len(table) < 2:
         remedy = 'Give the energy at more frequencies.'
         problem = 'is not enough: a spectrum needs at least 2 frequencies above 0 Hz'
-        raise SceneError(name, 'number of frequencies', len(table), problem, remedy)
+        raise SceneError(asked.path, 'number of frequencies', len(table), problem, remedy)
     table.check(
         Column(
             'frequency',
@@ -280,85 +240,17 @@ def check_spectrum(table: Columns) -> None:
             remedy='Correct the row; noise below 0 may be set to 0.',
         ),
     )
-    unknown = np.flatnonzero(~np.isfinite(density))
-    if unknown.size:
-        remedy = 'Choose a spectrum without gaps, or fill it in.'
-        problem = 'is a gap: nothing was measured there'
-        raise table.refusal(int(unknown[0]), 'energy density', problem, remedy)
     if not np.any(density):
         remedy = 'Choose another spectrum, or ship kind still for a calm.'
         problem = 'is 0 m2/Hz at all frequencies: the spectrum is empty'
-        raise SceneError(name, 'energy density', ABSENT, problem, remedy)
-
-
-def _of_buoy(asked: SpectrumFile) -> tuple[Columns, str]:
-    """Return one spectrum of a buoy's file, and its time."""
-    data = _read_with_library(asked)
-    stamps = [str(each) for each in data['time'].values.astype('datetime64[s]').reshape(-1)]
-    told = f'{len(stamps)} spectra from {min(stamps)} to {max(stamps)}' if stamps else 'none'
-    if asked.time is not None:
-        wanted = utc(asked.path, 'time', asked.time).replace(tzinfo=None)
-        apart = {stamp: abs(datetime.fromisoformat(stamp) - wanted) for stamp in stamps}
-        found = [i for i, stamp in enumerate(stamps) if not apart[stamp]]
-        if len(found) > 1:
-            problem, remedy = (
-                f'names {len(found)} spectra of the file',
-                'Cut the file to one of them.',
-            )
-            raise SceneError(asked.path, 'time', asked.time, problem, remedy)
-        if not found:
-            problem = f'is not a time of the file, which holds {told}'
-            remedy = f'Use {" or ".join(sorted(stamps, key=apart.__getitem__)[:2])}.'
-            raise SceneError(asked.path, 'time', asked.time, problem, remedy)
-        chosen = found[0]
-    elif len(stamps) == 1:
-        chosen = 0
-    else:
-        problem = f'is missing, and the file holds {told}'
-        remedy = 'Give ship.sea.time, for example ' + (stamps[0] if stamps else '…') + '.'
-        raise SceneError(asked.path, 'time', ABSENT, problem, remedy)
-    # the shortest digits, since the float32 nearest to 0.1 means 0.1
-    frequency = np.array([float(str(each)) for each in data['freq'].values])
-    density = data.transpose('time', 'freq').values[chosen].astype(np.float64)
-    if asked.format == 'ndbc':
-        density[density == NDBC_MISSING] = math.nan
-    places = [f'{each:g} Hz' for each in frequency.tolist()]
-    values = {'frequency': frequency, 'energy density': density}
-    return Columns(asked.path, values, places, 'at'), stamps[chosen]
-
-
-def _read_with_library(asked: SpectrumFile) -> Any:
-    """Return the energy density of a buoy's file [m2/Hz] as an array over time and frequency."""
-    try:
-        import wavespectra
-    except ImportError:
-        problem = f'format {asked.format} needs the library wavespectra, which is not installed'
-        remedy = f'Run {install("spectra")}, or give the spectrum as a CSV table.'
-        raise SceneError(asked.path, '', None, problem, remedy) from None
-    file = data_path(asked.path)
-    if asked.format == 'datawell' and '}' not in file.name:
-        problem = 'lacks station and time, which the name of a Datawell file states'
-        raise SceneError(
-            asked.path, 'name', file.name, problem, 'Name it station}2024-09-09T01h15Z.spt.'
-        )
-    readers: dict[str, Callable[[], Any]] = {
-        'ndbc': lambda: wavespectra.read_ndbc_ascii(str(file)),
-        'datawell': lambda: wavespectra.read_datawell(str(file), dd=None),
-        'spotter': lambda: wavespectra.read_spotter(str(file), filetype='csv', dd=None),
-        'triaxys': lambda: wavespectra.read_triaxys(glob.escape(str(file))),
+        raise SceneError(asked.path, 'energy density', ABSENT, problem, remedy)
+    return {
+        'spectrum': 'table',
+        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'frequency': table['frequency'].tolist(),
+        'energy_density': table['energy density'].tolist(),
+        'components': asked.components,
     }
-    # Deprecation warnings from the library's dependencies, and files that it leaves open when it
-    # fails, do not concern the user of a scene; releasing its error here closes the files.
-    with warnings.catch_warnings():
-        warnings.simplefilter('ignore')
-        try:
-            density = readers[asked.format]()['efth']
-            return density.spec.oned() if 'dir' in density.dims else density
-        except Exception as error:  # a malformed file may make the library raise anything
-            said = words_of(error)
-    problem = f'cannot be read as format {asked.format}: {said}'
-    remedy = 'Correct ship.sea.format or the file, or give the spectrum as a CSV table.'
-    raise SceneError(asked.path, '', None, problem, remedy)
 
 
 # -----------------------------------------------------------------------------
@@ -511,6 +403,9 @@ def _ndbc_table(asked: RecordFile) -> Columns:
 
 _S = TypeVar('_S', bound=Section)
 
+_INSTRUMENTS = ('ndbc', 'datawell', 'spotter', 'triaxys')
+"""Formats of spectra that were read until 0.2.0."""
+
 FILE_FORMS: dict[str, type[Section]] = {
     'sea': SpectrumFile,
     'rao': RaoFile,
@@ -528,6 +423,14 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     changed. Errors name the scene, `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
+    if _holds(ship, 'sea', 'format') and ship['sea']['format'] in _INSTRUMENTS:
+        raise SceneError(
+            origin,
+            'ship.sea.format',
+            ship['sea']['format'],
+            'is not read: files of instruments are no longer read',
+            _SPECTRUM_FORM,
+        )
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
         read['sea'] = section_read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
     if _holds(ship, 'rao', 'path'):
