@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.special import ellipe
 
 import tauto_core as tauto
-from tauto_core.checks.left_out import (
+from tauto_core.checks.facts import (
     TABLE,
     USUAL_MASS,
     LeftOut,

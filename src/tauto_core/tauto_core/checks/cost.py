@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -261,17 +261,17 @@ def try_out(
     if runs[0].was_cut:
         beginning = followed = _beginning(scene, _length_s(scene, runs[0]))
     steps = sampling = growing = None
+    half_turn_s = 0.5 * dial.nominal_s
     if tolerance is not None:
-        solver = Solver(tolerance=max(FINER_TOLERANCE * tolerance, LEAST_TOLERANCE))
-        beginning = beginning.model_copy(update={'solver': solver})
+        beginning = _stepped(beginning, max(FINER_TOLERANCE * tolerance, LEAST_TOLERANCE))
         runs.append(_run(beginning, limit))
-        steps = _apart_s(runs[0], runs[1], dial)
+        steps = half_turn_s * _half_turns_apart(runs[0], runs[1])
     if parts is not None:
         runs.append(_run(_sampled_finer(beginning, parts), limit, work=parts))
-        sampling = _apart_s(runs[-2], runs[-1], dial)
+        sampling = half_turn_s * _half_turns_apart(runs[-2], runs[-1])
     if tolerance is not None and may_be_chaotic:
-        near, far = _two_motions(followed, tolerance)
-        runs += [_run(near, limit, 0.5 * limit.left_s), _run(far, limit)]
+        near = _stepped(followed, min(tolerance, APART_TOLERANCE))
+        runs += [_run(near, limit, 0.5 * limit.left_s), _run(_released_apart(near), limit)]
         growing = _Growing.of(runs[-2], runs[-1], scene)
     interval_s = scene.log_interval_ns / NS_PER_S
     tried = min(len(each) for each in (runs[0].phases, steps, sampling) if each is not None)
@@ -381,17 +381,17 @@ def _sampled_finer(scene: Scene, parts: int) -> Scene:
     return scene.model_copy(update={'ship': ship})
 
 
-def _two_motions(scene: Scene, tolerance: float) -> tuple[Scene, Scene]:
-    """Return a scene twice, the second time with the wheel released nearer to rest."""
+def _stepped(scene: Scene, tolerance: float) -> Scene:
+    return scene.model_copy(update={'solver': Solver(tolerance=tolerance)})
+
+
+def _released_apart(scene: Scene) -> Scene:
+    """Return a scene with the wheel released nearer to rest, by `RELEASED_APART`."""
     assert scene.trochlea is not None  # a body in a fluid takes no steps
-    solver = Solver(tolerance=min(tolerance, APART_TOLERANCE))
     release = scene.trochlea.release_angle
     nearer = release - math.copysign(RELEASED_APART, release)
     released = scene.trochlea.model_copy(update={'release_angle': nearer})
-    return (
-        scene.model_copy(update={'solver': solver}),
-        scene.model_copy(update={'solver': solver, 'trochlea': released}),
-    )
+    return scene.model_copy(update={'trochlea': released})
 
 
 def _length_s(scene: Scene, ran: _Ran) -> float:
@@ -399,11 +399,10 @@ def _length_s(scene: Scene, ran: _Ran) -> float:
     return max(len(ran.phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
 
 
-def _apart_s(one: _Ran, other: _Ran, dial: Dial) -> FloatArray:
-    """Return by how much the readings of two runs differ, at the instants of both [s]."""
+def _half_turns_apart(one: _Ran, other: _Ran) -> FloatArray:
+    """Return by how many half turns two runs differ, at the instants of both."""
     both = min(len(one.phases), len(other.phases))
-    half_turns = (one.phases[:both] - other.phases[:both]).sum(axis=1)
-    apart: FloatArray = 0.5 * dial.nominal_s * half_turns
+    apart: FloatArray = (one.phases[:both] - other.phases[:both]).sum(axis=1)
     return apart
 
 
@@ -482,9 +481,7 @@ class _Growing:
     @classmethod
     def of(cls, one: _Ran, other: _Ran, scene: Scene) -> _Growing | None:
         """Return the growth that two runs show, None where their motion ends at once."""
-        both = min(len(one.phases), len(other.phases))
-        half_turns = (one.phases[:both] - other.phases[:both]).sum(axis=1)
-        apart = math.pi * np.maximum.accumulate(np.abs(half_turns))
+        apart = math.pi * np.maximum.accumulate(np.abs(_half_turns_apart(one, other)))
         apart = apart[apart <= SMALL_APART]
         if len(apart) <= GROWTH_PIECES:
             return None
@@ -640,8 +637,8 @@ class Forecast:
     sampling_error_s: float | None
     steps_error_s: float | None
     rounding_error_s: float
-    tried_s: float | None
-    shortest_wave_s: float | None
+    tried_s: float | None = None
+    shortest_wave_s: float | None = None
     was_cut: bool = False
     growth: Growth | None = None
     bounded_until_s: float | None = None
@@ -680,16 +677,7 @@ def forecast(
     rounding_s = _rounding_s(scene.duration, step_s, nominal_s)
     if steps is None and still:
         lost_s = scene.duration * PERIOD_ERROR if name == 'action_angle' else 0.0
-        return Forecast(
-            run_s=run_s,
-            steps_a_swing=None,
-            error_s=_stated(lost_s + rounding_s),
-            sampling_error_s=None,
-            steps_error_s=lost_s,
-            rounding_error_s=rounding_s,
-            tried_s=None,
-            shortest_wave_s=_shortest_wave_s(scene),
-        )
+        return _of_lost(run_s, lost_s, rounding_s, _shortest_wave_s(scene))
     seas = scene.ship.worst_seas(scene)
     longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
     if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
@@ -798,36 +786,31 @@ def _tell(progress: Callable[[float], None] | None, done: int, seas: int, share:
 
 def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
     half_swings = 2.0 * scene.duration / machine.small_period
-    run_s = _run_s(scene, 'half_swings', motion, 0.0, None)
-    rounding, lost = 0.5 * machine.small_period * UNIT_ROUNDING, scene.duration * PERIOD_ERROR
-    return Forecast(
-        run_s=run_s + half_swings * NS_A_HALF_SWING / NS_PER_S,
-        steps_a_swing=None,
-        error_s=_stated(lost + rounding),
-        sampling_error_s=None,
-        steps_error_s=lost,
-        rounding_error_s=rounding,
-        tried_s=None,
-        shortest_wave_s=None,
-    )
+    run_s = _run_s(scene, 'half_swings', motion) + half_swings * NS_A_HALF_SWING / NS_PER_S
+    rounding_s = 0.5 * machine.small_period * UNIT_ROUNDING
+    return _of_lost(run_s, scene.duration * PERIOD_ERROR, rounding_s)
 
 
 def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> Forecast:
     """Return cost and error; at sea, or where the axle slips, no bound is known."""
     step_s = AXLE_PHASE_A_STEP / machine.fastest
-    run_s = _run_s(scene, 'axle', motion, 0.0, None)
-    rounding = _rounding_s(scene.duration, step_s, machine.small_period)
-    lost = scene.duration * AXLE_ERROR
+    run_s = _run_s(scene, 'axle', motion)
     known = scene.lies_still and machine.contact != 'coulomb'
+    return _of_lost(
+        run_s + scene.duration / step_s * NS_A_STEP_OF_AXLE / NS_PER_S,
+        scene.duration * AXLE_ERROR if known else None,
+        _rounding_s(scene.duration, step_s, machine.small_period),
+        None if scene.lies_still else _shortest_wave_s(scene),
+    )
+
+
+def _of_lost(
+    run_s: float, lost_s: float | None, rounding_s: float, shortest_wave_s: float | None = None
+) -> Forecast:
+    """Return the forecast of a scene that nothing samples, with the error of its propagator."""
+    error_s = None if lost_s is None else _stated(lost_s + rounding_s)
     return Forecast(
-        run_s=run_s + scene.duration / step_s * NS_A_STEP_OF_AXLE / NS_PER_S,
-        steps_a_swing=None,
-        error_s=_stated(lost + rounding) if known else None,
-        sampling_error_s=None,
-        steps_error_s=lost if known else None,
-        rounding_error_s=rounding,
-        tried_s=None,
-        shortest_wave_s=None if scene.lies_still else _shortest_wave_s(scene),
+        run_s, None, error_s, None, lost_s, rounding_s, shortest_wave_s=shortest_wave_s
     )
 
 
@@ -867,8 +850,7 @@ def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str
     return name, _Steps(swing_s / step_s, events)
 
 
-@dataclass(frozen=True)
-class _Steps:
+class _Steps(NamedTuple):
     """Steps of the collocation in a swing, and the events in it: impulses, and passages over a
     kink of the cam."""
 
@@ -887,21 +869,16 @@ def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     return TOLERANCE
 
 
-@dataclass(frozen=True)
-class Waves:
+class Waves(NamedTuple):
     """The harmonics of a ship's motion, arrays of shape (n,).
 
     Attributes:
         frequency: Ω [rad/s], > 0.
-        roll: amplitude [rad].
         sway: amplitude of the apparent vertical's direction [rad].
-        heave: amplitude of the apparent gravity, over gravity.
     """
 
     frequency: FloatArray
-    roll: FloatArray
     sway: FloatArray
-    heave: FloatArray
 
 
 def scene_waves(scene: Scene) -> Waves:
@@ -910,36 +887,21 @@ def scene_waves(scene: Scene) -> Waves:
     None for a ship that lies still, or whose motion was measured; in weather those of the highest
     sea.
     """
-    ship = scene.ship
-    roll = heave = np.empty((2, 0))
-    if ship.is_computed:
-        moved = ship.roughest(scene).channels(scene)
-        roll, heave = (
-            np.array([motion.amplitude, motion.period])
-            if isinstance(motion, Harmonics)
-            else none_of_it
-            for motion, none_of_it in ((moved.roll, roll), (moved.heave, heave))
-        )
-    rolls, heaves = math.tau / roll[1], math.tau / heave[1]
-    none = np.zeros(len(heaves))
-    if (
-        ship.is_computed
-        and isinstance(moved.six, SixMotions)
-        and isinstance(moved.six.sway, Harmonics)
-    ):
+    if not scene.ship.is_computed:
+        return Waves(np.empty(0), np.empty(0))
+    moved = scene.ship.roughest(scene).channels(scene)
+    if isinstance(moved.six, SixMotions) and isinstance(moved.six.sway, Harmonics):
         # all six have the frequencies of the waves as the ship meets them
-        return Waves(
-            rolls,
-            roll[0],
-            moved.six.sway.amplitude * rolls**2 / scene.g,
-            heave[0] * rolls**2 / scene.g,
-        )
-    return Waves(
-        np.concatenate([rolls, heaves]),
-        np.concatenate([roll[0], none]),
-        np.concatenate([abs(ship.height) * roll[0] * rolls**2 / scene.g, none]),
-        np.concatenate([0.0 * rolls, heave[0] * heaves**2 / scene.g]),
+        frequency = moved.six.sway.angular_frequency
+        return Waves(frequency, moved.six.sway.amplitude * frequency**2 / scene.g)
+    rolls, heaves = (
+        (motion.amplitude, motion.angular_frequency)
+        if isinstance(motion, Harmonics)
+        else (np.empty(0), np.empty(0))
+        for motion in (moved.roll, moved.heave)
     )
+    sway = abs(scene.ship.height) * rolls[0] * rolls[1] ** 2 / scene.g
+    return Waves(np.concatenate([rolls[1], heaves[1]]), np.concatenate([sway, 0.0 * heaves[1]]))
 
 
 def _swing_s(machine: AnyMachine) -> float:
@@ -951,7 +913,11 @@ def _swing_s(machine: AnyMachine) -> float:
 
 
 def _run_s(
-    scene: Scene, name: str, motion: ShipMotion, swings: float, steps: _Steps | None
+    scene: Scene,
+    name: str,
+    motion: ShipMotion,
+    swings: float = 0.0,
+    steps: _Steps | None = None,
 ) -> float:
     told = motion.metadata
     channels = 1 + bool(told.get('heave'))

@@ -40,7 +40,6 @@ from tauto_core.wording import span
 
 if TYPE_CHECKING:
     from tauto_core.machines import FluidPendulum
-    from tauto_core.scene.loader import Scene
 
 
 # -----------------------------------------------------------------------------
