@@ -18,7 +18,6 @@ from tauto_core.bags.read import (
     LARGEST_METADATA,
     METADATA,
     Bag,
-    Channel,
     McapFile,
     by_number,
     find_files,
@@ -118,13 +117,10 @@ def survey(path: Path) -> Soundness:
 
 
 def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
-    texts = [file.description for file in files]
     information: dict[str, Any] = {}
-    for text in texts:
-        information |= _information(text, nested=False)
-    beside = path / METADATA
-    if beside.is_file():
-        information |= _information_beside(beside)
+    for file in files:
+        information |= _information(file.description, nested=False)
+    information |= _information_beside(path / METADATA)
     custom = information.get('custom_data')
     return dict(custom) if isinstance(custom, Mapping) else {}
 
@@ -160,14 +156,12 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
             found.damage.append(f'{walked.path}: it has no complete index')
         return
     found.counted += sum(opened.counts.values())
-    for what, said, held in (
-        ('counts', _nonzero(opened.counts), _nonzero(walked.counts)),
-        # rosbag2 declares topics that never had a message in the index alone
-        ('topics', _heard(opened), _heard(walked)),
-        ('chunks', _places(opened), _places(walked)),
-    ):
-        if said != held:
-            found.damage.append(f'{walked.path}: the {what} of its index are not those it holds')
+    held = _contents(walked)
+    found.damage += [
+        f'{walked.path}: the {what} of its index are not those it holds'
+        for what, said in _contents(opened).items()
+        if said != held[what]
+    ]
     with walked.path.open('rb') as stream:
         wrong = sum(_wrong_entries(stream, walked))
         if wrong:
@@ -184,17 +178,13 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
                 found.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
 
 
-def _heard(file: McapFile) -> dict[int, Channel]:
-    counts = _nonzero(file.counts)
-    return {number: channel for number, channel in file.channels.items() if number in counts}
-
-
-def _nonzero(counts: Mapping[int, int]) -> dict[int, int]:
-    return {channel: number for channel, number in counts.items() if number}
-
-
-def _places(file: McapFile) -> set[tuple[int, int, int, int]]:
-    return {span[:4] for span in file.spans if span.chunk}
+def _contents(file: McapFile) -> dict[str, object]:
+    # rosbag2 declares topics that never had a message in the index alone
+    return {
+        'counts': +file.counts,
+        'topics': {channel: file.channels.get(channel) for channel in +file.counts},
+        'chunks': {span[:4] for span in file.spans if span.chunk},
+    }
 
 
 def _wrong_entries(stream: BinaryIO, walked: McapFile) -> Iterator[int]:

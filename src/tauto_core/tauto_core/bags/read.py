@@ -6,6 +6,7 @@ import heapq
 import re
 import struct
 import zlib
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -43,7 +44,7 @@ RECORD = struct.Struct('<BQ')
 MESSAGE_HEAD = struct.Struct('<HIQQ')
 """Channel, sequence, log time and publish time of a message."""
 
-# opcode, length and fields in one, without sequence and publish time
+# opcode, length and fields in one, without sequence and publish time: quicker where few are wanted
 _MESSAGE_RECORD = struct.Struct('<BQH4xQ8x')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 
@@ -90,6 +91,13 @@ def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
         if at > len(octets):
             return
         yield opcode, first, at
+
+
+def heads_in(octets: bytes) -> Iterator[tuple[int, int, tuple[int, int, int, int]]]:
+    """Yield begin and end of the body of each whole message, and the fields of its head."""
+    for opcode, first, last in records_in(octets):
+        if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
+            yield first, last, MESSAGE_HEAD.unpack_from(octets, first)
 
 
 def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
@@ -168,7 +176,7 @@ class McapFile:
 
     path: Path
     channels: dict[int, Channel] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
+    counts: Counter[int] = field(default_factory=Counter)
     spans: list[Span] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     indexed: bool = False
@@ -191,20 +199,14 @@ class McapFile:
     def recorded(self, span: Span, stream: BinaryIO) -> Iterator[RecordedMessage]:
         """Yield the messages of a span as they were recorded, in the order of the file."""
         octets = self._octets(span, stream)
-        for opcode, first, last in records_in(octets):
-            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-                head = MESSAGE_HEAD.unpack_from(octets, first)
-                payload = octets[first + MESSAGE_HEAD.size : last]
-                yield RecordedMessage._make((*head, payload))
+        for first, last, head in heads_in(octets):
+            yield RecordedMessage(*head, octets[first + MESSAGE_HEAD.size : last])
 
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
         """Return stamp [ns] and offset of each message among the records of a span, by channel."""
-        octets = self._octets(span, stream)
-        found: dict[int, set[tuple[int, int]]] = {}
-        for opcode, first, last in records_in(octets):
-            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
-                found.setdefault(channel, set()).add((stamp_ns, first - RECORD.size))
+        found: dict[int, set[tuple[int, int]]] = defaultdict(set)
+        for first, _, (channel, _, stamp_ns, _) in heads_in(self._octets(span, stream)):
+            found[channel].add((stamp_ns, first - RECORD.size))
         return found
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
@@ -279,7 +281,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
         return False
     for number, channel in summary.channels.items():
         file.channels[number] = _channel(channel, summary.schemas.get(channel.schema_id))
-    file.counts.update(counts)
+    file.counts = Counter(counts)
     file.spans += [
         Span(
             index.chunk_start_offset,
@@ -336,7 +338,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
             _register(file, schemas, opcode, stream.read(length))
         elif end <= size and opcode == MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack(stream.read(MESSAGE_HEAD.size))
-            file.counts[channel] = file.counts.get(channel, 0) + 1
+            file.counts[channel] += 1
             span = Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False)
             last = file.spans[-1] if file.spans else None
             follows = last and not last.chunk and last.offset + last.length == at
@@ -372,18 +374,15 @@ def _walk_chunk(
     except ValueError as error:
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
         return 0
-    last = 0
-    stamps: list[int] = []
-    channels: set[int] = set()
+    last, heads = 0, []
     for opcode, first, last in records_in(octets):
         if opcode in {_SCHEMA, _CHANNEL}:
             _register(file, schemas, opcode, octets[first:last])
         elif opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-            channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
-            stamps.append(stamp_ns)
-            channels.add(channel)
-            file.counts[channel] = file.counts.get(channel, 0) + 1
-    if stamps:
+            heads.append(MESSAGE_HEAD.unpack_from(octets, first))
+    if heads:
+        channels, _, stamps, _ = zip(*heads, strict=True)
+        file.counts.update(channels)
         file.spans.append(
             Span(at, end - at, min(stamps), max(stamps), frozenset(channels), chunk=True)
         )
@@ -474,11 +473,11 @@ class Bag:
     @property
     def counts(self) -> dict[str, int]:
         """Number of messages of each topic, by full name."""
-        counts: dict[str, int] = {}
+        counts: Counter[str] = Counter()
         for file in self.files:
             for number, channel in file.channels.items():
-                counts[channel.topic] = counts.get(channel.topic, 0) + file.counts.get(number, 0)
-        return counts
+                counts[channel.topic] += file.counts[number]
+        return dict(counts)
 
     @property
     def start_ns(self) -> int | None:
@@ -529,12 +528,15 @@ class Bag:
         read: dict[str, list[Samples]] = {topic: [] for topic in topics}
         for topic, part in self.parts(topics):
             read[topic].append(part)
-        whole = {}
-        for topic, parts in read.items():
-            full = self.find(topic)
-            found = parts or [self._decode(topic, [], [])]
-            whole[topic] = payloads_joined(self.topics[full], f'{self.path}: {full}', found)
-        return whole
+        types, full = self.topics, {topic: self.find(topic) for topic in topics}
+        return {
+            topic: payloads_joined(
+                types[full[topic]],
+                f'{self.path}: {full[topic]}',
+                parts or [self._decode(topic, [], [])],
+            )
+            for topic, parts in read.items()
+        }
 
     def parts(self, topics: Collection[str], size: int = _PART) -> Iterator[tuple[str, Samples]]:
         """Yield topics as batches of at most `size` samples, for bags larger than the memory.
@@ -611,13 +613,11 @@ class Bag:
         return [found for found in topics if f'/{found.lstrip("/")}'.endswith(f'/{topic}')]
 
     def _types(self) -> dict[str, list[str]]:
-        types: dict[str, list[str]] = {}
+        types: dict[str, dict[str, None]] = defaultdict(dict)
         for file in self.files:
             for channel in file.channels.values():
-                known = types.setdefault(channel.topic, [])
-                if channel.ros_type not in known:
-                    known.append(channel.ros_type)
-        return types
+                types[channel.topic][channel.ros_type] = None
+        return {topic: list(known) for topic, known in types.items()}
 
     def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, Stored]]:
         """Yield messages with their topics, file after file; refuse another type or encoding."""
