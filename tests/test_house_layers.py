@@ -73,13 +73,7 @@ def test_tests_share_modules_by_names_that_no_library_has() -> None:
 
 
 KNOWN_CIRCLES: set[frozenset[str]] = {
-    frozenset({'tauto_core.curves.' + n for n in ('cam', 'cams.linear', 'force_law')}),
     frozenset({'tauto_core.ensembles.' + n for n in ('answers', 'fleets')}),
-    frozenset(
-        'tauto_core.machines.' + n
-        for n in ('axle_clock', 'axle_section', 'compiling', 'fluid_pendulum', 'sections')
-    ),
-    frozenset({'tauto_core.machines.' + n for n in ('half_swings', 'linear_resistance')}),
     frozenset({'tauto_core.motion.' + n for n in ('slack_wheel', 'wheel')}),
     frozenset({'tauto_core.ship.' + n for n in ('imu', 'kernels')}),
 }

@@ -14,10 +14,10 @@ from scipy.integrate import quad, solve_ivp
 
 from tauto_core import sail
 from tauto_core.curves import SpringCorrected
-from tauto_core.curves.force_law import ForceLaw
+from tauto_core.curves.cam import ForceLaw
 from tauto_core.ensembles.budget import _larger_cheek
 from tauto_core.machines import Machine, compile_machine
-from tauto_core.machines.powers.force_table import ForceTablePower
+from tauto_core.machines.powers import ForceTablePower
 from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml
 
 INERTIA = 4e-4

@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
-from tauto_core.machines.axle_clock import AxleClock
 from tauto_core.machines.axle_pendulum import (
+    AxleClock,
     AxleContact,
     AxlePendulum,
     AxleState,

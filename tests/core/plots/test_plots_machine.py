@@ -14,7 +14,7 @@ from tauto_core.curves import CircularArc, Hole, Involute
 from tauto_core.curves.drawing import cheeks_meet_rad
 from tauto_core.curves.fluid import coordinates
 from tauto_core.machines import FluidPendulum, compile_machine
-from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.plots.machine import (
     BRASS_KG_M3,
     LEAD_KG_M3,

@@ -32,8 +32,7 @@ from tauto_core.machines import (
     rate_s_per_day,
     steady_swing,
 )
-from tauto_core.machines.axle_pendulum import answers
-from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.axle_pendulum import AxleRegulator, answers
 from tauto_core.machines.heat import NO_HEAT
 from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.motion import propagator_name

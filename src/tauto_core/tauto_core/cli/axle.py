@@ -15,7 +15,7 @@ from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.wording import printed
 
 if TYPE_CHECKING:
-    from tauto_core.machines.axle_clock import AxleClock
+    from tauto_core.machines.axle_pendulum import AxleClock
 
 MOST_ROWS = 10_000
 
@@ -78,7 +78,7 @@ def axle(
     """
     from pydantic import ValidationError
 
-    from tauto_core.machines.axle_section import AxleRegulator
+    from tauto_core.machines.axle_pendulum import AxleRegulator
     from tauto_core.motion.axle import axle_table
 
     keys: dict[str, Any] = {

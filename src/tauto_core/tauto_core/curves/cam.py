@@ -1,7 +1,8 @@
 """The cam: a lever arm as a function of the angle, and the curve that gives it.
 
 Lever arms as plain numbers for kernels, the curve of the cheek, whether a cheek can be cut, any
-analytic lever arm as polynomials, and the base of all kinds of cam.
+analytic lever arm as polynomials, a force that depends on the lift, and the base of all kinds of
+cam.
 
 Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
 of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
@@ -18,7 +19,9 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
@@ -40,7 +43,7 @@ from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
 from tauto_core.scene.sections import Kind
 
 if TYPE_CHECKING:
-    from tauto_core.curves.force_law import ForceLaw
+    from scipy.interpolate import PPoly
 
 # -----------------------------------------------------------------------------
 # Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
@@ -650,6 +653,103 @@ def _rough(angle: float) -> FitError:
         f'the lever arm near {angle!r} rad is not smooth enough for polynomials of degree '
         f'{2 * TERMS - 1}: use a smaller range, or tabulate the cam'
     )
+
+
+# -----------------------------------------------------------------------------
+# A force that depends on the lift in any way (D in cams.md).
+
+LEAST_POINTS = 6
+"""Of a quintic spline."""
+
+
+class ForceSplines(NamedTuple):
+    """F, F', F'' and E."""
+
+    force: PPoly
+    slope: PPoly
+    bend: PPoly
+    energy: PPoly
+
+
+@dataclass(frozen=True)
+class ForceLaw:
+    """F(h) as the quintic spline through points, whose derivatives up to the fourth have no jump.
+
+    The spline ends without a condition (not-a-knot), so that a polynomial up to the fifth degree,
+    as a spring's force is, comes out as itself.
+
+    Attributes:
+        points: lifts [m], which increase from 0, and forces [N], > 0; six or more.
+    """
+
+    points: tuple[tuple[float, float], ...] = field(repr=False)
+
+    @classmethod
+    def through(cls, points: Sequence[tuple[float, float]]) -> ForceLaw:
+        """Return the law through points."""
+        return cls(tuple((float(lift), float(force)) for lift, force in points))
+
+    @cached_property
+    def splines(self) -> ForceSplines:
+        """The law and the functions derived from it."""
+        from scipy.interpolate import PPoly, make_interp_spline  # slow to import
+
+        lifts, forces = np.array(self.points).T
+        whole = PPoly.from_spline(make_interp_spline(lifts, forces, k=5).tck)
+        knots = np.unique(whole.x)
+        pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
+        force = PPoly(np.ascontiguousarray(whole.c[:, pieces]), knots)
+        return ForceSplines(force, force.derivative(), force.derivative(2), force.antiderivative())
+
+    @property
+    def at_rest(self) -> float:
+        """F(0) [N]."""
+        return float(self.force(0.0))
+
+    @property
+    def longest(self) -> float:
+        """The largest lift of the points [m]."""
+        return self.points[-1][0]
+
+    @property
+    def joints(self) -> FloatArray:
+        """Lifts at which the fifth derivative jumps [m], increasing."""
+        return np.asarray(self.splines.force.x[1:-1])
+
+    @property
+    def least(self) -> tuple[float, float]:
+        """Lift [m] and value [N] of the least force between the points."""
+        extremes = self.splines.slope.roots(extrapolate=False)
+        lifts = np.concatenate([extremes[np.isfinite(extremes)], [0.0, self.longest]])
+        forces = self.force(lifts)
+        at = int(np.argmin(forces))
+        return float(lifts[at]), float(forces[at])
+
+    def force(self, lift: ArrayLike) -> FloatArray:
+        """Return F [N] at lifts of 0 to `longest`."""
+        return np.asarray(self.splines.force(np.asarray(lift, np.float64)))
+
+    def slope(self, lift: ArrayLike) -> FloatArray:
+        """Return dF/dh [N/m]."""
+        return np.asarray(self.splines.slope(np.asarray(lift, np.float64)))
+
+    def bend(self, lift: ArrayLike) -> FloatArray:
+        """Return d²F/dh² [N/m²]."""
+        return np.asarray(self.splines.bend(np.asarray(lift, np.float64)))
+
+    def energy(self, lift: ArrayLike) -> FloatArray:
+        """Return E = ∫ F dh from 0 [J]."""
+        return np.asarray(self.splines.energy(np.asarray(lift, np.float64)))
+
+    def lift_of_energy(self, energy: ArrayLike) -> FloatArray:
+        """Return the lift at which E has the value ≥ 0 [m], to rounding."""
+        goal = np.asarray(energy, np.float64)
+
+        def excess(lift: FloatArray) -> tuple[FloatArray, FloatArray]:
+            return self.energy(lift) - goal, self.force(lift)
+
+        start = np.minimum(goal / self.at_rest, self.longest)
+        return bracketed_newton(excess, start, (0.0, self.longest), relative=ROOT_ROUNDING)
 
 
 # -----------------------------------------------------------------------------

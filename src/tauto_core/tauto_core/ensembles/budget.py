@@ -21,7 +21,7 @@ from tauto_core.bags.write import BUDGET
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
-from tauto_core.curves.force_law import Evened, Pulled
+from tauto_core.curves.cams.corrected import Evened, Pulled
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.workers import Crew, run_each
 from tauto_core.files import check_place, write_output

@@ -7,24 +7,22 @@ from typing import TYPE_CHECKING
 
 from tauto_core.curves.numerics import QuadratureError
 from tauto_core.first_use import loaded_from
+from tauto_core.machines.axle_pendulum import AxleClock
 from tauto_core.machines.compiling import (
     AnyMachine,
-    Isochronism,
     compile_ideal,
     compile_machine,
     compile_trochlea,
     free_swings,
     isochronism,
-    rate_s_per_day,
 )
-from tauto_core.machines.parts import InPlaceOfWheel, Regulator
+from tauto_core.machines.parts import InPlaceOfWheel, Isochronism, Regulator, rate_s_per_day
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 
 if TYPE_CHECKING:
-    from tauto_core.machines.axle_clock import AxleClock
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 
 __all__ = [
@@ -54,7 +52,6 @@ __all__ = [
 __getattr__ = loaded_from(
     __name__,
     {
-        'AxleClock': 'axle_clock',
         'FluidPendulum': 'fluid_pendulum',
         'descent_isochronism': 'fluid_pendulum',
     },

@@ -1,7 +1,7 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
-Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), its energy and its periods.
-`motion.axle` has the motion at any angles.
+Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), its energy and its periods, and the
+same body as the regulator of a clock. `motion.axle` has the motion at any angles.
 
 Euler 1780 (C in axle.md). x points down, y sideways. θ is the tilt of the normal at the contact,
 from the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre
@@ -13,17 +13,26 @@ the same body; C is then the centre of curvature of its rockers (§48–53).
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from tauto_core.curves.numerics import integrate
+from tauto_core.machines.parts import (
+    InPlaceOfWheel,
+    Isochronism,
+    checked_amplitudes,
+    rate_s_per_day,
+)
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import TautoError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, TautoError, UsageError
+from tauto_core.scene.sections import NonNegative, Number, Positive, Section
 
 # -----------------------------------------------------------------------------
 # The two normal modes of a link with a heavy body (C in axle.md; Euler 1780, 12–28, 42).
@@ -423,3 +432,283 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
 
     whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
     return 4.0 * float(whole[0]) / math.sqrt(body.gravity)
+
+
+# -----------------------------------------------------------------------------
+# The body as the regulator of a clock, as numbers and as the section of a scene. `motion.axle` has
+# its law and computes its motion.
+
+
+@dataclass(frozen=True)
+class AxleClock(InPlaceOfWheel):
+    """A body on an axle, as numbers.
+
+    Attributes:
+        body: the body, the curvature of the path of its axle's centre, and gravity.
+        radius: b₀ of the axle, or of a cradle's rockers [m].
+        contact: 'smooth', 'rolling' or 'coulomb'.
+        friction: μ, largest force along the support over the contact force; of 'coulomb'.
+        mass: M [kg].
+        arc, tilt: s [m] and φ [rad] of the start, in the ship.
+        arc_rate, tilt_rate: their rates at the start [m/s, rad/s].
+    """
+
+    body: AxlePendulum
+    radius: float
+    contact: Literal['smooth', 'rolling', 'coulomb']
+    friction: float
+    mass: float
+    arc: float
+    tilt: float
+    arc_rate: float
+    tilt_rate: float
+
+    propagator = 'axle'
+    follows_apparent_vertical = True
+    feels_gravity = True
+
+    def require_swing(self) -> None:
+        """Refuse a body that falls from its support: UnsteadyAxleError says how, and a remedy."""
+        if self.contact == 'smooth':
+            self.body.require_swing()
+        elif not 0.0 < self.lengths[0] < math.inf:
+            raise UnsteadyAxleError(
+                f'the length of its small swings is {self.lengths[0]:.6g} m: rolling, the body '
+                'falls from its support; to swing, c + b₀²/e must be positive. Hang the centre '
+                'of gravity deeper, or turn a convex support wider'
+            )
+
+    @property
+    def touch(self) -> AxleContact:
+        """The contact as it rolls, or without friction."""
+        return AxleContact(self.radius, self.contact != 'smooth')
+
+    @property
+    def why_so(self) -> str:
+        """Why it is moved in steps."""
+        return 'its exact equations, in steps of 16 stages that are iterated to rounding'
+
+    @property
+    def largest_start(self) -> float:
+        """Amplitude of a small swing with the tilts and rates of the start [rad], at least 1."""
+        tilts = abs(self.tilt) + abs(self.body.curvature * self.arc)
+        rates = abs(self.tilt_rate) + abs(self.arc_rate / self.body.depth)
+        return max(1.0, tilts + rates / self.frequency)
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """Lengths of the simple pendulums that keep time with small swings [m], the slow first.
+
+        A steady drift on a plane has none; an unstable mode has a negative one.
+        """
+        if self.contact != 'smooth':
+            return (rolling_length(self.body, self.radius),)
+        both = self.body.modes.b, self.body.modes.b_prime
+        return tuple(length for length in both if math.isfinite(length))
+
+    @property
+    def frequency(self) -> float:
+        """ω of small swings, of the slow mode where there are two [rad/s]; 0 if it falls."""
+        return math.sqrt(max(self.body.gravity / self.lengths[0], 0.0))
+
+    @property
+    def fastest(self) -> float:
+        """ω of the fast mode, or the rate at which an unstable one grows [rad/s]."""
+        return math.sqrt(self.body.gravity / min(map(abs, self.lengths)))
+
+    def period(self, amplitude: float) -> float:
+        """Return the period of a free swing on a support at rest [s].
+
+        UsageError: two modes, which together are not periodic; UnsteadyAxleError: an amplitude
+        from which the body does not swing back.
+        """
+        if self.contact == 'smooth':
+            if self.body.curvature != 0.0:
+                raise UsageError(
+                    'a body on a smooth hollow has two modes, and its wide swings no period. Use '
+                    'contact rolling or a plane, or see its motion with tauto axle'
+                )
+            return plane_period(self.body, amplitude)
+        return rolling_period(self.body, self.radius, amplitude)
+
+    def isochronism(
+        self, amplitudes: list[float], nominal_period_s: float | None = None
+    ) -> Isochronism:
+        """Return period and rate of free swings at several amplitudes [rad], as of a wheel.
+
+        Friction that lets the axle slip is ignored. Errors as of `period`, and UsageError: no
+        amplitude, or one out of range.
+        """
+        asked = checked_amplitudes(
+            amplitudes, math.nextafter(math.pi, 0.0), 'rad', 'in radians', 'less than a half turn'
+        )
+        nominal = self.small_period if nominal_period_s is None else nominal_period_s
+        period = np.array([self.period(amplitude) for amplitude in asked])
+        rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
+        return Isochronism(nominal, np.array(asked), period, rate)
+
+
+class AxleRegulator(Section):
+    """A body that swings on a cylindrical axle, without a trochlea (Euler 1780).
+
+    The axle lies in a hollow, on a plane or on a convex support; a cradle stands on rockers in its
+    place. The first dissertation leaves friction out, which the second was to treat.
+    """
+
+    kind: Literal['axle'] = Field(description='axle')
+    support: Literal['concave', 'plane', 'convex', 'cradle'] = Field(
+        description='concave, plane, convex, or cradle: a body on rockers, on a plane or in a '
+        'hollow'
+    )
+    support_radius: Positive | None = Field(
+        default=None,
+        description='radius of a concave or convex support, or of the hollow in '
+        'which a cradle stands [m]; a plane when left out',
+    )
+    axle_radius: NonNegative = Field(
+        default=0.0, description='radius of the axle, or of the rockers of a cradle [m]'
+    )
+    depth: Number = Field(
+        description="depth of the centre of gravity below the axle's centre, or that of the "
+        'rockers [m]; negative above it'
+    )
+    gyration_radius: Positive = Field(
+        description='radius of gyration of the body about its centre of gravity [m]'
+    )
+    mass: Positive = Field(default=1.0, description='mass of the body [kg]; only for its torque')
+    contact: Literal['smooth', 'rolling', 'coulomb'] = Field(
+        default='smooth',
+        description='smooth: no friction; rolling: the axle rolls without slipping; coulomb: it '
+        'rolls where friction suffices, and slides elsewhere',
+    )
+    friction: Positive | None = Field(
+        default=None, description='coefficient of friction; with contact coulomb'
+    )
+    release_tilt: Number = Field(
+        default=0.0, description='tilt of the body in the ship at the start [rad]'
+    )
+    release_arc: Number | None = Field(
+        default=None,
+        description="arc of a smooth axle's centre from its place at rest at the start [m]; when "
+        'left out that of the regular motion with this tilt, without the other mode',
+    )
+    push_speed: Number | None = Field(
+        default=None,
+        description='speed of the centre of gravity, athwart, at the start [m/s]; when left out '
+        "the axle's centre is not pushed",
+    )
+    push_spin: Number = Field(
+        default=0.0, description='angular velocity of the body at the start [rad/s]'
+    )
+
+    def problems(
+        self, others: Mapping[str, object], ship: str, *, still: bool
+    ) -> Iterator[Problem]:
+        """Yield its problems, and the sections that cannot stand beside it."""
+        del ship
+        why = {
+            'trochlea': 'a scene has one regulator',
+            'drag': 'nothing but its support acts on the body',
+            'escapement': 'nothing drives a body on an axle',
+            'suspension': 'its support is fixed to the ship',
+        }
+        for key, section in others.items():
+            if section is not None:
+                remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
+                yield Problem(key, ABSENT, f'does not go with regulator: {why[key]}', remedy)
+        curved = self.support in ('concave', 'convex')
+        if (self.support_radius is None) == curved and self.support != 'cradle':
+            yield Problem(
+                'regulator.support_radius',
+                ABSENT if curved else self.support_radius,
+                'is missing' if curved else 'does not go with regulator.support plane',
+                'Give the radius of the support [m].'
+                if curved
+                else 'Leave it out, or use support concave or convex.',
+            )
+        if self.support == 'cradle' and self.axle_radius == 0.0:
+            yield Problem(
+                'regulator.axle_radius',
+                self.axle_radius,
+                'is the radius of the rockers of a cradle, and must be above 0',
+                'Give the radius of the rockers [m].',
+            )
+        if (self.friction is None) == (self.contact == 'coulomb'):
+            missing = self.friction is None
+            yield Problem(
+                'regulator.friction',
+                ABSENT if self.friction is None else self.friction,
+                'is missing with regulator.contact coulomb'
+                if missing
+                else f'does not go with regulator.contact {self.contact}',
+                'Give a coefficient of friction, such as 0.2.'
+                if missing
+                else 'Leave it out, or use contact coulomb.',
+            )
+        for key in ('release_arc', 'push_speed'):
+            value = getattr(self, key)
+            if value is not None and (
+                self.contact == 'rolling' or (self.contact == 'coulomb' and key == 'release_arc')
+            ):
+                yield Problem(
+                    f'regulator.{key}',
+                    value,
+                    f'does not go with regulator.contact {self.contact}: an axle that rolls moves '
+                    'as the body turns',
+                    'Leave it out, or use contact smooth.',
+                )
+        if still and not (
+            self.release_tilt or self.release_arc or self.push_speed or self.push_spin
+        ):
+            yield Problem(
+                'regulator.release_tilt',
+                self.release_tilt,
+                'leaves the body at rest for ever on a ship that lies still',
+                'Release it at a tilt other than 0 rad, or give a push_spin.',
+            )
+
+    @property
+    def released_at(self) -> float:
+        """Tilt of the release [rad]."""
+        return self.release_tilt
+
+    def machine(self, name: str, gravity: float) -> AxleClock:
+        """Return the regulator of a named scene as numbers; SceneError: it falls."""
+        try:
+            clock = self.clock(gravity)
+            clock.require_swing()
+        except UnsteadyAxleError as error:
+            raise SceneError(
+                name,
+                'regulator.support',
+                self.support,
+                f'makes no clock: {error}',
+                'Change the body or its support; `tauto axle` shows how it falls.',
+            ) from None
+        return clock
+
+    def clock(self, gravity: float) -> AxleClock:
+        """Return the body as numbers, even if it falls.
+
+        UnsteadyAxleError: an axle that does not fit into its hollow, or a body without modes.
+        """
+        radius = math.inf if self.support_radius is None else self.support_radius
+        if self.support == 'convex':
+            radius = -radius
+        curvature = axle_on(radius, self.axle_radius)
+        body = AxlePendulum(curvature, self.depth, self.gyration_radius, gravity)
+        tilt, spin = self.release_tilt, self.push_spin
+        arc, sliding = -self.axle_radius * tilt, -self.axle_radius * spin
+        if self.contact == 'smooth':
+            # on a plane the centre of gravity keeps to its vertical, also above the axle (§38)
+            on_plane = curvature == 0.0
+            regular = -self.depth * tilt if on_plane else tilt / body.modes.tilt_per_arc[0]
+            arc = regular if self.release_arc is None else self.release_arc
+            sliding = 0.0
+        if self.push_speed is not None:
+            turned = self.push_speed - self.depth * spin * math.cos(tilt)
+            sliding = turned / math.cos(curvature * arc)
+        friction = self.friction or 0.0
+        return AxleClock(
+            body, self.axle_radius, self.contact, friction, self.mass, arc, tilt, sliding, spin
+        )

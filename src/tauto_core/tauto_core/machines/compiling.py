@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError, root_of
-from tauto_core.machines.axle_section import AxleRegulator
-from tauto_core.machines.parts import DragKind, EscapementKind, InPlaceOfWheel, Regulator
+from tauto_core.machines.axle_pendulum import AxleRegulator
+from tauto_core.machines.parts import (
+    DragKind,
+    EscapementKind,
+    InPlaceOfWheel,
+    Isochronism,
+    Regulator,
+    checked_amplitudes,
+    rate_s_per_day,
+)
 from tauto_core.machines.sections import (
     FluidTautochroneRegulator,
     Trochlea,
@@ -20,90 +28,10 @@ from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, UsageError, naming
-from tauto_core.scene.times import DAY_S
-from tauto_core.wording import printed
+from tauto_core.scene.errors import ABSENT, CamRangeError, SceneError, naming
 
 if TYPE_CHECKING:
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
-
-
-# -----------------------------------------------------------------------------
-# How the period depends on the amplitude.
-
-# Periods are computed to 1e-12, but a table ends where a reader can do nothing with more: the rate
-# at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
-# at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
-PERIOD = '.9f'
-# Heading, width and format of each column.
-_COLUMNS = {
-    'amplitude_rad': ('amplitude rad', 14, '.6g'),
-    'amplitude_m': ('amplitude m', 14, '.6g'),
-    'descent_s': ('descent s', 13, PERIOD),
-    'half_swing_s': ('half swing s', 13, PERIOD),
-    'period_s': ('period s', 13, PERIOD),
-    'rate_s_per_day': ('rate s/day', 13, '+z,.3f'),
-}
-
-
-@dataclass(frozen=True, eq=False)
-class AmplitudeTable:
-    """Figures of free swings at several amplitudes; `str` gives them as a table.
-
-    Attributes:
-        nominal_period_s: time by which the dial advances in a full swing [s].
-    """
-
-    nominal_period_s: float
-
-    def columns(self) -> dict[str, FloatArray]:
-        """Return the arrays, by name."""
-        return {each.name: getattr(self, each.name) for each in fields(self)[1:]}
-
-    def __str__(self) -> str:
-        table = []
-        for name, column in self.columns().items():
-            heading, width, form = _COLUMNS[name]
-            cells = [heading, *(printed(value, form) for value in column.tolist())]
-            table.append([f'{cell:>{width}}' for cell in cells])
-        lines = ('  '.join(row) for row in zip(*table, strict=True))
-        return '\n'.join([f'nominal period {self.nominal_period_s:{PERIOD}} s', *lines])
-
-
-@dataclass(frozen=True, eq=False)
-class Isochronism(AmplitudeTable):
-    """Period and rate of free swings on land at n amplitudes; `str` gives a table.
-
-    `rate_s_per_day` is the gain of the clock in a day; fast is positive.
-    """
-
-    amplitude_rad: FloatArray
-    period_s: FloatArray
-    rate_s_per_day: FloatArray
-
-
-def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
-    """Return the gain of a clock in a day of true time, 86400 (T₀ − T)/T [s/day].
-
-    T is the period of a full swing in true time, T₀ the time by which the dial advances in it [s].
-    """
-    return DAY_S * (nominal_period_s - period_s) / period_s
-
-
-def checked_amplitudes(
-    amplitudes: Iterable[float], edge: float, unit: str, words: str, limit: str
-) -> list[float]:
-    """Return the amplitudes; UsageError where there is none, or one is not in 0 < A ≤ edge."""
-    asked = [float(amplitude) for amplitude in amplitudes]
-    if not asked:
-        raise UsageError(f'amplitudes: none given; give at least one, {words}')
-    for amplitude in asked:
-        if not 0.0 < amplitude <= edge:
-            raise UsageError(
-                f'amplitude {amplitude!r} {unit}: must be > 0 and {limit}, {edge!r} {unit}; give '
-                'another'
-            )
-    return asked
 
 
 def isochronism(

@@ -35,9 +35,13 @@ from tauto_core.curves.numerics import (
     logarithmic_mean,
     repeated_rule,
 )
-from tauto_core.machines.compiling import AmplitudeTable, checked_amplitudes, rate_s_per_day
 from tauto_core.machines.half_swings import BothWays
-from tauto_core.machines.parts import InPlaceOfWheel
+from tauto_core.machines.parts import (
+    AmplitudeTable,
+    InPlaceOfWheel,
+    checked_amplitudes,
+    rate_s_per_day,
+)
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 

@@ -504,7 +504,7 @@ class ThreadKind(Kind):
         pull, cam = parts.power.pull, self.cam(parts)
         if pull.law is not None:
             # slow to import, and needed by few
-            from tauto_core.curves.force_law import pulled
+            from tauto_core.curves.cams.corrected import pulled
 
             cam = pulled(cam, pull.law)
         if parts.imbalance is not None:

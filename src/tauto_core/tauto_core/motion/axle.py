@@ -19,10 +19,10 @@ import numpy as np
 
 from tauto_core.curves.numerics import root_of
 from tauto_core.kernels import compiled, entry
-from tauto_core.machines.axle_clock import AxleClock
 from tauto_core.machines.axle_pendulum import (
     SMOOTH,
     STILL,
+    AxleClock,
     AxleContact,
     AxlePendulum,
     AxleState,

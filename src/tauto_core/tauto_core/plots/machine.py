@@ -25,7 +25,7 @@ from tauto_core.machines import (
     compile_trochlea,
     steady_swing,
 )
-from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (

@@ -22,7 +22,7 @@ import yaml
 from pydantic import Field, Strict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from tauto_core.machines.axle_section import AxleRegulator
+from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError

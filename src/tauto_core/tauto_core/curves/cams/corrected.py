@@ -2,8 +2,8 @@
 
 The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
 mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
-must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω². The
-equations are those of docs/theory/cams.md, section D.
+must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω²; a force of
+another law has its own integral. The equations are those of docs/theory/cams.md, section D.
 
 Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
 strictly along the thread; a vertical thread is the limit of a long one (A in wheel.md).
@@ -25,6 +25,7 @@ from tauto_core.curves.cam import (
     ROOT_ROUNDING,
     Cam,
     CamKind,
+    ForceLaw,
     Setting,
     SmoothLever,
     SpringLever,
@@ -32,12 +33,15 @@ from tauto_core.curves.cam import (
     rate_for_period,
     smooth_lever,
 )
+from tauto_core.curves.cams.linear import LinearCam
 from tauto_core.curves.numerics import (
     arctangent_defect,
+    bisect,
     bracketed_newton,
     farther,
     involute_defect,
     nearest,
+    nearest_if_any,
     sine_defect,
 )
 from tauto_core.samples import FloatArray
@@ -312,6 +316,273 @@ class SpringCorrected(CorrectedCam):
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 
 
+# -----------------------------------------------------------------------------
+# A force F(H) that depends on the lift in any way, without mass, does the work E(H) = ∫ F dH. On a
+# cam with the lever arm t(ϑ) and the lift h(ϑ) its torque is F(h) t, which the constant force F(0)
+# has on a cam of the lever arm
+#
+#     t* = F(h) t/F(0),    h* = E(h)/F(0).
+#
+# Wheel, energy, equation of motion and period are the same. So the machine is given that cam in
+# place of the real one, and no equation needs a further term (docs/theory/cams.md, section D).
+
+_PROBES = 2000
+
+
+@dataclass(frozen=True)
+class ForceTableCorrected(CorrectedCam):
+    """The isochronous cam for a force F(h) without mass.
+
+    E(h) = ½F(0) b ϑ², with E = ∫ F dh: so the torque F t is exactly F(0) b ϑ = I ω²ϑ, and
+
+        t = F(0) b ϑ/F,    t' = (F(0) b − F' t²)/F,    t'' = −(3F' t' + F'' t²) t/F.
+
+    It is as isochronous as F(h) is the force. It ends where the table does, or where t reaches
+    the hole.
+
+    Attributes:
+        rate: b = t'(0) = I ω²/F(0) [m/rad], > 0.
+        law: F(h).
+        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+    """
+
+    rate: float
+    law: ForceLaw
+    distance: float = math.inf
+
+    @property
+    def corrected_for(self) -> ForceLaw:
+        """The force for which it is isochronous."""
+        return self.law
+
+    @cached_property
+    def lever(self) -> SmoothLever:
+        """The law of the lever arm as plain numbers."""
+        return smooth_lever(self.lever_arm, self.lift, self.range_rad, self.joints)
+
+    @property
+    def _stiffness(self) -> float:
+        """I ω² = F(0) b [N m/rad]."""
+        return self.law.at_rest * self.rate
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return ϑ = √(2E/F(0)b) [rad]."""
+        found = np.sqrt(2.0 * self.law.energy(lift) / self._stiffness)
+        return np.asarray(np.minimum(found, self.range_rad))
+
+    @property
+    def _edge(self) -> float:
+        """Angle at which the table ends [rad]."""
+        return math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
+
+    @cached_property
+    def range_rad(self) -> float:
+        """Angle at which the table ends, or t reaches the hole [rad]."""
+        edge = self._edge
+        if math.isinf(self.distance):
+            return edge
+
+        def within(angle: float) -> bool:
+            return float(self._arm(np.array([angle]))[0]) <= self.distance
+
+        angles = np.linspace(0.0, edge, _PROBES)
+        beyond = np.flatnonzero(self._arm(angles) > self.distance)
+        if not len(beyond):
+            return edge
+        return bisect(within, float(angles[beyond[0] - 1]), float(angles[beyond[0]]))[0]
+
+    @cached_property
+    def joints(self) -> FloatArray:
+        """Angles at which F is joined [rad]."""
+        found = np.sqrt(2.0 * self.law.energy(self.law.joints) / self._stiffness)
+        return np.asarray(found[found < self.range_rad])
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
+        del mass, period
+        if amplitude <= self._edge:
+            return farther(float(self._arm(np.linspace(0.0, amplitude, _PROBES)).max()))
+        needed = 0.5 * self._stiffness * amplitude * amplitude
+        return (
+            f', or give trochlea.power.points up to a lift at which the force has done '
+            f'{needed:.6g} J (they end at {self.law.longest!r} m, after '
+            f'{float(self.law.energy(self.law.longest)):.6g} J)'
+        )
+
+    def _lift(self, x: FloatArray) -> FloatArray:
+        return self.law.lift_of_energy(0.5 * self._stiffness * x * x)
+
+    def _arm(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self._stiffness * x / self.law.force(self._lift(x)))
+
+    def _rate(self, x: FloatArray) -> FloatArray:
+        lift = self._lift(x)
+        force = self.law.force(lift)
+        arm = self._stiffness * x / force
+        return np.asarray((self._stiffness - self.law.slope(lift) * arm * arm) / force)
+
+    def _bend(self, x: FloatArray) -> FloatArray:
+        lift = self._lift(x)
+        force, slope = self.law.force(lift), self.law.slope(lift)
+        arm = self._stiffness * x / force
+        rate = (self._stiffness - slope * arm * arm) / force
+        return np.asarray(-(3.0 * slope * rate + self.law.bend(lift) * arm * arm) * arm / force)
+
+    def _risen(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the lift, F, and F − F(0) without cancellation near rest."""
+        lift = self._lift(x)
+        coefficients, first = self.law.splines.force.c, float(self.law.splines.force.x[1])
+        near = lift * np.polynomial.polynomial.polyval(lift, coefficients[-2::-1, 0])
+        force = self.law.force(lift)
+        return lift, force, np.where(lift < first, near, force - self.law.at_rest)
+
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        lift, force, risen = self._risen(x)
+        arm = self._stiffness * x / force
+        return np.asarray(-(self.rate * risen + self.law.slope(lift) * arm * arm) / force)
+
+    def _arm_gain(self, x: FloatArray) -> FloatArray:
+        _, force, risen = self._risen(x)
+        return np.asarray(-self.rate * x * risen / force)
+
+
+def pulled(cam: Cam, law: ForceLaw) -> Cam:
+    """Return the cam on which the constant F(0) makes the torque of a force on a given cam."""
+    corrected = getattr(cam, 'corrected_for', None)
+    if corrected == law:
+        return Evened(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
+    return Pulled(cam, law)
+
+
+@dataclass(frozen=True, eq=False)
+class Pulled(Cam):
+    """A cam on which the constant F(0) makes the torque that the force F(h) makes on another.
+
+    Attributes:
+        cam: the other.
+        law: F(h).
+        scale: size of the other; all its lengths are multiplied by this.
+    """
+
+    cam: Cam
+    law: ForceLaw
+    scale: float = 1.0
+
+    @cached_property
+    def lever(self) -> SmoothLever:
+        """The law of the lever arm as plain numbers."""
+        return smooth_lever(self.lever_arm, self.lift, self.range_rad, self.joints)
+
+    @cached_property
+    def range_rad(self) -> float:
+        """That of the other cam, or the angle at which the points of the force end [rad]."""
+        edge = self.cam.range_rad
+        if np.isfinite(edge) and self.scale * float(self.cam.lift(edge)) <= self.law.longest:
+            return edge
+        return float(self.cam.angle_of_lift(self.law.longest / self.scale))
+
+    @cached_property
+    def joints(self) -> FloatArray:
+        """Those of the other cam, and the angles at which F is joined [rad]."""
+        edge = self.range_rad
+        highest = self.scale * float(self.cam.lift(edge))
+        lifts = self.law.joints
+        angles = self.cam.angle_of_lift(lifts[lifts < highest] / self.scale)
+        found = np.unique(np.concatenate([self.cam.joints, angles]))
+        return np.asarray(found[found < edge])
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
+        return wider_points(self.cam, self.law, self.scale, amplitude, mass, period)
+
+    def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
+        """Return the ϑ ≥ 0 of a lift h* [rad]."""
+        found = self.law.lift_of_energy(np.asarray(lift) * self.law.at_rest) / self.scale
+        if np.isfinite(self.cam.range_rad):
+            found = np.minimum(found, float(self.cam.lift(self.cam.range_rad)))
+        return np.minimum(self.cam.angle_of_lift(found), self.range_rad)
+
+    def _forced(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the lift of the other cam, as far as the points reach, and F there."""
+        lift = np.minimum(self.scale * self.cam.lift(x), self.law.longest)
+        return lift, self.law.force(lift)
+
+    def _arm(self, x: FloatArray) -> FloatArray:
+        _, force = self._forced(x)
+        return np.asarray(self.scale / self.law.at_rest * force * self.cam.lever_arm(x))
+
+    def _rate(self, x: FloatArray) -> FloatArray:
+        lift, force = self._forced(x)
+        arm = self.cam.lever_arm(x)
+        rate = force * self.cam.lever_rate(x) + self.scale * self.law.slope(lift) * arm * arm
+        return np.asarray(self.scale / self.law.at_rest * rate)
+
+    def _bend(self, x: FloatArray) -> FloatArray:
+        lift, force = self._forced(x)
+        arm, rate = self.scale * self.cam.lever_arm(x), self.scale * self.cam.lever_rate(x)
+        bend = self.scale * force * self.cam.lever_curvature(x)
+        bend = bend + (3.0 * self.law.slope(lift) * rate + self.law.bend(lift) * arm**2) * arm
+        return np.asarray(bend / self.law.at_rest)
+
+    def _lift(self, x: FloatArray) -> FloatArray:
+        lift, _ = self._forced(x)
+        return self.law.energy(lift) / self.law.at_rest
+
+    def _rate_gain(self, x: FloatArray) -> FloatArray:
+        return self._rate(x) - self._rate(np.zeros_like(x))
+
+
+@dataclass(frozen=True, eq=False)
+class Evened(LinearCam):
+    """The cam made for a force: with it F(h) t = F(0) b ϑ, so that t* = b ϑ exactly.
+
+    Attributes:
+        rate: b = t'(0) [m/rad].
+        edge: range of the cam [rad].
+        cam: the cam itself.
+        law: F(h).
+    """
+
+    rate: float
+    edge: float
+    cam: Cam
+    law: ForceLaw
+
+    @property
+    def linear_rate(self) -> float:
+        """Lever rate b [m/rad]."""
+        return self.rate
+
+    @property
+    def range_rad(self) -> float:
+        """That of the cam [rad]."""
+        return self.edge
+
+    def wider(self, amplitude: float, mass: float, period: float) -> str:
+        """Return the change that widens the range to an amplitude, as the end of a sentence."""
+        return self.cam.wider(amplitude, mass, period)
+
+
+def wider_points(
+    cam: Cam, law: ForceLaw, scale: float, amplitude: float, mass: float, period: float
+) -> str:
+    """Return how far the points of a force must reach for an amplitude, as the end of a sentence.
+
+    If the cam ends first, the change that widens the cam.
+    """
+    if amplitude > cam.range_rad:
+        return cam.wider(amplitude, mass, period)
+    reached = scale * float(cam.lift(amplitude))
+    return (
+        f', or give trochlea.power.points up to a lift of {reached:.6g} m (they end at '
+        f'{law.longest!r} m)'
+    )
+
+
+# -----------------------------------------------------------------------------
+# The kinds.
+
+
 class WeightCorrectedCam(CamKind):
     """The isochronous cam for a weight that has inertia, made for one period (D in cams.md)."""
 
@@ -370,4 +641,40 @@ class SpringCorrectedCam(CamKind):
         )
 
 
-KINDS = WeightCorrectedCam, SpringCorrectedCam
+class ForceTableCorrectedCam(CamKind):
+    """The isochronous cam for a force given by a table, made for one period (D in cams.md)."""
+
+    threads = ('vertical', 'hole')
+    corrects = 'force_table'
+    rank = 10
+    starter = {'period': 1.0}
+
+    kind: Literal['force_table_corrected'] = 'force_table_corrected'
+    period: Positive = Field(description='period of every swing on land [s]')
+
+    def made(self, setting: Setting) -> ForceTableCorrected:
+        """Return the cam for the wheel and its force; SceneError: a cheek that is hollow."""
+        law = setting.pull.law
+        assert law is not None  # `corrects` has made sure
+
+        def cam(period: float) -> ForceTableCorrected:
+            return ForceTableCorrected(rate_for_period(setting, period), law, setting.distance)
+
+        made = cam(self.period)
+        stretch = hollow(made)
+        if stretch is None:
+            return made
+        slowest = nearest_if_any(self.period, 2.0, lambda period: hollow(cam(period)) is None)
+        longer = '' if slowest is None else f'Use a period of at least {slowest:.4g} s, or points'
+        raise SceneError(
+            'trochlea',
+            'trochlea.cam.period',
+            self.period,
+            f'the cheek of {self.kind} would be hollow from {stretch[0]:.6g} to '
+            f'{stretch[1]:.6g} rad, since the force rises so fast with the lift, and a thread '
+            'bridges a hollow',
+            f'{longer or "Give points"} of a force that rises less there.',
+        )
+
+
+KINDS = WeightCorrectedCam, SpringCorrectedCam, ForceTableCorrectedCam

@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import Field, Strict
 
-from tauto_core.curves.cam import Pull, possible_lever
-from tauto_core.curves.force_law import LEAST_POINTS, ForceLaw, as_law
+from tauto_core.curves.cam import LEAST_POINTS, ForceLaw, Pull, possible_lever
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, MirroredLever
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
@@ -481,7 +480,8 @@ class LeverThread(ThreadKind):
             return pull.law
         # as far as the end of any lever rises
         draws = 2.0 * self.weight_arm * np.linspace(0.0, 1.0, LEAST_POINTS)
-        return as_law([(draw, pull.force + pull.stiffness * draw) for draw in draws.tolist()])
+        force = pull.force + pull.stiffness * draws
+        return ForceLaw.through(list(zip(draws.tolist(), force.tolist(), strict=True)))
 
 
 KIND = LeverThread
