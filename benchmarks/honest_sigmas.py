@@ -23,12 +23,12 @@ from typing import Any, cast
 
 import numpy as np
 from scipy.stats import chi2
+from whole_run import covariance, filtered_drift, means
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import DriftStage, clock_model, prior
 from tauto_core.navigation.covariates import expected_walk_per_s, fit, runs
-from tauto_core.navigation.hindsight import filtered_drift
-from tauto_core.navigation.kalman import ClockModel, Estimate, covariance, means, predict
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.regressors import RecordedIntegrals, Regressors, integral_names
 from tauto_core.navigation.stability import stability
 from tauto_core.navigation.verdict import TOO_SHORT

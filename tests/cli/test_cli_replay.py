@@ -1,4 +1,4 @@
-"""`tauto replay`: hindsight, stability, their figure, and reports of bad observations."""
+"""`tauto replay`: stability, its figure, and reports of bad observations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
-from tauto_core.navigation import ESTIMATE_NAMES
 
 SCENE = """\
 name: a noisy clock
@@ -43,21 +42,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_is_not_asked_for_is_not_told(bag: Path) -> None:
     told = json.loads(tauto('replay', bag, '--json').stdout)
-    assert not told.keys() & {'smoothed', 'stability'}
-
-
-def test_the_drift_in_hindsight(bag: Path) -> None:
-    told = json.loads(tauto('replay', bag, '--smooth', '--json').stdout)
-    smoothed = told['smoothed']
-    assert [len(smoothed[name]) for name in ('stamp_s', *ESTIMATE_NAMES)] == [5] * 5
-    # at the last observation, which is at the end, hindsight is the estimate
-    for name in ESTIMATE_NAMES:
-        assert smoothed[name][-1] == pytest.approx(told['drift'][name], rel=1e-9)
-    assert smoothed['rate_sigma_s_per_day'][0] < 100.0
-    assert smoothed['rms_s'] < smoothed['at_the_time_rms_s']
-    shown = tauto('replay', bag, '--smooth').stdout
-    assert 'in hindsight, from 5 observations' in shown
-    assert 'error of the estimate at the time, rms' in shown
+    assert 'stability' not in told
 
 
 def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
@@ -90,12 +75,13 @@ def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
+        (('--smooth',), 'the estimate at the end, `drift` of --json'),
         (('--plot', 'x.svg'), '--plot draws what --stability gives'),
         (('--stability', '--plot', 'x.jpg'), 'must end in .svg, .png or .pdf'),
         (('--stability', '--plot', 'no_such_folder/x.svg'), 'no folder no_such_folder'),
     ],
 )
-def test_figures_that_cannot_be_are_refused_first(
+def test_what_cannot_be_given_is_refused_first(
     bag: Path, arguments: tuple[str, ...], words: str
 ) -> None:
     run = tauto('replay', bag, *arguments)

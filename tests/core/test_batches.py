@@ -45,8 +45,7 @@ from tauto_core.motion import axle
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.drift import observed_phases
-from tauto_core.navigation.hindsight import smooth
-from tauto_core.navigation.kalman import ClockModel, Known, filter_phases, predict, prior
+from tauto_core.navigation.kalman import ClockModel, predict, prior
 from tauto_core.ship.passage import wrap_degrees
 
 INERTIA, OMEGA = 4e-4, math.pi
@@ -289,9 +288,6 @@ def of_motion(propagator):
 
 def of_navigation():
     model = ClockModel(0.5, 1e-4, states=3, random_run_per_s3=1e-25)
-    seen = np.arange(1, 9) * 86_400 * 10**9
-    way = filter_phases(Known(0, prior(model)), seen.tolist(), np.sin(seen).tolist(), model)
-    smoother = smooth(way, model)
     stamps = np.arange(0, 9 * 86_400, 3600) * 10**9
     shown = stamps + (1e9 * np.cos(stamps)).astype(np.int64)
 
@@ -300,7 +296,6 @@ def of_navigation():
         return observed_phases(stamps, shown, at, at + (1e9 * error).astype(np.int64))
 
     return {
-        'smoothed': Law(lambda t: tuple(smoother.at(t.astype(np.int64))), (0.0, 8e14)),
         'observed_phases': Law(phases, (0.0, 7e14), (-1.0, 1.0)),
         'wrap_degrees': Law(wrap_degrees, (-540.0, 540.0)),
         'predict': Law(

@@ -117,7 +117,6 @@ def replay(
     bag: str | Path,
     *,
     scene: str | Path | Scene | None = None,
-    smooth: bool = False,
     stability: bool = False,
 ) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated again.
@@ -125,8 +124,6 @@ def replay(
     Args:
         bag: rosbag2 folder or MCAP file.
         scene: replaces the scene in the bag, and is needed where there is none.
-        smooth: also estimate the drift in hindsight, at each instant from all observations; it
-            is `result['smoothed']`.
         stability: also estimate the stability of the clock, Allan's deviation and its kin with
             95 % confidence; it is `result['stability']`.
 
@@ -138,7 +135,7 @@ def replay(
     from tauto_core.bags import read_bag
 
     opened = read_bag(path('bag', bag))
-    return replay_bag(opened, loaded, smooth=smooth, stability=stability)
+    return replay_bag(opened, loaded, stability=stability)
 
 
 def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:

@@ -651,7 +651,6 @@ def replay(
     bag: Bag,
     scene: Scene | None = None,
     *,
-    smooth: bool = False,
     stability: bool = False,
     keep: bool = True,
 ) -> Voyage:
@@ -662,7 +661,6 @@ def replay(
     Args:
         bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
         scene: replaces the bag's own, and is needed where it has none.
-        smooth: also estimate the drift from all observations in hindsight (`hindsight`).
         stability: also estimate the stability of the clock (`stability_of`).
         keep: keep the samples, including those that are not computed again.
 
@@ -671,7 +669,7 @@ def replay(
         `clock`, `drift`, `longitude`, `air` where the bag has the temperature of the clock,
         `duration_s` (the scene's, if it was sailed to its end;
         otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
-        which begin with it; on request `smoothed` and `stability`.
+        which begin with it; on request `stability`.
 
     Raises:
         BagError: no readings, or no scene.
@@ -709,10 +707,6 @@ def replay(
         'drift': summary.drift(),
         'longitude': summary.longitude(),
     }
-    if smooth:
-        from tauto_core.navigation.hindsight import hindsight
-
-        figures['smoothed'] = hindsight(samples, scene)
     if stability:
         from tauto_core.navigation.stability import stability_of
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.stats import chi2
 
+from benchmarks.whole_run import filtered_drift
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.navigation import (
     ESTIMATE_NAMES,
@@ -25,7 +26,6 @@ from tauto_core.navigation import (
 )
 from tauto_core.navigation.covariates import expected_walk_per_s
 from tauto_core.navigation.drift import REMEMBERED, Track
-from tauto_core.navigation.hindsight import filtered_drift
 from tauto_core.navigation.kalman import REFUSED, REOPENED, USED
 from tauto_core.samples import ESTIMATE, OBSERVATION, READING, TimeSamples
 from tauto_core.scene import load_scene

@@ -109,40 +109,15 @@ def sea_words(sea: Facts) -> str:
 
 
 # -----------------------------------------------------------------------------
-# A replay as tables to read: the voyage, the drift in hindsight, the stability of the clock.
+# A replay as tables to read: the voyage and the stability of the clock.
 
 
 def replay_tables(result: Mapping[str, Any]) -> RenderableType:
-    """Return the tables of a replay: the voyage and, if requested, hindsight and stability."""
+    """Return the tables of a replay: the voyage and, if requested, its stability."""
     tables = [voyage_table(result)]
-    if smoothed := result.get('smoothed'):
-        tables.append(_hindsight(smoothed))
     if stability := result.get('stability'):
         tables.append(_stability(stability))
     return Group(*tables)
-
-
-def _hindsight(smoothed: Mapping[str, Any]) -> Table:
-    count = len(smoothed['stamp_s'])
-    table = WholeTable(
-        title=f'the drift in hindsight, from {count:,} observations',
-        title_justify='left',
-        show_header=False,
-    )
-    table.add_column()
-    table.add_column(justify='right', no_wrap=True)
-    for when, prefix in (('at the time', 'at_the_time_'), ('in hindsight', '')):
-        for which in ('rms', 'worst'):
-            error = figure(smoothed[f'{prefix}{which}_s'], 's')
-            table.add_row(f'error of the estimate {when}, {which}', f'{error} s')
-    if count:
-        rates, sigmas = smoothed['rate_s_per_day'], smoothed['rate_sigma_s_per_day']
-        for name, place in (('least', rates.index(min(rates))), ('most', rates.index(max(rates)))):
-            table.add_row(
-                f'rate in hindsight, {name}',
-                f'{with_sigma(rates[place], sigmas[place])} s/day',
-            )
-    return table
 
 
 def _stability(stability: Mapping[str, Any]) -> Table:

@@ -98,14 +98,7 @@ def replay(
     scene: Annotated[
         str | None, takes('SCENE', 'The scene, where the bag does not hold its own.')
     ] = None,
-    smooth: Annotated[
-        bool,
-        typer.Option(
-            '--smooth',
-            help='Also give the drift in hindsight: at each instant from all observations, later '
-            'ones included. No navigator can have it at sea.',
-        ),
-    ] = False,
+    smooth: Annotated[bool, typer.Option('--smooth', hidden=True)] = False,
     stability: Annotated[
         bool,
         typer.Option(
@@ -126,6 +119,11 @@ def replay(
     from tauto_core.files import check_plot
     from tauto_core.scene import load_scene
 
+    if smooth:
+        raise UsageError(
+            '--smooth: no drift in hindsight is estimated any more. Use the estimate at the end, '
+            '`drift` of --json, which knows all observations'
+        )
     if plot is not None:
         if not stability:
             raise UsageError('--plot draws what --stability gives. Give both, or neither')
@@ -133,7 +131,7 @@ def replay(
     loaded = None if scene is None else load_scene(scene)
     with progress_bar(f'replay {bag}'):
         opened = read_bag(bag)
-        replayed = voyage.replay(opened, loaded, smooth=smooth, stability=stability, keep=False)
+        replayed = voyage.replay(opened, loaded, stability=stability, keep=False)
     result = replayed.result
     say_once(result['warnings'])
     if plot is not None:

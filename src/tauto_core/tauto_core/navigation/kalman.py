@@ -551,19 +551,11 @@ class Filtered:
             tuple(self.integrals_s[place].tolist()) if self.start.integrals_s else (),
         )
 
-    def elapsed_s(self) -> FloatArray:
-        """Return the time from each observation used to the next [s], (m,)."""
-        return np.diff(self.stamp_ns) / NS_PER_S
-
-    def gained_s(self) -> tuple[FloatArray, ...]:
-        """Return the growth of each integral from each observation used to the next [s], (m,)."""
-        return tuple(np.diff(self.integrals_s, axis=0).T)
-
     def expected(self, model: ClockModel) -> Estimate[FloatArray]:
         """Return the states just before each observation used, widened where reopened, (m,)."""
-        elapsed = self.elapsed_s()
+        elapsed = np.diff(self.stamp_ns) / NS_PER_S
         before = same_fields(self.states, (column[:-1] for column in self.states))
-        ahead = predict(before, elapsed, model, self.gained_s())
+        ahead = predict(before, elapsed, model, tuple(np.diff(self.integrals_s, axis=0).T))
         return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
@@ -642,33 +634,4 @@ def filter_phases(
         np.frombuffer(bytes(fate), np.int8),
         start,
         np.array(integrals, np.float64).reshape(len(stamps), len(moved)),
-    )
-
-
-# -----------------------------------------------------------------------------
-# Estimates at many instants as vectors and matrices, for use outside the filter's steps.
-
-
-def means(known: Estimate[FloatArray], coefficients: tuple[str, ...]) -> FloatArray:
-    """Return the means of x, y, d and the coefficients, (n, 3 + c)."""
-    return np.column_stack([getattr(known, name) for name in ('x', 'y', 'd', *coefficients)])
-
-
-def covariance(known: Estimate[FloatArray], coefficients: tuple[str, ...]) -> FloatArray:
-    """Return P of each instant, (n, 3 + c, 3 + c)."""
-    names = ('x', 'y', 'd', *coefficients)
-    p = np.empty((len(known.x), len(names), len(names)))
-    for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
-        p[:, i, j] = p[:, j, i] = getattr(known, field)
-    return p
-
-
-def estimate(
-    mean: FloatArray, p: FloatArray, coefficients: tuple[str, ...]
-) -> Estimate[FloatArray]:
-    """Return the estimate with these means, (n, 3 + c), and covariances, (n, 3 + c, 3 + c)."""
-    names = ('x', 'y', 'd', *coefficients)
-    upper = zip(pairs(len(names)), covariances(names), strict=True)
-    return estimate_of(coefficients)(
-        **dict(zip(names, mean.T, strict=True)), **{field: p[:, i, j] for (i, j), field in upper}
     )
