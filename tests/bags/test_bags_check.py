@@ -8,7 +8,6 @@ import struct
 import subprocess
 import sys
 import textwrap
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -63,14 +62,7 @@ def chunk_places() -> list[tuple[int, int]]:
     return [(index.chunk_start_offset, index.chunk_length) for index in summary.chunk_indexes]
 
 
-@pytest.mark.parametrize('name', ['cheek_1min', 'ideal_6h', 'measured_2min'])
-def test_a_golden_bag_is_whole(name: str) -> None:
-    found = check_bag(GOLDEN.parent / name)
-    assert (found.damage, found.faults, found.notes) == ([], [], [])
-    assert found.whole
-
-
-@pytest.mark.parametrize('cut', [*range(9_000, SIZE, 24_001), SIZE - 3000, SIZE - 20, SIZE - 1])
+@pytest.mark.parametrize('cut', [*range(9_000, SIZE, 48_001), SIZE - 3000, SIZE - 20, SIZE - 1])
 def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: int) -> None:
     torn = killed(tmp_path / 'torn', cut)
     before = digests(torn)
@@ -188,6 +180,23 @@ def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -
     assert check_bag(made.path).whole
 
 
+def mcap_file(
+    path: Path, kind: str, rows: dict[str, list[tuple[int, int, bytes]]], **options: Any
+) -> Path:
+    """A bare file by the mcap library: sequence, log time and payload of each topic's messages."""
+    definition = b'float64 metres\n' if kind.startswith('a_msgs') else b''
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, **options)
+        writer.start('ros2')
+        schema = writer.register_schema(kind, 'ros2msg', definition)
+        for topic, messages in rows.items():
+            channel = writer.register_channel(topic, 'cdr', schema)
+            for sequence, stamp_ns, payload in messages:
+                writer.add_message(channel, stamp_ns, payload, stamp_ns + 7, sequence)
+        writer.finish()
+    return path
+
+
 def rewrite(bag: Path, change: Any) -> None:
     file = bag / 'metadata.yaml'
     content = yaml.safe_load(file.read_text('utf-8'))
@@ -255,15 +264,9 @@ def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> Non
 
 
 def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
-    path = tmp_path / 'x.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, compression=CompressionType.NONE, enable_crcs=False)
-        writer.start('ros2')
-        schema = writer.register_schema('a_msgs/msg/Depth', 'ros2msg', b'float64 metres\n')
-        depth = writer.register_channel('/depth', 'cdr', schema)
-        for k in range(3):
-            writer.add_message(depth, k, bytes(12), k)
-        writer.finish()
+    rows = {'/depth': [(0, k, bytes(12)) for k in range(3)]}
+    bare: dict[str, Any] = {'compression': CompressionType.NONE, 'enable_crcs': False}
+    path = mcap_file(tmp_path / 'x.mcap', 'a_msgs/msg/Depth', rows, **bare)
     assert check_bag(path).whole
     octets = bytearray(path.read_bytes())
     length = struct.pack('<BQ', 0x05, 22 + 12)
@@ -275,17 +278,9 @@ def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
 
 def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: Path) -> None:
     payloads = encode(s.SHIP_IMU, example(s.ImuSamples, 3))
-    path = tmp_path / 'x.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream)
-        writer.start('ros2')
-        schema = writer.register_schema('sensor_msgs/msg/Imu', 'ros2msg', b'')
-        imu = writer.register_channel('/ship/imu', 'cdr', schema)
-        bad = writer.register_channel('/bad', 'cdr', schema)
-        for k, payload in enumerate(payloads):
-            writer.add_message(imu, START_NS - k, payload, START_NS)
-        writer.add_message(bad, START_NS, b'\0\1\0\0', START_NS)
-        writer.finish()
+    back = [(0, START_NS - k, payload) for k, payload in enumerate(payloads)]
+    rows = {'/ship/imu': back, '/bad': [(0, START_NS, b'\0\1\0\0')]}
+    path = mcap_file(tmp_path / 'x.mcap', 'sensor_msgs/msg/Imu', rows)
     found = check_bag(path)
     assert found.damage == []
     assert len(found.faults) == 2
@@ -297,15 +292,8 @@ def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: 
 
 
 def test_a_foreign_topic_is_recovered_with_its_definition(tmp_path: Path) -> None:
-    path = tmp_path / 'x.mcap'
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, chunk_size=200)
-        writer.start('ros2')
-        schema = writer.register_schema('a_msgs/msg/Depth', 'ros2msg', b'float64 metres\n')
-        depth = writer.register_channel('/depth', 'cdr', schema)
-        for k in range(20):
-            writer.add_message(depth, k, bytes(12), k + 7, sequence=5 * k)
-        writer.finish()
+    deep = {'/depth': [(5 * k, k, bytes(12)) for k in range(20)]}
+    path = mcap_file(tmp_path / 'x.mcap', 'a_msgs/msg/Depth', deep, chunk_size=200)
     octets = path.read_bytes()
     path.write_bytes(octets[: len(octets) // 2])
     made = recover_bag(path)
@@ -345,16 +333,6 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
         check_bag(tmp_path / 'nowhere')
     with pytest.raises(BagError, match='nothing to recover'):
         recover_bag(GOLDEN, tmp_path / 'x')
-
-
-def test_a_bag_that_an_error_ended_says_so(tmp_path: Path) -> None:
-    with suppress(KeyboardInterrupt), BagWriter(tmp_path / 'bag') as writer:
-        writer.write({s.SHIP_IMU: example(s.ImuSamples, 3)})
-        raise KeyboardInterrupt
-    found = check_bag(tmp_path / 'bag')
-    assert found.damage == []
-    assert found.cut_short
-    assert not found.whole
 
 
 def test_a_topic_that_never_had_a_message_is_no_damage(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauto_core.bags import read_bag
+from tauto_core.bags import check_bag, read_bag
 from tauto_core.cli import main
 from tauto_core.samples import SCENE
 from tauto_core.scene import parse_scene
@@ -42,6 +42,8 @@ def test_a_golden_bag_is_what_its_command_gives(name, tmp_path, monkeypatch, cap
     assert ended.value.code in (0, None)
     capsys.readouterr()
     golden, again = read_bag(BAGS / name), read_bag(tmp_path / name)
+    found = check_bag(BAGS / name)
+    assert (found.damage, found.faults, found.notes, found.whole) == ([], [], [], True)
     assert golden.topics == again.topics
     assert golden.counts == again.counts
     # keys that came later have their defaults in the scene of a bag that is older

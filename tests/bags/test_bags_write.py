@@ -66,6 +66,13 @@ def test_rosbags_reads_the_same_messages(tmp_path: Path) -> None:
             found[connection.topic].append((stamp_ns, bytes(payload)))
         types = {connection.topic: connection.msgtype for connection in reader.connections}
         profiles = {c.topic: c.ext.offered_qos_profiles[0] for c in reader.connections}
+    with AnyReader([tmp_path / 'voyage']) as reader:  # by the definitions in the file
+        [imu] = [each for each in reader.connections if each.topic == '/ship/imu']
+        frames = {
+            reader.deserialize(payload, imu.msgtype).header.frame_id
+            for _, _, payload in reader.messages([imu])
+        }
+    assert frames == {'clock_mount'}
     for name, samples in batches.items():
         payloads = library_payloads(TOPICS[name].ros_type, samples)
         assert found[f'/{name}'] == list(zip(samples.stamp_ns.tolist(), payloads, strict=True))
@@ -74,20 +81,6 @@ def test_rosbags_reads_the_same_messages(tmp_path: Path) -> None:
         assert profiles[f'/{name}'].durability.name == (
             'TRANSIENT_LOCAL' if name == s.SCENE else 'VOLATILE'
         )
-
-
-def test_the_any_reader_decodes_with_the_schemas_of_the_file(tmp_path: Path) -> None:
-    batches = all_batches()
-    folder = write(tmp_path / 'voyage', batches)
-    imu = batches[s.SHIP_IMU]
-    assert isinstance(imu, s.ImuSamples)
-    with AnyReader([folder]) as reader:
-        chosen = [c for c in reader.connections if c.topic == '/ship/imu']
-        messages = [
-            reader.deserialize(payload, c.msgtype) for c, _, payload in reader.messages(chosen)
-        ]
-    assert [message.orientation.w for message in messages] == imu.orientation[:, 3].tolist()
-    assert [message.header.frame_id for message in messages] == ['clock_mount'] * 40
 
 
 def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
@@ -160,13 +153,7 @@ def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
     assert all(found.startswith('RIHS01_') for found in hashes)
 
 
-def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
-    first = write(tmp_path / 'a' / 'voyage', all_batches())
-    second = write(tmp_path / 'b' / 'voyage', all_batches())
-    assert digest(first) == digest(second)
-
-
-def test_raw_and_batches_give_the_same_bytes(tmp_path: Path) -> None:
+def test_raw_messages_and_batches_give_the_same_bytes_again(tmp_path: Path) -> None:
     imu = example(s.ImuSamples, 30)
     first = write(tmp_path / 'a' / 'voyage', {s.SHIP_IMU: imu})
     with BagWriter(tmp_path / 'b' / 'voyage') as writer:
@@ -176,31 +163,36 @@ def test_raw_and_batches_give_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_what_is_written_is_in_the_file_chunk_by_chunk(tmp_path: Path) -> None:
-    imu = {s.SHIP_IMU: example(s.ImuSamples, 1000)}
+    """A kill loses at most the chunk that is not yet full: the file is read as it lies there."""
+    imu = example(s.ImuSamples, 1000)
     with BagWriter(tmp_path / 'voyage', chunk_bytes=64 * 1024) as writer:
-        writer.write(imu)
+        writer.write({s.SHIP_IMU: imu})
         assert writer.counts == {s.SHIP_IMU: 1000}
-        assert sum(file.stat().st_size for file in writer.path.glob('*.mcap')) > 100_000
-        assert not (tmp_path / 'voyage/metadata.yaml').exists()
+        bag = read_bag(tmp_path / 'voyage')
+        left = bag.counts['/ship/imu']
+        assert 1000 - 64 * 1024 / 350 < left <= 1000
+        assert_same(s.take(imu, slice(left)), bag.samples(s.SHIP_IMU))
+        assert 'no metadata.yaml' in bag.warnings[0]
+        assert f'the {left} messages before the cut' in bag.warnings[1]
     assert writer.path == tmp_path / 'voyage'
 
 
 def test_memory_does_not_grow_with_the_chunks(tmp_path: Path) -> None:
-    """A record of the index takes more than 100 bytes: kept, 2000 of them would be seen."""
+    """A record of the index takes more than 100 bytes: kept, 800 of them would be seen."""
     payload = encode(s.SHIP_IMU, example(s.ImuSamples, 1))[0]
     with BagWriter(tmp_path / 'voyage', chunk_bytes=1) as writer:
         held = []
         tracemalloc.start()
-        for stamp_ns in range(3000):
+        for stamp_ns in range(1000):
             writer.write_raw(s.SHIP_IMU, payload, stamp_ns)
-            if stamp_ns in {999, 2999}:
+            if stamp_ns in {199, 999}:
                 held.append(tracemalloc.get_traced_memory()[0])
         tracemalloc.stop()
     assert held[1] - held[0] < 50_000
     with (tmp_path / 'voyage/voyage_0.mcap').open('rb') as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
-    assert len(summary.chunk_indexes) == 3000
+    assert len(summary.chunk_indexes) == 1000
 
 
 def test_empty_batches_and_an_empty_bag(tmp_path: Path) -> None:
@@ -226,7 +218,7 @@ def test_an_existing_folder_is_refused_and_stays(tmp_path: Path) -> None:
 
 
 def test_force_replaces_a_bag_once_the_new_one_is_complete(tmp_path: Path) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(2))
+    folder = write(tmp_path / 'voyage', all_batches(2), force=True)
     before = digest(folder)
     with BagWriter(folder, force=True) as writer:
         writer.write(all_batches(3))
@@ -234,11 +226,6 @@ def test_force_replaces_a_bag_once_the_new_one_is_complete(tmp_path: Path) -> No
     assert read_bag(folder).counts['/ship/imu'] == 3
     assert writer.path == folder
     assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
-
-
-def test_force_makes_what_is_not_there(tmp_path: Path) -> None:
-    folder = write(tmp_path / 'new' / 'voyage', all_batches(2), force=True)
-    assert read_bag(folder).counts['/ship/imu'] == 2
 
 
 @pytest.mark.parametrize('suffix', ['', '.partial', '.replaced'])
@@ -252,20 +239,13 @@ def test_force_spares_what_is_not_only_a_bag(tmp_path: Path, suffix: str) -> Non
     assert (other / 'thesis.tex').exists()
 
 
-@pytest.mark.parametrize('force', [False, True])
-def test_a_file_in_the_way_is_refused(tmp_path: Path, force: bool) -> None:
+def test_a_place_where_no_folder_can_be_is_refused(tmp_path: Path) -> None:
     (tmp_path / 'voyage').write_text('x')
-    with pytest.raises(BagError, match='voyage'):
-        BagWriter(tmp_path / 'voyage', force=force)
-
-
-def test_a_parent_that_is_a_file_is_refused(tmp_path: Path) -> None:
-    (tmp_path / 'file').write_text('x')
-    with pytest.raises(BagError, match='cannot be made'), BagWriter(tmp_path / 'file' / 'voyage'):
+    for force in (False, True):
+        with pytest.raises(BagError, match='voyage'):
+            BagWriter(tmp_path / 'voyage', force=force)
+    with pytest.raises(BagError, match='cannot be made'), BagWriter(tmp_path / 'voyage' / 'new'):
         pass
-
-
-def test_a_name_too_long_for_a_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BagPlaceError, match=r'cannot be used .File name too long.'):
         BagWriter(tmp_path / ('x' * 252))
 
@@ -274,8 +254,8 @@ def test_a_name_too_long_for_a_file_is_refused(tmp_path: Path) -> None:
 def test_an_interrupted_bag_is_finished(tmp_path: Path, error: type[BaseException]) -> None:
     batches = all_batches()
     assert interrupt(tmp_path / 'voyage', batches, error) == tmp_path / 'voyage'
-    bag = read_bag(tmp_path / 'voyage')
-    assert bag.warnings == ()
+    bag, found = read_bag(tmp_path / 'voyage'), check_bag(tmp_path / 'voyage')
+    assert (bag.warnings, found.damage, found.cut_short, found.whole) == ((), [], True, False)
     for name, samples in batches.items():
         assert_same(samples, bag.samples(name))
 
@@ -535,8 +515,7 @@ LOOP = """
 """
 
 
-@pytest.mark.parametrize('attempt', range(3))
-def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path, attempt: int) -> None:
+def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path) -> None:
     folder = tmp_path / 'voyage'
     with subprocess.Popen(
         [sys.executable, '-c', textwrap.dedent(LOOP), folder],
@@ -545,7 +524,7 @@ def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path, attempt: 
         stderr=subprocess.PIPE,
     ) as process:
         assert process.stdout is not None
-        assert process.stdout.readline() == b'written\n', attempt
+        assert process.stdout.readline() == b'written\n'
         process.send_signal(signal.SIGINT)
         _, errors = process.communicate(timeout=300)
     assert b'KeyboardInterrupt' in errors
