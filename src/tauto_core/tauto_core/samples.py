@@ -1,6 +1,6 @@
 """Samples: the data that flow between the stages, with the same fields as the messages.
 
-Only `PlanarImu` and `SpatialImu` are not messages; they replace `ImuSamples` where not all of its
+Only `SpatialImu` is not a message; it replaces `ImuSamples` where not all of its
 fields are needed.
 
 A batch has n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
@@ -61,39 +61,18 @@ class ImuSamples:
     linear_acceleration_covariance: FloatArray
 
 
-@dataclass(frozen=True)
-class PlanarImu:
-    """The motion of a ship that only rolls and heaves, from which `ImuSamples` could be made.
-
-    A clock needs two or four of the ten numbers of such a sample; `ship.imu` computes them with
-    the same bits as from all ten. No sample would be refused (`ship.imu.screen`), and stamps
-    continue those before. Arrays are (n,).
-    """
-
-    stamp_ns: IntArray
-    roll: FloatArray
-    """ρ [rad]."""
-    roll_rate: FloatArray
-    """ρ̇ [rad/s]."""
-    accelerations: Callable[[], tuple[FloatArray | None, FloatArray | None]]
-    """Returns ρ̈ [rad/s2], None where the height is 0, and z̈ of the heave [m/s2] or None."""
-    height: float
-    """Height of the clock above the roll axis [m]."""
-    gravity: float
-    """g [m/s2]."""
-
-
 IN_CACHE = 16_384
-"""Samples of a ship with six motions that are made at once: their arrays stay in the processor's
+"""Samples of a simulated ship that are made at once: their arrays stay in the processor's
 second cache. A multiple of the blocks in which waves are summed (`ship.waves.SUM_BLOCK`).
 """
 
 
 @dataclass(frozen=True)
 class SpatialImu:
-    """The motion of a ship that moves in all six ways, from which `ImuSamples` are made.
+    """The motion of a simulated ship, from which `ImuSamples` are made.
 
-    As with `PlanarImu`, a clock may not need all of a sample, and no sample would be refused.
+    A clock may not need all of a sample. No sample would be refused (`ship.imu.screen`), and the
+    stamps continue those before.
     """
 
     stamp_ns: IntArray
@@ -182,7 +161,6 @@ class TemperatureSamples:
 Samples: TypeAlias = (
     TextSamples
     | ImuSamples
-    | PlanarImu
     | SpatialImu
     | JointSamples
     | TimeSamples

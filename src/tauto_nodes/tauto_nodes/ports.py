@@ -318,7 +318,7 @@ class Intake:
 
     def _faults(self, samples: s.Samples) -> Iterator[tuple[str, str]]:
         """Yield what is wrong with samples, in a word and in full."""
-        if isinstance(samples, s.TextSamples | s.PlanarImu | s.SpatialImu):
+        if isinstance(samples, s.TextSamples | s.SpatialImu):
             return
         if samples.stamp_ns.min() < 0:
             yield 'out_of_range', f'stamped {samples.stamp_ns.min() * 1e-9:.6g} s, before 0'

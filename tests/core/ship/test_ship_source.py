@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.samples import ImuSamples, join
+from tauto_core.clockwork import TrochleaStage
+from tauto_core.samples import JOINT_STATES, PHASE, SHIP_IMU, ImuSamples, SpatialImu, join
 from tauto_core.scene import Scene, load_scene
 from tauto_core.ship import LOOKAHEAD, ShipMotion, attitude
 
@@ -157,3 +158,28 @@ def test_records_and_response_operators_are_read_without_scipy(name):
         "sys.exit('scipy' in sys.modules)"
     )
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize('name', ['second_cam_at_sea', 'involute_weight_at_sea', 'measured'])
+def test_a_clock_goes_alike_by_messages_and_without(name):
+    scene = load_scene(name, duration=60.0)
+    stages = [TrochleaStage(scene), TrochleaStage(scene)]
+    ships = [ShipMotion(scene), ShipMotion(scene)]
+    for n in (311, ships[0].total):
+        (one, other) = (
+            stage.feed({SHIP_IMU: imu})
+            for stage, imu in zip(stages, (ships[0].produce(n), ships[1].sense(n)), strict=True)
+        )
+        for topic in (JOINT_STATES, PHASE):
+            assert one[topic].position.tobytes() == other[topic].position.tobytes()
+            assert one[topic].velocity.tobytes() == other[topic].velocity.tobytes()
+
+
+@pytest.mark.parametrize('height', [0.0, 1e149, 1e308])
+def test_what_may_overflow_comes_as_a_message(height):
+    """It is screened, and refused under the name of its fault. A checked scene has less height."""
+    ship = {'kind': 'components', 'components': [{'amplitude': 0.5, 'period': 0.5}]}
+    scene = load_scene('second_cam_at_sea', duration=60.0, ship=ship)
+    high = scene.ship.model_copy(update={'height': height})
+    sensed = ShipMotion(scene.model_copy(update={'ship': high})).sense(10)
+    assert isinstance(sensed, SpatialImu if height < 1e149 else ImuSamples)

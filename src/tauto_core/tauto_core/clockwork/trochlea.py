@@ -29,7 +29,6 @@ from tauto_core.samples import (
     ImuSamples,
     IntArray,
     JointSamples,
-    PlanarImu,
     Samples,
     SpatialImu,
     State,
@@ -43,7 +42,7 @@ from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.air import BoxTemperature
 from tauto_core.ship.buffer import MotionBuffer, SharedBuffers, felt_step_ns, samples_a_piece
-from tauto_core.ship.imu import message, parted, screen
+from tauto_core.ship.imu import Sensed, message, parted, screen
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -386,7 +385,7 @@ class TrochleaStage:
         self._end_ns = scene.duration_ns if anchor == 'scene' else None
         self._origin_ns: int | None = None
         self._last_stamp: int | None = None
-        self._waiting: list[ImuSamples | PlanarImu | SpatialImu] = []
+        self._waiting: list[Sensed] = []
         self._released = False
         self._refused: dict[str, int] = {}
         self._slacks = self._taut_ns = 0
@@ -409,7 +408,7 @@ class TrochleaStage:
         if warmth is not None and isinstance(felt, TemperatureSamples):
             warmth.add(felt)
         imu = batches.get(SHIP_IMU)
-        if not isinstance(imu, ImuSamples | PlanarImu | SpatialImu) or not len(imu.stamp_ns):
+        if not isinstance(imu, ImuSamples | SpatialImu) or not len(imu.stamp_ns):
             return self._move(None) if self._waiting else {}
         if isinstance(imu, ImuSamples):
             imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
@@ -436,7 +435,7 @@ class TrochleaStage:
         self._last_stamp = int(imu.stamp_ns[-1])
         return self._move(imu)
 
-    def _move(self, imu: ImuSamples | PlanarImu | SpatialImu | None) -> Batches:
+    def _move(self, imu: Sensed | None) -> Batches:
         """Advance over more motion, as far as the temperature is known."""
         moved, origin_ns = [] if imu is None else [imu], self._origin_ns or 0
         if self._warmth is not None and self._warmth.varies:

@@ -24,15 +24,13 @@ from tauto_core.samples import (
     HungImu,
     ImuSamples,
     IntArray,
-    PlanarImu,
-    SpatialImu,
     State,
     take,
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.imu import contiguous, in_parts, read_force, read_roll
+from tauto_core.ship.imu import Sensed, contiguous, in_parts
 from tauto_core.ship.sampling import (
     FORCE_BEFORE,
     LARGEST_SLOW_TURN,
@@ -344,7 +342,7 @@ class MotionBuffer:
         self.bridged = 0
         self.crowded = 0
 
-    def add(self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, origin_ns: int) -> None:
+    def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples; times are counted from the origin."""
         if isinstance(imu, ImuSamples):
             kept = self._spaced(imu.stamp_ns - origin_ns)
@@ -377,9 +375,7 @@ class MotionBuffer:
         felt = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
         return (*line, *felt)
 
-    def fill(
-        self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, new: dict[str, FloatArray]
-    ) -> None:
+    def fill(self, imu: Sensed | HungImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
         from tauto_core.ship import kernels  # kernels
 
@@ -392,10 +388,6 @@ class MotionBuffer:
             for channel, values in felt:
                 if channel is not None:
                     channel[:] = values
-        elif isinstance(imu, PlanarImu):
-            read_roll(imu, roll, rate)
-            if force:
-                read_force(imu, lean, gravity)
         else:
             for rows, part in in_parts(imu, rate is not None, force):
                 others = (None if each is None else each[rows] for each in (rate, lean, gravity))
@@ -643,7 +635,7 @@ class _InCommon(MotionBuffer):
         super().__init__(**settings)
         self._shared, self._turn = shared, 0
 
-    def add(self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, origin_ns: int) -> None:
+    def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples, unless another clock has brought them."""
         shared = self._shared
         if int(imu.stamp_ns[-1]) > shared.last_ns:

@@ -18,7 +18,6 @@ from tauto_core.samples import (
     FloatArray,
     ImuSamples,
     IntArray,
-    PlanarImu,
     SpatialImu,
     State,
     join,
@@ -125,11 +124,14 @@ def _covariances(n: int) -> tuple[FloatArray, ...]:
 def imu_samples(
     stamp_ns: IntArray,
     roll: FloatArray,
-    roll_rate: FloatArray,
+    roll_rate: FloatArray | None,
     roll_acceleration: FloatArray | None,
     heave_acceleration: FloatArray | None,
     height: float,
     gravity: float,
+    *,
+    turning: bool = True,
+    felt: bool = True,
 ) -> ImuSamples:
     """Return the readings of an IMU beside the clock (theory/ship.md, E1).
 
@@ -139,24 +141,26 @@ def imu_samples(
 
         f′_y = (g + z̈_s) sin ρ - z0 ρ̈,    f′_z = (g + z̈_s) cos ρ - z0 ρ̇².
 
-    The roll acceleration is None where the height is 0, that of the heave where there is none.
+    The roll acceleration is None where the height is 0, the roll rate where neither the force at a
+    height nor the angular velocity is asked for, that of the heave where there is none.
+    Angular velocity and force are empty where they are not asked for.
     """
     from tauto_core.ship.kernels import encode_imu  # imports kernels
 
     n = len(stamp_ns)
     whole = -(-n // 8) * 8
     orientation = np.empty((whole, 4))
-    angular_velocity, force = np.empty((whole, 3)), np.empty((whole, 3))
+    angular_velocity, force = (np.empty((whole if asked else 0, 3)) for asked in (turning, felt))
     encode_imu(
         np.ascontiguousarray(roll),
-        np.ascontiguousarray(roll_rate),
+        None if roll_rate is None else np.ascontiguousarray(roll_rate),
         None if height == 0.0 else roll_acceleration,
         heave_acceleration,
         height,
         gravity,
         orientation,
-        angular_velocity,
-        force,
+        angular_velocity if turning else None,
+        force if felt else None,
     )
     return sensed(stamp_ns, orientation[:n], angular_velocity[:n], force[:n])
 
@@ -290,19 +294,14 @@ def content_reasons(imu: ImuSamples) -> IntArray:
 
 
 # -----------------------------------------------------------------------------
-# The readings of a `PlanarImu` or a `SpatialImu`, with the same bits as from its messages.
+# The readings of a `SpatialImu`, with the same bits as from its messages.
+
+Sensed: TypeAlias = ImuSamples | SpatialImu
 
 
-def message(imu: ImuSamples | PlanarImu | SpatialImu) -> ImuSamples:
+def message(imu: Sensed) -> ImuSamples:
     """Return the samples field for field as the message has them."""
-    if isinstance(imu, ImuSamples):
-        return imu
-    if isinstance(imu, SpatialImu):
-        return imu.samples(True, True, slice(None))
-    acceleration, heave = imu.accelerations()
-    return imu_samples(
-        imu.stamp_ns, imu.roll, imu.roll_rate, acceleration, heave, imu.height, imu.gravity
-    )
+    return imu if isinstance(imu, ImuSamples) else imu.samples(True, True, slice(None))
 
 
 def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, ImuSamples]]:
@@ -310,83 +309,30 @@ def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, Im
     if isinstance(imu, SpatialImu):
         yield from imu.parts(turning, felt)
     else:
-        yield slice(None), message(imu)
-
-
-Sensed: TypeAlias = ImuSamples | PlanarImu | SpatialImu
+        yield slice(None), imu
 
 
 def kept(imu: Sensed) -> Sensed:
     """Return the same samples, whose readings are computed once however many clocks ask."""
     if isinstance(imu, ImuSamples):
         return imu
-    if isinstance(imu, PlanarImu):
-        return replace(imu, accelerations=cache(imu.accelerations))
-    whole = cache(lambda: imu.samples(True, True, slice(None)))
+    whole = cache(lambda: message(imu))
     return replace(imu, samples=lambda _, __, rows: take(whole(), rows))
 
 
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
-    """Return the samples before a row, and those from it on.
-
-    What a ship that only rolls needs besides is computed once for both, when one of them needs it.
-    """
-    halves = slice(None, row), slice(row, None)
+    """Return the samples before a row, and those from it on."""
     if isinstance(imu, ImuSamples):
-        before, after = (take(imu, which) for which in halves)
-        return before, after
-    if isinstance(imu, SpatialImu):
-        total = len(imu.stamp_ns)
+        return take(imu, slice(None, row)), take(imu, slice(row, None))
 
-        def later(turning: bool, felt: bool, rows: slice) -> ImuSamples:
-            begin, end, _ = rows.indices(total - row)
-            return imu.samples(turning, felt, slice(row + begin, row + end))
+    def part(begin: int, end: int) -> SpatialImu:
+        def samples(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+            first, last, _ = rows.indices(end - begin)
+            return imu.samples(turning, felt, slice(begin + first, begin + last))
 
-        def sooner(turning: bool, felt: bool, rows: slice) -> ImuSamples:
-            begin, end, _ = rows.indices(row)
-            return imu.samples(turning, felt, slice(begin, end))
+        return SpatialImu(imu.stamp_ns[begin:end], samples, imu.first + begin)
 
-        return (
-            SpatialImu(imu.stamp_ns[:row], sooner, imu.first),
-            SpatialImu(imu.stamp_ns[row:], later, imu.first + row),
-        )
-    whole = cache(imu.accelerations)
-
-    def planar(which: slice) -> PlanarImu:
-        def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
-            bend, up = whole()
-            return None if bend is None else bend[which], None if up is None else up[which]
-
-        stamps, roll, rate = imu.stamp_ns[which], imu.roll[which], imu.roll_rate[which]
-        return replace(
-            imu, stamp_ns=stamps, roll=roll, roll_rate=rate, accelerations=accelerations
-        )
-
-    return planar(halves[0]), planar(halves[1])
-
-
-def read_roll(imu: PlanarImu, roll: FloatArray, rate: FloatArray | None) -> None:
-    """Fill in the roll as computed from the quaternion, and the roll rate."""
-    from tauto_core.ship.kernels import planar_roll  # imports kernels
-
-    planar_roll(contiguous(imu.roll), contiguous(imu.roll_rate), roll, rate)
-
-
-def read_force(imu: PlanarImu, tilt: FloatArray | None, size: FloatArray | None) -> None:
-    """Fill in direction and size of the specific force: see `kernels.force_of`."""
-    from tauto_core.ship.kernels import planar_force  # imports kernels
-
-    acceleration, heave = imu.accelerations()
-    planar_force(
-        contiguous(imu.roll),
-        contiguous(imu.roll_rate),
-        None if acceleration is None else contiguous(acceleration),
-        None if heave is None else contiguous(heave),
-        imu.height,
-        imu.gravity,
-        tilt,
-        size,
-    )
+    return part(0, row), part(row, len(imu.stamp_ns))
 
 
 # -----------------------------------------------------------------------------

@@ -184,30 +184,40 @@ def _store_sums(
 @entry
 def encode_imu(
     angle: FloatArray,
-    rate: FloatArray,
+    rate: FloatArray | None,
     acceleration: FloatArray | None,
     heave: FloatArray | None,
     height: float,
     gravity: float,
     orientation: FloatArray,
-    angular_velocity: FloatArray,
-    force: FloatArray,
+    angular_velocity: FloatArray | None,
+    force: FloatArray | None,
 ) -> None:
     """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
 
-    `acceleration` ρ̈ is None where the height is 0, `heave` z̈_s where there is none. Outputs are
+    `acceleration` ρ̈ is None where the height is 0, `heave` z̈_s where there is none. Outputs that
+    are None are not in the compiled code, nor is a rate that none of them needs. Outputs are
     longer than the inputs, up to a multiple of eight.
     """
     zero = splat(0.0)
     for i in range(len(orientation) // SIZE):
         s, c = half_angles(0.5 * eight(angle, i))
-        turning = eight(rate, i)
-        y, z = specific_force(s, c, i, turning, acceleration, heave, height, gravity)
+        turning = zero if rate is None else eight(rate, i)
         for row in _FOUR:
             store(orientation, 4 * i + row, interleaved((s, zero, zero, c), row))
-        for row in _THREE:
-            store(angular_velocity, 3 * i + row, interleaved((turning, zero, zero), row))
-            store(force, 3 * i + row, interleaved((zero, y, z), row))
+        if angular_velocity is not None:
+            for row in _THREE:
+                store(angular_velocity, 3 * i + row, interleaved((turning, zero, zero), row))
+        if force is not None:
+            weight = splat(gravity)
+            if heave is not None:
+                weight = weight + eight(heave, i)
+            y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
+            if acceleration is not None:
+                y = y - height * eight(acceleration, i)
+                z = z - height * (turning * turning)
+            for row in _THREE:
+                store(force, 3 * i + row, interleaved((zero, y, z), row))
 
 
 @entry
@@ -258,28 +268,6 @@ def encode_six(
             felt = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
             for row in _THREE:
                 store(force, 3 * i + row, interleaved(felt, row))
-
-
-@inlined
-def specific_force(
-    s: Any,
-    c: Any,
-    i: int,
-    turning: Any,
-    acceleration: FloatArray | None,
-    heave: FloatArray | None,
-    height: float,
-    gravity: float,
-) -> tuple[Any, Any]:
-    """Return f′_y and f′_z of the eight samples from 8 i on, from half angles and roll rate."""
-    weight = splat(gravity)
-    if heave is not None:
-        weight = weight + eight(heave, i)
-    y, z = weight * (2.0 * s * c), weight * ((c - s) * (c + s))
-    if acceleration is not None:
-        y = y - height * eight(acceleration, i)
-        z = z - height * (turning * turning)
-    return y, z
 
 
 @inlined
@@ -427,6 +415,15 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
 
 
 @entry
+def rolls_alone(orientation: FloatArray, force: FloatArray) -> bool:
+    """Return whether nothing turns the ship but her roll, and no force acts along the axle."""
+    for k in range(len(force)):
+        if force[k, 0] != 0.0 or orientation[k, 1] != 0.0 or orientation[k, 2] != 0.0:
+            return False
+    return True
+
+
+@entry
 def force_in_plane(
     orientation: FloatArray, force: FloatArray, upright: bool, felt: FloatArray
 ) -> None:
@@ -504,52 +501,6 @@ def level_force_of(
         if upright:
             square = (x * x + y * y) + (z * z + w * w)
             up[k] = (across * deck - 2.0 * (w * y - z * x) * force[k, 0]) / square
-
-
-@entry
-def planar_roll(
-    angle: FloatArray, turning: FloatArray, roll: FloatArray, rate: FloatArray | None
-) -> None:
-    """Fill the roll as `roll_of` would from the quaternion of a ship that only rolls.
-
-    The bits are those of `roll_of` for the output of `encode_imu`.
-    """
-    rows = len(angle) // SIZE
-    for i in range(rows):
-        s, c = half_angles(0.5 * row_of(angle, i))
-        # 0.0 replaces the other terms of quaternion and angular velocity
-        _store_directions(2.0 * (c * s + 0.0), (c * c - s * s) + 0.0, i, roll)
-        if rate is not None:
-            store(rate, i, row_of(turning, i) + 0.0)
-    s, c = half_angles(0.5 * eight(angle, rows))
-    for r in range(len(angle) - SIZE * rows):
-        x, w = lane(s, r), lane(c, r)
-        roll[SIZE * rows + r] = _direction(2.0 * (w * x + 0.0), (w * w - x * x) + 0.0)
-        if rate is not None:
-            rate[SIZE * rows + r] = turning[SIZE * rows + r] + 0.0
-
-
-@entry
-def planar_force(
-    angle: FloatArray,
-    rate: FloatArray,
-    acceleration: FloatArray | None,
-    heave: FloatArray | None,
-    height: float,
-    gravity: float,
-    tilt: FloatArray | None,
-    size: FloatArray | None,
-) -> None:
-    """Fill the results of `force_of` for the force from `encode_imu`."""
-    rows = len(angle) // SIZE
-    for i in range(rows + 1):
-        s, c = half_angles(0.5 * eight(angle, i))
-        y, z = specific_force(s, c, i, eight(rate, i), acceleration, heave, height, gravity)
-        if i < rows:
-            store_forces(y, z, i, tilt, size)
-        else:
-            for r in range(len(angle) - SIZE * rows):
-                _store_upwards(lane(y, r), lane(z, r), SIZE * rows + r, tilt, size)
 
 
 @inlined

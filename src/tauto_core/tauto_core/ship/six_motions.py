@@ -153,14 +153,16 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
         plane: see `ThreadPlane`.
     """
     force = imu.linear_acceleration
-    # a sample of a ship that only rolls has the same bits in all planes
-    if plane == 'ship' or not (force[:, 0].any() or imu.orientation[:, 1:3].any()):
+    if plane == 'ship':
         return force
     from tauto_core.ship import kernels  # kernels
 
+    orientation, force = contiguous(imu.orientation), contiguous(force)
+    # a sample of a ship that only rolls has the same bits in all planes
+    if kernels.rolls_alone(orientation, force):
+        return force
     felt = np.empty((-(-len(force) // 8) * 8, 3))
-    orientation = contiguous(imu.orientation)
-    kernels.force_in_plane(orientation, contiguous(force), plane == 'vertical', felt)
+    kernels.force_in_plane(orientation, force, plane == 'vertical', felt)
     return felt[: len(force)]
 
 

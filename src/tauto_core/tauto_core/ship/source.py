@@ -13,14 +13,13 @@ from tauto_core.samples import (
     FloatArray,
     ImuSamples,
     IntArray,
-    PlanarImu,
     SpatialImu,
     State,
     TimeSamples,
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.ship.imu import SQUARABLE, imu_from_roll, message
+from tauto_core.ship.imu import SQUARABLE, Sensed, imu_from_roll, imu_samples, message
 from tauto_core.ship.passage import GravityOnTheWay, Passage
 from tauto_core.ship.sections import MOTIONS
 from tauto_core.ship.six_motions import SixMotions, Turned, imu_from_motions
@@ -191,9 +190,6 @@ class ShipMotion:
             # in the order of `SixMotions`
             moved = (getattr(six, each.name) for each in fields(six))
             self._six = [found for each in moved if (found := _sampled(each, scene)) is not None]
-        # in weather the acceleration of roll needs the other two, so one pass makes all three
-        with_bend = isinstance(self._roll, SampledFades) and scene.ship.height != 0.0
-        self._orders = (0, 1, 2) if with_bend else (0, 1)
         # so far from overflow that no sample can be refused
         self._is_tame = True
         if six is not None:
@@ -208,39 +204,51 @@ class ShipMotion:
         """Return the next samples, at most `count`; an empty batch at the end."""
         return message(self.sense(count))
 
-    def sense(self, count: int) -> ImuSamples | PlanarImu | SpatialImu:
+    def sense(self, count: int) -> Sensed:
         """Return the same as `produce`, possibly without fields that a clock does not need."""
         first = self._next
         last = min(first + count, self.total)
         self._next = last
-        scene = self._scene
         begin, end = (self._starts_at_ns + self._step_ns * k for k in (first, last))
         stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
         if self._roll is None or first == last:
             zero = np.zeros(last - first)
             return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
-        if self._six is not None:
-            sensed = partial(self._six_sensed, self._six, stamps, first)
-            six = SpatialImu(stamps, sensed, first)
-            return six if self._is_tame else message(six)
-        roll, rate, *bend = self._roll.between(first, last, *self._orders)
         if self._force_y is not None and self._force_z is not None:
+            roll, rate = self._roll.between(first, last, 0, 1)
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
             return imu_from_roll(stamps, roll, rate, y, z)
-        turning, heave = self._roll if scene.ship.height else None, self._heave
-
-        def accelerations() -> tuple[FloatArray | None, FloatArray | None]:
-            if turning is not None and not bend:
-                bend.extend(turning.between(first, last, 2))
-            up = None if heave is None else heave.between(first, last, 2)[0]
-            if self._gravity is not None:
-                # gravity that changes on the way is a slow acceleration beside the heave
-                more = self._weighs(stamps) - scene.g
-                up = more if up is None else up + more
-            return (bend[0] if bend else None), up
-
-        imu = PlanarImu(stamps, roll, rate, accelerations, scene.ship.height, scene.g)
+        if self._six is not None:
+            sensed = partial(self._six_sensed, self._six, stamps, first)
+        else:
+            sensed = partial(self._roll_sensed, self._roll, stamps, first)
+        imu = SpatialImu(stamps, sensed, first)
         return imu if self._is_tame else message(imu)
+
+    def _roll_sensed(
+        self,
+        roll: SampledHarmonics | SampledFades,
+        stamps: IntArray,
+        first: int,
+        turning: bool,
+        felt: bool,
+        rows: slice,
+    ) -> ImuSamples:
+        """Return samples of a ship that rolls and heaves, with the force where it is asked for."""
+        begin, end, _ = rows.indices(len(stamps))
+        stamps, first, last = stamps[begin:end], first + begin, first + end
+        height, gravity = self._scene.ship.height, self._scene.g
+        bends = felt and height != 0.0
+        orders = (0, 1, 2) if bends else (0, 1) if turning else (0,)
+        angle, rate, bend, *_ = (*roll.between(first, last, *orders), None, None)
+        up = self._heave.between(first, last, 2)[0] if felt and self._heave is not None else None
+        if felt and self._gravity is not None:
+            # gravity that changes on the way is a slow acceleration beside the heave
+            more = self._weighs(stamps) - gravity
+            up = more if up is None else up + more
+        return imu_samples(
+            stamps, angle, rate, bend, up, height, gravity, turning=turning, felt=felt
+        )
 
     def _six_sensed(
         self,

@@ -27,9 +27,6 @@ from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, contact_
 from tauto_core.samples import (
     FloatArray,
     HungImu,
-    ImuSamples,
-    PlanarImu,
-    SpatialImu,
     State,
 )
 from tauto_core.scene import Scene
@@ -39,7 +36,7 @@ from tauto_core.ship.buffer import (
     SharedBuffers,
     felt_step_ns,
 )
-from tauto_core.ship.imu import contiguous, in_parts
+from tauto_core.ship.imu import Sensed, contiguous, in_parts
 from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.sections import SuspensionKind
 
@@ -301,9 +298,7 @@ class BearingBuffer(MotionBuffer):
             return ()
         return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
-    def fill(
-        self, imu: ImuSamples | PlanarImu | SpatialImu | HungImu, new: dict[str, FloatArray]
-    ) -> None:
+    def fill(self, imu: Sensed | HungImu, new: dict[str, FloatArray]) -> None:
         """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
         from tauto_core.ship import kernels  # kernels
 
@@ -380,7 +375,7 @@ class Suspension:
         """Number of samples of the ship that were left out because they are too close together."""
         return self._buffer.crowded
 
-    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> HungImu | None:
+    def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
         """Take screened samples; return those of the case that are known by now, if any.
 
         Raises:
@@ -513,7 +508,7 @@ class CaseInCommon:
         """Number of samples of the ship that were left out."""
         return self._case.motion.crowded
 
-    def feed(self, imu: ImuSamples | PlanarImu | SpatialImu, origin_ns: int) -> HungImu | None:
+    def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
         """Take screened samples; return those of the case that are known by now, if any."""
         self._turn += 1
         return self._case.felt.answer(self._turn, lambda: self._case.motion.feed(imu, origin_ns))
