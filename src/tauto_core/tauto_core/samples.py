@@ -11,6 +11,7 @@ except where the ROS message itself says otherwise (`NavSatFix` has degrees).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Protocol, TypeAlias, TypeVar, cast
 
@@ -214,6 +215,26 @@ class Stage(Protocol):
     def health(self) -> dict[str, int]:
         """Return counters of refused samples, bridged gaps and the like; empty if it has none."""
         ...
+
+
+class Stateful:
+    """Saves and restores attributes by their names.
+
+    Attributes:
+        kept: the names, without the underscore: of all that the next result depends on, but for
+            what a class adds to its own `state`.
+    """
+
+    kept: ClassVar[tuple[str, ...]] = ()
+
+    def state(self) -> State:
+        """Return all that the next result depends on."""
+        return {name: deepcopy(getattr(self, f'_{name}')) for name in self.kept}
+
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        for name in self.kept:
+            setattr(self, f'_{name}', deepcopy(state[name]))
 
 
 def count(samples: Samples) -> int:

@@ -484,7 +484,7 @@ def test_without_covariates_nothing_of_it_is_there():
     scene = scene_of(covariates='')
     stage = DriftStage(scene)
     assert stage.inputs == (READING, OBSERVATION)
-    assert 'motion' not in stage.state()
+    assert stage.state()['motion'] is None
     assert not any(name.startswith('motion') for name in stage.health())
     said = run(stage, [topics_of(scene)])
     assert said[ESTIMATE].name == estimate_names(())

@@ -45,6 +45,7 @@ from tauto_core.samples import (
     IntArray,
     Samples,
     State,
+    Stateful,
     TimeSamples,
     merged,
     same,
@@ -215,11 +216,13 @@ class Seen(NamedTuple):
         return self.stamp_ns, self.phase_s, self.sigma_s, self.integrals_s
 
 
-class Track:
+class Track(Stateful):
     """Takes observations in any order, and gives the state as if they had come in order.
 
     It begins with the state when the dial was set, or after a stop, with the track `before` it.
     """
+
+    kept = ('oldest_ns', 'counts')
 
     def __init__(self, start: Known, model: ClockModel, before: Track | None = None) -> None:
         self._model = model
@@ -308,19 +311,17 @@ class Track:
     def state(self) -> State:
         """Return all that the next result depends on."""
         return {
+            **super().state(),
             'base': _plain(self._base),
             'last': _plain(self._last),
-            'oldest_ns': self._oldest_ns,
             'seen': [tuple(seen) for seen in self._seen],
-            'counts': dict(self._counts),
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
+        super().restore(state)
         self._base, self._last = self._known(state['base']), self._known(state['last'])
-        self._oldest_ns = state['oldest_ns']
         self._seen = [Seen(*seen) for seen in state['seen']]
-        self._counts = dict(state['counts'])
 
     def _known(self, plain: tuple[Any, ...]) -> Known:
         stamp_ns, estimate, *others = plain
@@ -414,7 +415,7 @@ mean square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_wei
 _AHEAD_NS = 86_400 * NS_PER_S
 
 
-class DriftStage:
+class DriftStage(Stateful):
     """Estimates offset and rate of the dial, and subtracts the offset from its readings.
 
     For each `clock/reading` one `drift/estimate` and one `clock/corrected` are published with its
@@ -443,6 +444,10 @@ class DriftStage:
     """
 
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
+    kept = (
+        'stamp', 'reference', 'integral', 'begun', 'released', 'pending', 'last_reading_ns',
+        'last_observation_ns', 'late_s', 'health',
+    )  # fmt: skip
 
     def __init__(
         self, scene: Scene, expect_schedule: bool = True, motion: MotionRegressors | None = None
@@ -573,40 +578,22 @@ class DriftStage:
 
     def state(self) -> State:
         """Return readings, observations and estimate."""
-        motion: State = {}
-        if self._motion is not None:
-            motion = {'integral': self._integral, 'begun': self._begun}
-            motion['motion'] = self._motion.state()
         return {
-            'stamp': self._stamp,
-            'reference': self._reference,
-            'released': self._released,
-            'pending': list(self._pending.items()),
-            'last_reading_ns': self._last_reading_ns,
-            'last_observation_ns': self._last_observation_ns,
+            **super().state(),
             'track': None if self._track is None else self._track.state(),
             'setting': None if self._setting is None else self._setting.source(),
-            'late_s': self._late_s,
-            'health': dict(self._health),
-            **motion,
+            'motion': None if self._motion is None else self._motion.state(),
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        self._stamp = state['stamp']
-        self._reference = state['reference']
-        self._released = state['released']
-        self._pending = dict(state['pending'])
-        self._last_reading_ns = state['last_reading_ns']
-        self._last_observation_ns = state['last_observation_ns']
+        super().restore(state)
         self._track = None
         if state['track'] is not None:
             self._track = Track(Known(0, prior(self._model)), self._model)
             self._track.restore(state['track'])
         self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
-        self._late_s, self._health = state['late_s'], dict(state['health'])
         if self._motion is not None:
-            self._integral, self._begun = state['integral'], state['begun']
             self._motion.restore(state['motion'])
 
     def health(self) -> dict[str, int]:

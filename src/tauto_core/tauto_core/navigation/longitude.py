@@ -26,6 +26,7 @@ from tauto_core.samples import (
     JointSamples,
     Samples,
     State,
+    Stateful,
     TimeSamples,
     count,
     join,
@@ -186,7 +187,7 @@ def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
         out[i] = math.cos(degrees[i] * (math.pi / 180.0))
 
 
-class LongitudeStage:
+class LongitudeStage(Stateful):
     """Computes the ship's longitude by the clock and compares it with the true one.
 
     Four topics are joined by stamp, in any order of arrival between them. A stamp that one
@@ -201,6 +202,7 @@ class LongitudeStage:
             Before the first fix the scene's route is used, from when the dial was set.
     """
 
+    kept = ('held', 'last_ns', 'first_ns', 'health')
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
     outputs: ClassVar[tuple[str, ...]] = (LONGITUDE_FIX, LONGITUDE_ERROR)
 
@@ -285,22 +287,16 @@ class LongitudeStage:
     def state(self) -> State:
         """Return the samples held back."""
         return {
-            'held': dict(self._held),
-            'last_ns': dict(self._last_ns),
-            'first_ns': self._first_ns,
+            **super().state(),
             'setting': None if self._setting is None else self._setting.source(),
             'stale': sorted(self._stale),
-            'health': dict(self._health),
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        self._held = dict(state['held'])
-        self._last_ns = dict(state['last_ns'])
-        self._first_ns = state['first_ns']
+        super().restore(state)
         self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
         self._stale = set(state['stale'])
-        self._health = dict(state['health'])
 
     def health(self) -> dict[str, int]:
         """Return counters of refused samples and of stamps without a partner."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from tauto_core.samples import (
     JointSamples,
     Samples,
     State,
+    Stateful,
     TemperatureSamples,
     take,
 )
@@ -151,40 +152,34 @@ HEAT = {'temperature': 1, 'temperature_squared': 2}
 """Covariates from `ship/temperature`, and their powers of the temperature since the start."""
 
 
-class MotionRegressors(Protocol):
-    """A source of the integrals of the regressors."""
+class MotionRegressors(Stateful):
+    """A source of the integrals of the regressors.
 
-    inputs: tuple[str, ...]
+    Attributes:
+        inputs: topics of its samples.
+        lost: the inputs that the last results lacked: `latitude`, `temperature`.
+    """
 
-    @property
-    def lost(self) -> tuple[str, ...]:
-        """The inputs that the last results lacked: `latitude`, `temperature`."""
-        ...
+    inputs: tuple[str, ...] = ()
+    lost: tuple[str, ...] = ()
+    _stamp: IntArray
+    _health: dict[str, int]
 
     @property
     def reached_ns(self) -> int:
-        """Stamp up to which motion has arrived; BEFORE_ALL if none has."""
-        ...
+        """Stamp up to which samples have arrived; BEFORE_ALL if none has."""
+        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take new samples of any of its inputs."""
-        ...
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
-        ...
-
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        ...
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        ...
+        raise NotImplementedError
 
     def health(self) -> dict[str, int]:
-        """Return counters."""
-        ...
+        """Return counters of samples refused, of gaps, and of stamps where nothing is known."""
+        return dict(self._health)
 
 
 def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
@@ -192,7 +187,7 @@ def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f'{name}_integral_s' for name in covariates)
 
 
-class Regressors:
+class Regressors(MotionRegressors):
     """Integrates the regressors over `ship/imu`; the result does not depend on batches.
 
     Args:
@@ -201,8 +196,8 @@ class Regressors:
             are then left out, and over a gap the integrals grow as usual.
     """
 
-    inputs: tuple[str, ...] = (SHIP_IMU,)
-    lost: tuple[str, ...] = ()
+    inputs = (SHIP_IMU,)
+    kept = ('stamp', 'value', 'integral', 'last', 'usual', 'swung', 'health')
 
     def __init__(self, scene: Scene, *, live: bool) -> None:
         known = {'heave': self._heave, 'roll': _roll}
@@ -232,11 +227,6 @@ class Regressors:
         none = np.zeros(1)
         self._add(imu_from_roll(np.zeros(1, np.int64), none, none, none, none))  # compiles
         self.restore(begun)
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
-        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take motion samples; bad ones are counted and left out."""
@@ -335,31 +325,18 @@ class Regressors:
     def state(self) -> State:
         """Return all that the next result depends on."""
         return {
-            'stamp': self._stamp.copy(),
-            'value': self._value.copy(),
-            'integral': self._integral.copy(),
-            'last': self._last.copy(),
-            'mean': float(self._thread.mean[0]),
-            'usual': self._usual.copy(),
-            'swing': (*self._thread.swing.tolist(), self._swung),
+            **super().state(),
+            'mean': self._thread.mean.copy(),
+            'swing': self._thread.swing.copy(),
             'continuity': self._continuity and self._continuity.state(),
-            'health': dict(self._health),
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        self._stamp, self._value = state['stamp'], state['value']
-        self._integral, self._last = state['integral'], state['last']
-        self._thread.mean[0], self._usual = state['mean'], state['usual'].copy()
-        *begun, self._swung = state['swing']
-        self._thread.swing[:] = begun
+        super().restore(state)
+        self._thread.mean[:], self._thread.swing[:] = state['mean'], state['swing']
         if self._continuity is not None:
             self._continuity.restore(state['continuity'])
-        self._health = dict(state['health'])
-
-    def health(self) -> dict[str, int]:
-        """Return counters of samples refused, gaps, and stamps where the motion is not known."""
-        return dict(self._health)
 
 
 # -----------------------------------------------------------------------------
@@ -373,7 +350,7 @@ class Regressors:
 #     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
 
 
-class SlowRegressor:
+class SlowRegressor(MotionRegressors):
     """Integrates regressors that are linear or quadratic in time between samples.
 
     The result does not depend on batches. After the last sample the quantity is taken to stay as
@@ -383,14 +360,14 @@ class SlowRegressor:
         live: whether stamps may go back, as in a graph whose time begins again.
     """
 
+    kept = ('stamp', 'piece', 'said', 'integral', 'last', 'health')
     topic: ClassVar[str]
     name: ClassVar[str]
     """The measured quantity, in the names of counters."""
 
     def __init__(self, *, live: bool, powers: tuple[int, ...] = (1,)) -> None:
         self._live, self.powers = live, powers
-        self.inputs: tuple[str, ...] = (self.topic,)
-        self.lost: tuple[str, ...] = ()
+        self.inputs = (self.topic,)
         self._stamp: IntArray = np.empty(0, np.int64)
         # a, b after each sample, the samples, X at them
         self._piece, self._said = np.empty((0, 2)), np.empty((0, 0))
@@ -408,11 +385,6 @@ class SlowRegressor:
     def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
         """Return a and b from each sample to the next, and after the last, where b = 0, (n, 2)."""
         raise NotImplementedError
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp of the last sample; BEFORE_ALL if none has arrived."""
-        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take samples; bad ones, and those out of order, are counted and left out."""
@@ -474,27 +446,6 @@ class SlowRegressor:
         self._stamp, self._piece = self._stamp[count:], self._piece[count:]
         self._integral = self._integral[count:]
 
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        return {
-            'stamp': self._stamp.copy(),
-            'piece': self._piece.copy(),
-            'said': self._said.copy(),
-            'integral': self._integral.copy(),
-            'last': self._last.copy(),
-            'health': dict(self._health),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._stamp, self._piece = state['stamp'], state['piece'].copy()
-        self._said, self._integral = state['said'], state['integral']
-        self._last, self._health = state['last'], dict(state['health'])
-
-    def health(self) -> dict[str, int]:
-        """Return counters of samples refused and of stamps with none near."""
-        return dict(self._health)
-
 
 class Gravity(SlowRegressor):
     """Gravity of the places on `ship/fix`, less Eötvös' term between them."""
@@ -549,7 +500,7 @@ class Temperature(SlowRegressor):
         return np.column_stack((values[:, 0], np.append(rise, 0.0)))
 
 
-class AllRegressors:
+class AllRegressors(MotionRegressors):
     """Joins the integrals of several sources, in the order of the scene's covariates."""
 
     def __init__(self, covariates: tuple[str, ...], sources: dict[tuple[str, ...], Any]) -> None:
@@ -557,11 +508,6 @@ class AllRegressors:
         found = [name for names in sources for name in names]
         self._order = [found.index(name) for name in covariates]
         self.inputs = tuple(topic for source in self._sources for topic in source.inputs)
-
-    @property
-    def lost(self) -> tuple[str, ...]:
-        """The inputs that the last results of any source lacked."""
-        return tuple(name for source in self._sources for name in source.lost)
 
     @property
     def reached_ns(self) -> int:
@@ -576,6 +522,7 @@ class AllRegressors:
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
         found = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
+        self.lost = tuple(name for source in self._sources for name in source.lost)
         return found[:, self._order]
 
     def state(self) -> State:
@@ -606,7 +553,7 @@ def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
     return AllRegressors(covariates, sources) if others else only
 
 
-class SharedIntegrals:
+class SharedIntegrals(MotionRegressors):
     """Gives the integrals at the logged instants to several clocks in one sea, computed once.
 
     The owner of the sea feeds it (`take`) before the clocks.
@@ -616,8 +563,7 @@ class SharedIntegrals:
             alike, in the same air.
     """
 
-    inputs: tuple[str, ...] = ()
-    lost: tuple[str, ...] = ()
+    kept = ('next_ns', 'stamp', 'integral')
 
     def __init__(self, scene: Scene) -> None:
         self._source = regressors(scene, live=False)
@@ -641,14 +587,6 @@ class SharedIntegrals:
             self._stamp = np.concatenate((self._stamp, new))
             self._integral = np.concatenate((self._integral, self._source.at(new)))
 
-    @property
-    def reached_ns(self) -> int:
-        """The last logged instant that the ship has reached; BEFORE_ALL if none."""
-        return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
-
-    def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Ignore the samples of a clock."""
-
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at logged instants that have been reached [s], (n, c)."""
         place = np.searchsorted(self._stamp, stamp_ns)
@@ -660,63 +598,37 @@ class SharedIntegrals:
 
     def state(self) -> State:
         """Return all that the next result depends on."""
-        return {
-            'source': self._source.state(),
-            'next_ns': self._next_ns,
-            'stamp': self._stamp.copy(),
-            'integral': self._integral.copy(),
-        }
+        return {**super().state(), 'source': self._source.state()}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
+        super().restore(state)
         self._source.restore(state['source'])
-        self._next_ns = state['next_ns']
-        self._stamp, self._integral = state['stamp'], state['integral']
 
     def health(self) -> dict[str, int]:
         """Return the counters of the source."""
         return self._source.health()
 
 
-class RecordedIntegrals:
+class RecordedIntegrals(MotionRegressors):
     """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
 
-    inputs: tuple[str, ...] = ()
-    lost: tuple[str, ...] = ()
+    kept = ('health',)
 
     def __init__(self, estimate: JointSamples, covariates: tuple[str, ...]) -> None:
         columns = [estimate.name.index(name) for name in integral_names(covariates)]
         kept = in_order(estimate.stamp_ns, BEFORE_ALL)
         self._stamp = estimate.stamp_ns[kept]
         self._integral = estimate.position[kept][:, columns]
-        self._unknown = 0
-
-    @property
-    def reached_ns(self) -> int:
-        """Stamp of the last estimate."""
-        return int(self._stamp[-1])
-
-    def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Ignore the samples; all integrals are known."""
+        self._health = {'motion_unknown': 0}
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at stamps [s], (n, c), linear between estimates."""
         first, known = self._stamp[0], self._stamp
-        self._unknown += int(np.count_nonzero((stamp_ns < first) | (stamp_ns > known[-1])))
+        outside = (stamp_ns < first) | (stamp_ns > known[-1])
+        self._health['motion_unknown'] += int(np.count_nonzero(outside))
         at, times = (stamp_ns - first) / NS_PER_S, (known - first) / NS_PER_S
         return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
-
-    def state(self) -> State:
-        """Return an empty state, since nothing changes."""
-        return {'unknown': self._unknown}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._unknown = state['unknown']
-
-    def health(self) -> dict[str, int]:
-        """Return the number of stamps outside the estimates."""
-        return {'motion_unknown': self._unknown}
 
 
 def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) -> FloatArray:
