@@ -68,16 +68,6 @@ def test_the_abscissa_is_that_of_another_quadrature(curve):
         assert float(abscissa(curve, s)) == pytest.approx(float(mpmath.quad(level, [0, s])), 1e-13)
 
 
-@pytest.mark.parametrize('curve', [OIL, THICK])
-def test_differential_and_logarithmic_form(curve):
-    """dx/ds = s/γf + κx;  κs = ln(1 + κs + γκ²f x) (16, 23)."""
-    s = points(curve)
-    kappa, scale = curve.kappa, curve.gamma * curve.pendulum_length
-    np.testing.assert_allclose(curve.slope(s), s / scale + kappa * curve.height(s), rtol=1e-13)
-    inner = 1.0 + kappa * s + kappa * kappa * scale * curve.height(s)
-    np.testing.assert_allclose(kappa * s, np.log(inner), rtol=1e-12, atol=1e-15)
-
-
 def closed_form(curve, s):
     """y of the papers' 29, in 40 digits, which its 1/β² costs at small β."""
     with mpmath.workdps(40):
@@ -156,19 +146,6 @@ def test_without_a_fluid_it_is_the_cycloid():
     # a cycloid of f = 2 m is a circle's of 0.5 m: width to the cusp π/2, height 1
     assert float(abscissa(free, 2.0)) == pytest.approx(0.5 * math.pi, rel=1e-15)
     assert float(free.arc_of_height(1.0, 'ascent')) == pytest.approx(-2.0, rel=1e-15)
-
-
-def test_the_series_closes_in_on_the_height_term_by_term():
-    """§24: each term is κs/(n + 3) of the one before; the remainder is as large as the next."""
-    s = np.array([0.3, -0.3])
-    first = 0.5 * s * s / (OIL.gamma * OIL.pendulum_length)
-    factors = [OIL.kappa * s / n for n in range(3, 23)]
-    terms = first * np.cumprod([np.ones(2), *factors], axis=0)
-    series = np.cumsum(terms, axis=0)
-    for count in (1, 2, 4, 8):
-        left = np.abs(series[count - 1] - OIL.height(s))
-        np.testing.assert_allclose(left, np.abs(terms[count]), rtol=0.2)
-    np.testing.assert_allclose(series[-1], OIL.height(s), rtol=1e-15)
 
 
 def test_beyond_each_cusp_the_curve_goes_on_as_its_mirror_image():

@@ -5,7 +5,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from numpy.polynomial import Chebyshev, Polynomial
+from numpy.polynomial import Chebyshev
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever, outline
 from tauto_core.curves.numerics import arctangent_defect, involute_defect, sine_defect
@@ -222,10 +222,3 @@ def test_outline_refuses():
         outline(CAMS['hole'], points=1)
     with pytest.raises(CamRangeError, match='range'):
         outline(CAMS['hole'], reach_rad=9.0)
-
-
-def test_quintic_table_is_the_quintic():
-    cam, law = odd_quintic(), Polynomial([0.0, 0.01, 0.0, 0.001, 0.0, -0.0001])
-    angle = np.linspace(0.0, 2.0, 9)
-    np.testing.assert_allclose(cam.lever_arm(angle), law(angle), rtol=1e-15)
-    np.testing.assert_allclose(cam.lift(angle), law.integ()(angle), rtol=1e-15)

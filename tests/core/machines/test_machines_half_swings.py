@@ -62,17 +62,17 @@ def integrated(curve: Any, start: float, friction: float = 0.0) -> tuple[float, 
 @pytest.mark.parametrize('side', ['descent', 'ascent'])
 @pytest.mark.parametrize('name', GIVEN)
 def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: Any) -> None:
-    """By DOP853, to 1e-12 of π√(L/g), from starts up to the end of the companion."""
+    """π√(L/g) from starts up to the end of the companion; from one of them also by DOP853."""
     curve = joined_companion(GIVEN[name], side, 1.0)
     half = math.pi * math.sqrt(1.0 / G)
     for share in (0.02, 0.3, 0.7, 0.999):
-        duration, end = integrated(curve, share * curve.descent_cusp)
-        assert duration == pytest.approx(half, rel=1e-12)
-        course = BothWays(curve, G, 0.0, share * curve.descent_cusp).course(
-            share * curve.descent_cusp
-        )
+        start = share * curve.descent_cusp
+        course = BothWays(curve, G, 0.0, start).course(start)
         assert course.duration == pytest.approx(half, rel=5e-15)
-        assert course.end == pytest.approx(end, rel=1e-11)
+        if share == 0.7:
+            duration, end = integrated(curve, start)
+            assert duration == pytest.approx(half, rel=1e-12)
+            assert course.end == pytest.approx(end, rel=1e-11)
 
 
 def test_the_descent_alone_is_slow_and_the_way_back_is_another() -> None:
@@ -134,11 +134,10 @@ def test_whatever_the_friction_its_zero_is_rounded_to_a_half_swing_is_found(
     """A force of one rounding at the zero would have a root in r, of which no series converges."""
     machine = compile_machine(load_scene('globe_in_oil'))
     assert isinstance(machine, FluidPendulum)
-    for start in (0.1, 0.3, 0.4):
-        course = BothWays(machine.curve, G, friction, start).course(start)
-        duration, end = integrated(machine.curve, start, friction)
-        assert course.duration == pytest.approx(duration, rel=1e-11)
-        assert course.end == pytest.approx(end, rel=1e-11)
+    course = BothWays(machine.curve, G, friction, 0.3).course(0.3)
+    duration, end = integrated(machine.curve, 0.3, friction)
+    assert course.duration == pytest.approx(duration, rel=1e-11)
+    assert course.end == pytest.approx(end, rel=1e-11)
 
 
 def test_a_start_that_would_leave_the_other_branch_is_refused() -> None:

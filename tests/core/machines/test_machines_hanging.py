@@ -10,28 +10,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tauto_core.machines import HangingMachine
-from tauto_core.machines.axle_pendulum import modes
 from tauto_core.machines.threads.hanging import SwingError, common_swing
 from tauto_core.scene.errors import CamRangeError
 
 MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)
-
-
-@pytest.mark.parametrize('e', [1e-3, 0.1, 0.42, 1.0, 1e3, 1e9])
-@pytest.mark.parametrize(('c', 'k_squared'), [(0.02, 8e-3), (0.3, 0.0225), (1e-4, 1.0)])
-def test_modes_solve_their_equations(e, c, k_squared):
-    """The reference is the roots of b² − (e + c + k²/c) b + e k²/c, and B from θ's equation, in 60
-    digits.
-    """
-    found = modes(e, c, k_squared)
-    with mpmath.workdps(60):
-        length, radius, square = mpmath.mpf(e), mpmath.mpf(c), mpmath.mpf(k_squared)
-        half = (length + radius + square / radius) / 2
-        root = mpmath.sqrt(half**2 - length * square / radius)
-        slow, fast = half + root, half - root
-        exact = (slow, fast, slow - length, fast - length)
-        for value, wanted in zip(found, exact, strict=True):
-            assert value == pytest.approx(float(wanted), rel=1e-14)
 
 
 def test_small_swings_are_the_modes():
@@ -109,8 +91,7 @@ def to_the_middle(machine, amplitude, delta):
     return found.t_events[0][0], found.y_events[0][0][1]
 
 
-@pytest.mark.parametrize('length', [0.3, 0.5, 1.0, 5.0])
-@pytest.mark.parametrize('amplitude', [0.5, 1.5])
+@pytest.mark.parametrize(('length', 'amplitude'), [(0.3, 1.5), (0.5, 0.5), (5.0, 1.5)])
 def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude):
     """The thread's angle at rest for which it passes the middle with the wheel, by SciPy.
 
@@ -125,13 +106,6 @@ def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude):
     quarter, _ = to_the_middle(machine, amplitude, delta)
     assert machine.period(amplitude) == pytest.approx(4.0 * quarter, rel=1e-9)
     assert machine.period(-amplitude) == machine.period(amplitude)
-
-
-def test_the_period_grows_from_that_of_small_swings():
-    assert MACHINE.period(0.0) == MACHINE.small_period
-    # T/T₀ − 1 = 0.0085 A² or less
-    assert MACHINE.period(1e-6) == pytest.approx(MACHINE.small_period, rel=2e-14)
-    assert MACHINE.period(0.01) > MACHINE.small_period
 
 
 def test_what_has_no_common_swing_is_refused():

@@ -62,14 +62,6 @@ def test_the_period_is_that_of_fifty_digits(name):
         assert value == pytest.approx(known, rel=TOLERANCE, abs=0.0), key
 
 
-def test_the_involute_does_not_make_it_isochronous():
-    """The reference is T/T₀ − 1 in threads.md (A §V), to the digits given there."""
-    for amplitude, departure in ((0.5, 0.0075), (1.0, 0.0299), (1.5, 0.0679)):
-        ratio = SULLY.period(amplitude) / SULLY.small_period
-        assert round(ratio - 1.0, 4) == departure
-    assert isochronism(SULLY, [0.5, 1.0]).period_s[1] == SULLY.period(1.0)
-
-
 def test_a_swing_takes_as_long_from_either_end():
     """One swing is named by either of its turning points; the far one is found to rounding."""
     for amplitude in (0.3, 1.0, -1.0, 2.0):

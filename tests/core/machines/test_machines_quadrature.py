@@ -19,7 +19,6 @@ from tauto_core.curves import (
     Cycloid,
     FluidTautochrone,
     Involute,
-    WeightCorrected,
     numerics,
 )
 from tauto_core.curves.cams import lever_corrected
@@ -84,19 +83,6 @@ def test_a_panel_is_of_order_48():
     assert np.all(errors > 1e-12)
     order = np.diff(np.log(errors)) / np.diff(np.log(width))
     np.testing.assert_allclose(order, 48.0 - width[1:] ** 2 / 396.0, atol=1.0)
-
-
-def test_the_rule_is_exact_to_degree_47():
-    """Errors are relative to the largest value; NumPy's outermost weights are wrong by 1.2e-13 of
-    themselves.
-    """
-
-    def mean(power):
-        return numerics.gauss_sums(lambda x: (2.0 * x) ** power, np.full(1, -0.5), np.ones(1))[0]
-
-    powers = [mean(n) for n in (46, 48)]
-    assert powers[0] * 47 == pytest.approx(1.0, abs=1.5e-13)
-    assert 1.0 - powers[1] * 49 == pytest.approx(LEFT_OUT * 2.0**48 * 49, rel=0.5)
 
 
 INERTIA, MASS, GRAVITY = 4e-4, 0.05, 9.81
@@ -273,7 +259,7 @@ def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
     assert spectral(errors), errors
 
 
-@pytest.mark.parametrize('share', [0.5, 0.9, 0.999])
+@pytest.mark.parametrize('share', [0.5, 0.999])
 def test_the_outline_of_a_curve_is_spectral(share, monkeypatch):
     """Of a cycloid ∫ √(1 − (s/f)²) ds is known; the substitution takes its cusp's root out."""
     curve = Cycloid(0.0, 1.0, 1.0)
@@ -285,11 +271,3 @@ def test_the_outline_of_a_curve_is_spectral(share, monkeypatch):
             patched.setattr(numerics, 'gauss_rule', lambda rule=rule: rule)
             errors.append(abs(float(outline.abscissa(curve, share)) / exact - 1.0))
     assert spectral(errors), errors
-
-
-def test_weights_own_cam_is_the_reference_here():
-    """The closed form above is the one that curves.cams.weight_corrected holds."""
-    rate = INERTIA * math.pi**2 / (MASS * GRAVITY)
-    cam = WeightCorrected(rate, MASS / INERTIA)
-    _, exact = synthesised()
-    assert float(cam.angle_of_slope(math.tan(math.asin(0.9)))) == pytest.approx(exact, rel=1e-14)

@@ -8,11 +8,11 @@ import pytest
 import yaml
 
 from tauto_core.checks.readiness import check_scene
-from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
+from tauto_core.curves import Involute
 from tauto_core.machines import compile_machine
 from tauto_core.motion.lever import arc_series
 from tauto_core.scene.errors import PropagationError, SceneError
-from tauto_core.scene.loader import parse_scene, scene_yaml
+from tauto_core.scene.loader import parse_scene
 
 HOLE, VERTICAL = {'kind': 'hole', 'distance': 0.08}, {'kind': 'vertical'}
 WEIGHT = {
@@ -46,18 +46,6 @@ def numbers(message, pattern):
     found = re.search(pattern, message)
     assert found, message
     return [float(each) for each in found.groups()]
-
-
-def test_corrected_cams_of_scenes():
-    weight = compile_machine(scene(**WEIGHT, thread=HOLE))
-    assert isinstance(weight.cam, WeightCorrected)
-    assert weight.small_period == pytest.approx(2.0, rel=1e-15)
-    assert weight.cam.hole_distance == 0.08
-    spring = compile_machine(scene(**SPRING))
-    assert isinstance(spring.cam, SpringCorrected)
-    assert spring.small_period == pytest.approx(1.0, rel=1e-15)
-    for each in (scene(**WEIGHT, thread=HOLE), scene(**SPRING)):
-        assert parse_scene(scene_yaml(each), 'again') == each
 
 
 @pytest.mark.parametrize('thread', [HOLE, VERTICAL], ids=lambda thread: thread['kind'])

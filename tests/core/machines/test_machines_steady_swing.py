@@ -76,10 +76,12 @@ def test_work_equals_loss_in_a_harmonic_well(kind, size, loss, settling):
         assert missed[0] / missed[1] == pytest.approx(4.0, rel=0.01)
 
 
-@pytest.mark.parametrize('angle', [0.5, -0.3])
+@pytest.mark.parametrize('angle', [0.5, 0.0, -0.3])
 @pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
 def test_airys_theorem(kind, angle):
     """An impulse after the middle loses, one before it gains: −E tan χ/(π I ω² A²), A sin χ = α.
+
+    One at the middle leaves the rate alone.
 
     First order in the impulse: of half the energy the difference is a quarter.
     """
@@ -90,19 +92,8 @@ def test_airys_theorem(kind, angle):
         rate = found.free_period / found.period - 1.0
         work = energy / (math.pi * STIFFNESS * found.amplitude**2)
         airy = -work * math.tan(math.asin(angle / found.amplitude))
-        assert math.copysign(1.0, rate) == -math.copysign(1.0, angle)
+        assert angle == 0.0 or rate * angle < 0.0
         left.append(rate - airy)
-    assert abs(left[0]) < 1e-4
-    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
-
-
-@pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
-def test_an_impulse_at_the_middle_leaves_the_rate_alone(kind):
-    per_unit = {'viscous': 0.5 * math.pi * OMEGA, 'quadratic': 4 / 3 * OMEGA**2, 'coulomb': 2.0}
-    left = []
-    for energy in (2e-4, 1e-4):
-        found = settled(HARMONIC, {kind: energy / per_unit[kind]}, energy, 0.0)
-        left.append(found.free_period / found.period - 1.0)
     assert abs(left[0]) < 1e-4
     assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
 

@@ -114,30 +114,6 @@ def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
     assert 4 * quarter(well, part * edge, 2.0) == pytest.approx(2.0, rel=1e-11)
 
 
-@pytest.mark.parametrize(('kappa', 'm'), [(0.0, 0.05), (40.0, 0.2)])
-def test_integrated_motion_keeps_the_period(kappa, m):
-    found = synthesise(INERTIA, OMEGA, train(1.0, kappa, m))
-    edge = 0.9 * min(found.angle_range, 6.0)
-    cam = synthesised_cam(found, 0.4, edge)
-    well = Machine(INERTIA, m, 0.0, 1.0, kappa, 9.81, cam, False, None, None, 0.1)
-    involute = Machine(
-        INERTIA,
-        m,
-        0.0,
-        1.0,
-        kappa,
-        9.81,
-        Involute(float(cam.lever_rate(0.0))),
-        False,
-        None,
-        None,
-        0.1,
-    )
-    # some 30 steps a quarter, each to DOP853's own rounding
-    assert 4 * quarter(well, 0.9 * edge, 2.0) == pytest.approx(2.0, rel=2e-12)
-    assert abs(involute.period(0.9 * edge) - 2.0) * 43200 > 100.0  # s/day
-
-
 def test_refusals():
     with pytest.raises(SynthesisError, match='slower by itself'):
         # a pull that starts from nothing: the train is a pendulum of its own, too slow

@@ -9,7 +9,6 @@ import mpmath
 import numpy as np
 import pytest
 from numpy.polynomial.legendre import leggauss
-from scipy.integrate import quad
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
 from tauto_core.machines import Machine, compile_machine, isochronism, rate_s_per_day
@@ -252,11 +251,3 @@ def test_isochronism_refuses(amplitudes):
         isochronism(compile_machine(scene(**HOLE)), amplitudes)
     with pytest.raises(UsageError, match='inf'):
         isochronism(compile_machine(scene()), [math.inf])
-
-
-def test_table_of_these_tests_is_smooth():
-    """The reference above relies on it; a plain adaptive rule agrees on its lift."""
-    lift = quad(lambda s: float(TABLE.lever_arm(s)), 0.0, 1.9, points=[1.0], epsrel=1e-13)[0]
-    assert TABLE.lift(1.9) == pytest.approx(lift, rel=1e-12)
-    jump = np.diff([TABLE.lever_curvature(s) for s in (1.0 - 1e-9, 1.0 + 1e-9)])
-    np.testing.assert_allclose(jump, 0.0, atol=1e-9)

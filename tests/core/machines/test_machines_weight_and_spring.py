@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.curves import WeightCorrected
 from tauto_core.machines import compile_machine
 from tauto_core.scene import SceneError, parse_scene
 
@@ -40,17 +39,6 @@ def test_its_synthesised_cam_keeps_one_period():
     np.testing.assert_allclose(periods, 1.5, rtol=1e-11)
     plain = compile_machine(scene('{kind: involute, base_radius: 0.01}'))
     assert abs(plain.period(2.0) / plain.period(0.1) - 1.0) > 0.01
-
-
-def test_of_a_weight_alone_it_is_the_cycloids_cam():
-    """The closed form of D in cams.md, by another way."""
-    found = compile_machine(scene(power='{kind: weight, mass: 0.05}')).cam
-    exact = compile_machine(
-        scene('{kind: weight_corrected, period: 1.5}', '{kind: weight, mass: 0.05}')
-    ).cam
-    assert isinstance(exact, WeightCorrected)
-    angle = np.linspace(0.0, 2.0, 101)
-    np.testing.assert_allclose(found.lever_arm(angle), exact.lever_arm(angle), rtol=1e-12)
 
 
 def test_a_cam_made_for_one_of_them_names_the_one_for_both():
