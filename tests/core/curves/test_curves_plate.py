@@ -9,12 +9,16 @@ import pytest
 
 from tauto_core.curves import Cam, CircularArc, Hole, Involute, WeightCorrected
 from tauto_core.curves.cam import Pull, Setting
+from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.drawing import (
     ArcPath,
     CheekArcs,
     Plate,
     cam_plate,
+    cheek,
+    cheeks_meet_rad,
     lever_arm_as_cut,
+    lever_cheek,
     plate_rates,
 )
 from tauto_core.scene.errors import UsageError
@@ -26,6 +30,33 @@ CAMS: tuple[Cam, ...] = (
     CircularArc(0.02, 0.01),
     WeightCorrected(0.005, 0.05),
 )
+
+
+@pytest.mark.parametrize('cam', CAMS, ids=lambda cam: type(cam).__name__)
+def test_a_thread_takes_half_its_thickness_off_the_cheek(cam: Cam) -> None:
+    """Along the normal, from where the curve is as round as that."""
+    found = cheek(cam, 41, 1.5, 4e-4)
+    psi, (x, y) = cam.psi(found.angle), cam.contact(found.angle)
+    np.testing.assert_allclose((x - found.x) * np.cos(psi) + (y - found.y) * np.sin(psi), 2e-4)
+    np.testing.assert_allclose(np.hypot(x - found.x, y - found.y), 2e-4)
+    if not cam.kinked:
+        assert float(cam.radius_of_curvature(found.angle[0])) == pytest.approx(2e-4, rel=1e-9)
+
+
+def test_each_cheek_of_a_lever_is_cut_back_likewise() -> None:
+    shape = CorrectedLeverGeometry(4e-4, 6.0, 0.0736, 1.1e-3, 0.1, 0.3)
+    for end in (-0.5, 0.5):
+        found = lever_cheek(shape, end, 41, 4e-4)
+        tau = shape.tau_of(found.angle)
+        x, y = shape.contact(tau)
+        u = shape.pose(tau).u
+        normal = np.sign(end) * ((x - found.x) * np.cos(u) + (y - found.y) * np.sin(u))
+        np.testing.assert_allclose(normal, 2e-4, rtol=1e-9)
+        assert float(shape.radius_of_curvature(tau[:1])[0]) == pytest.approx(2e-4, rel=1e-6)
+
+
+def test_cheeks_of_an_involute_meet_where_the_angle_is_its_tangent() -> None:
+    assert cheeks_meet_rad(Involute(0.005)) == pytest.approx(4.493409457909064, rel=1e-14)
 
 
 def test_the_cusp_costs_what_its_expansion_says() -> None:

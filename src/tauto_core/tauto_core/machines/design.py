@@ -314,14 +314,6 @@ def base_radius_of_disc(weight: float, pull: float, length: float) -> float:
     return 2.0 * pull * length / weight
 
 
-def length_of_thick_disc(weight: float, radius: float, pull: float, base_radius: float) -> float:
-    """Return L = Q a⁴ r/(2 P) with the radius a of the disc in units of r [m]: §XXI as printed.
-
-    Q is then the weight of a disc of radius r and of the thickness of the larger one.
-    """
-    return weight * (radius / base_radius) ** 4 * base_radius / (2.0 * pull)
-
-
 def length_of_period(period: float, gravity: float) -> float:
     """Return L = g (T/2π)² [m] of the simple pendulum with the full period T."""
     return gravity * (period / math.tau) ** 2

@@ -137,15 +137,6 @@ def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
     return found
 
 
-def greatest_velocity_height(curve: FluidTautochrone, at_lowest: float) -> float:
-    """Return v = b/(1 − 2κ²bf) [m], at the arc `arcs(…).loss` before A (§33).
-
-    DescentError: a b that no descent reaches.
-    """
-    reduced = curve.kappa * _top(curve, at_lowest)
-    return at_lowest / ((1.0 - reduced) * (1.0 + reduced))
-
-
 def _top(curve: FluidTautochrone, at_lowest: float) -> float:
     """Return √(2bf), the z from which a descent reaches b; refuse a b that none reaches."""
     kappa, length = curve.kappa, curve.pendulum_length
@@ -454,21 +445,6 @@ def end_arc(kappa: float, start: ArrayLike) -> FloatArray:
     """Return the arc that the body reaches on the branch of descent [m]; less than ln(3/2)/κ."""
     rise = _course(kappa, start).rise
     return rise * logarithmic_mean(kappa * rise)
-
-
-def quarter_ratios(kappa: float, start: float) -> tuple[float, float]:
-    """Return the times down to A and up from it, over (π/2)√(f/g).
-
-    To first order the quarters are wrong by ±4q/(3π), which cancels in the sum.
-    """
-    from scipy.special import elliprf
-
-    course = _course(kappa, start)
-    scale = 4.0 / math.pi * math.sqrt(1.5 / float(course.breadth))
-    span = course.rise + course.fall
-    sine = math.sqrt(float(course.rise / span))
-    up = sine * float(elliprf(course.fall / span, course.third / course.breadth, 1.0))
-    return scale * (float(quarter_period(course.complement)) - up), scale * up
 
 
 def reverse_half_swing(
