@@ -27,7 +27,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     result = CliRunner().invoke(app, ['euler', '--page', str(folder)])
     assert result.exit_code == 0, result.stderr
     assert result.stdout == ''
-    assert f'wrote {folder / "euler.md"}' in result.stderr
+    assert f'wrote {folder}' in result.stderr
     return folder
 
 

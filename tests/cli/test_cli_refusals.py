@@ -20,7 +20,7 @@ TWICE = 'say the same thing twice. '
 POINTS = 'must be 2 to 1000000 on each cheek. '
 THICKNESS = 'must be 0 to 100 mm. '
 OF_THREAD = 'Give the thickness of the thread, or leave it out'
-NUMBERS = 'must be numbers with commas between, in '
+NUMBERS = 'must be numbers with commas between. '
 
 REFUSALS = {
     'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
@@ -36,7 +36,7 @@ REFUSALS = {
     'report ideal --out x.pdf': ('--out x.pdf: ', 'must end in .html. ', 'Name another file'),
     'isochronism ideal --amplitudes 0.1,x': (
         "--amplitudes = '0.1,x': ",
-        f'{NUMBERS}radians (metres in a fluid). ',
+        NUMBERS,
         'Write for example 0.1,0.5,1',
     ),
     'isochronism ideal --amplitudes -1': (
@@ -109,11 +109,7 @@ REFUSALS = {
         'beyond 7.99999993 rad the cheek ',
         'Draw up to there (--reach 7.999992), or use a thinner thread',
     ),
-    'cam ideal --svg cam.png': (
-        '--svg cam.png: ',
-        'ends in .png, and what is written is SVG. ',
-        'Name it cam.svg, or ask for the other format',
-    ),
+    'cam ideal --svg cam.png': ('--svg cam.png: ', 'must end in .svg. ', 'Name another file'),
     'compare ideall': ('ideall: ', SCENE_LIST, 'Did you mean ideal?'),
     'sail jamaica': ('jamaica: ', SCENE_LIST, 'Did you mean portsmouth_jamaica?'),
     'compare ideal --ship-of nothing': ('nothing: ', SCENE_LIST, LISTS_SCENES),
@@ -124,7 +120,7 @@ REFUSALS = {
         'only measured has voyage; ',
         'take one passage for all with --ship-of ideal',
     ),
-    'compare ideal --roll much': ("--roll 'much': ", NUMBERS, 'Write for example 0,10,20'),
+    'compare ideal --roll much': ("--roll = 'much': ", NUMBERS, 'Write for example 0.1,0.5,1'),
     'compare ideal --roll=-10': (
         '--roll -10: ',
         'must lie between 0 and 45 degrees, twice the root mean square of the roll. ',

@@ -7,7 +7,7 @@ from trial_examples import CLOCK, LOG, OTHER, write_log
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.cli.trials import between, trial_tables
+from tauto_core.cli.tables import trial_tables
 from tauto_core.ensembles.trial_answers import (
     ClockAnswers,
     Part,
@@ -15,7 +15,6 @@ from tauto_core.ensembles.trial_answers import (
     TrialAnswers,
     WayAnswers,
 )
-from tauto_core.scene.errors import UsageError
 
 LIGHT = ['--set', 'log.interval=600', '--set', 'ship.rate=8', '--jobs', '1']
 
@@ -118,11 +117,3 @@ def test_what_is_wrong_is_named(tmp_path, asked, said):
     assert found.exit_code == 2, found.output
     assert said in found.stderr.replace('\n', ' ')
     assert 'Traceback' not in found.stderr
-
-
-def test_ranges_may_lack_an_end():
-    assert between('--days', '42..', '') == (42.0, float('inf'))
-    assert between('--days', '..60', '') == (-float('inf'), 60.0)
-    assert between('--years', '1770', '') == (1770.0, 1770.0)
-    with pytest.raises(UsageError):
-        between('--days', 'nan..3', '')

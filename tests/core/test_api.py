@@ -27,6 +27,7 @@ from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.plots import contents
 from tauto_core.samples import Samples
+from tauto_core.scene.errors import TautoWarning
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [
@@ -327,7 +328,8 @@ def test_a_trial_is_that_of_the_command(tmp_path: Path) -> None:
     book, picture = write_log(tmp_path), tmp_path / 'tracks.svg'
     rates = {'log.interval': 600.0, 'ship.rate': 8.0}
     given = {'compare': [OTHER], 'days': (0.0, 9.0), 'harbour_days': 0.5, 'sample': 1}
-    found = tauto.trial(CLOCK, book, **given, jobs=1, file=picture, **rates)
+    with pytest.warns(TautoWarning, match='is not tried with thermometer and IMU'):
+        found = tauto.trial(CLOCK, book, **given, jobs=1, plot=picture, **rates)
     words = ['fleet', CLOCK, '--logs', book, '--compare', OTHER, '--days', '0..9', '--sample', '1']
     words += ['--harbour-days', '0.5', '--jobs', '1', '--json']
     words += [word for key, value in rates.items() for word in ('--set', f'{key}={value}')]
@@ -423,7 +425,7 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.cut('ideal', 'x.svg', reach_rad=99.0), r'reach_rad = 99\.0 rad: must be'),
         (lambda: tauto.cut('globe_in_oil', 'x.svg', reach_rad=1.0), 'belongs to a cam'),
         (lambda: tauto.design(period=1.0), r'in period=1 pull=3 base_radius=0\.005'),
-        (lambda: tauto.design(period='1'), "period: '1' is not a number"),
+        (lambda: tauto.design(period='1'), "period = '1': is not a number"),
         (lambda: tauto.design(period=-1.0), r'period = -1\.0: must be > 0'),
         (lambda: tauto.design(inertia=1, disc_weight=1), 'inertia= and disc_weight= say the same'),
         (lambda: tauto.design(disc_is_base=True, period=1), 'with disc_is_base=True three of'),
@@ -440,10 +442,10 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.sail('ideal', duration=60.0).plot('error', 'x.jpg'), 'file=x.jpg'),
         (lambda: tauto.report('ideal', 'x.pdf'), 'file=x.pdf: must end in .html'),
         (lambda: tauto.isochronism('measured', []), 'amplitudes: none given'),
-        (lambda: tauto.isochronism('measured', ('a',)), "amplitudes: 'a' is not a number"),
+        (lambda: tauto.isochronism('measured', ('a',)), "amplitudes = 'a': is not a number"),
         (lambda: tauto.isochronism('measured', '0.5'), "amplitudes = '0.5': must be a list"),
         (lambda: tauto.cam('measured', points=2.5), r'points = 2\.5: must be a whole number'),
-        (lambda: tauto.cam('measured', reach_rad='a'), "reach_rad: 'a' is not a number"),
+        (lambda: tauto.cam('measured', reach_rad='a'), "reach_rad = 'a': is not a number"),
         (lambda: tauto.replay(3), 'bag = 3: must be a path'),
         (lambda: tauto.plot('ideal', 'error', 3), 'file = 3: must be a path'),
         (lambda: tauto.plot(3, 'error'), 'scene: must be .*, and is of type int'),
@@ -453,6 +455,13 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.trial('ideal', 3), 'logs = 3: must be a path'),
         (lambda: tauto.trial('ideal', __file__, local_time_s=-1.0), 'local_time=-1: must lie'),
         (lambda: tauto.trial('ideal', __file__, days=(9, 1)), r'days = \(9, 1\): must be the'),
+        (lambda: tauto.trial('ideal', __file__, days='5mm..'), r'days=5mm\.\.: must be a range'),
+        (lambda: tauto.trial('ideal', __file__, years='nan..3'), r'years=nan\.\.3: must be a r'),
+        (lambda: tauto.sail('ideal', force=True), 'and there is no out=. Name it'),
+        (lambda: tauto.sail('ideal', accuracy=0.0), r'solver\.accuracy = 0\.0: is below'),
+        (lambda: tauto.load('ideal', accuracy=1, solver__accuracy=1), 'is given twice'),
+        (lambda: tauto.replay('no_bag', plot='x.svg'), 'plot= draws what stability=True gives'),
+        (lambda: tauto.compare('ideal', passage='x'), 'passage=x: needs logs='),
         (lambda: tauto.trial('ideal', __file__, compare='ideal'), "compare = 'ideal': must be"),
         (lambda: tauto.fleet('ideal', ships=2.5), r'ships = 2\.5: must be a whole number'),
         (lambda: tauto.fleet('ideal', jobs='a'), "jobs = 'a': must be a whole number"),

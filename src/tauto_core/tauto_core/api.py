@@ -1,25 +1,22 @@
 """The commands as functions, for scripts and notebooks; arguments are checked first.
 
-Errors are those of the command line, which spells the names of arguments as options. A number
-with a unit may be a text that has another: `reach_rad='60 deg'`.
+An option of the command line is declared here, and nowhere else: its type and default in the
+signature, its unit and meaning in the docstring (`tauto_core.cli.calls`). Errors are those of the
+command line, which spells the names of arguments as options. A number with a unit may be a text
+that has another: `reach_rad='60 deg'`. `progress` is called with the share done, from 0 to 1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard
 
-from tauto_core.scene import Scene, load_scene, shipped_scenes
-from tauto_core.scene.errors import UsageError, naming
-from tauto_core.scene.loader import origin_of
+from tauto_core.scene.errors import Argument, TautoWarning, UsageError, naming
 from tauto_core.scene.times import STANDARD_GRAVITY
-from tauto_core.scene.units import in_words, quantity
-from tauto_core.voyage import Voyage
-from tauto_core.voyage import replay as replay_bag
-from tauto_core.voyage import sail as sail_scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,10 +31,19 @@ if TYPE_CHECKING:
     from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
     from tauto_core.plots.cutting import CamOutline, ScenePlate
+    from tauto_core.scene import Scene
+    from tauto_core.voyage import Voyage
 
+# Modules that a call needs are imported by the call: the help of its command needs none of them.
 
 Quantity: TypeAlias = float | str
 """A number in the unit of the argument, or a text of a number and a unit, such as `5 mm`."""
+File: TypeAlias = str | Path
+Files: TypeAlias = str | Path | Iterable[str | Path]
+Range: TypeAlias = str | tuple[float | str, float | str]
+"""The least and the largest, or a text such as `42..100`, `42..` or `..100`."""
+Progress: TypeAlias = Callable[[float], None]
+Counting: TypeAlias = Callable[[float, int], None]
 
 # -----------------------------------------------------------------------------
 # Arguments of Python calls: their types, checked before anything runs.
@@ -62,10 +68,13 @@ def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
 
 def number(name: str, value: object, unit: str | None = None) -> float:
     """Return a number, as `numbers` returns several."""
+    from tauto_core.scene.units import in_words, quantity
+
+    named = Argument(name, repr(value), spaced=True)
     if isinstance(value, str) and unit is not None and in_words(value):
-        return quantity(value, unit, f'{name} = {value!r}')
+        return quantity(value, unit, named)
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise UsageError(f'{name}: {value!r} is not a number. Write numbers')
+        raise UsageError(named, ': is not a number. Write numbers')
     return float(value)
 
 
@@ -76,76 +85,201 @@ def path(name: str, value: object) -> Path:
     return Path(value)
 
 
+def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
+    """Return the files of pictures, one or several, once each can be written."""
+    from tauto_core.files import check_plot
+
+    is_one = isinstance(plot, str | Path) or not isinstance(plot, Iterable)
+    files: Iterable[object] = [plot] if is_one else plot  # type: ignore[assignment]
+    found = [path(argument, each) for each in files]
+    for each in found:
+        check_plot(each, argument)
+    return found
+
+
+def _range(name: str, ends: Range, unit: str | None = None) -> tuple[float, float]:
+    """Return the least and the largest of a range; UsageError for anything else."""
+    from tauto_core.scene.units import measure
+
+    if not isinstance(ends, str):
+        least, most, *more = [*numbers(name, ends, unit), math.nan, math.nan]
+        if len(more) != 2 or not least <= most:
+            wrong = 'must be the least and the largest. Write (42, 100)'
+            raise UsageError(f'{name} = {ends!r}: {wrong}')
+        return least, most
+    text, dots, last = ends.partition('..')
+    try:
+        low, high = (
+            float(end) if unit is None or not end else measure(end, unit)
+            for end in (text or '-inf', (last or 'inf') if dots else text)
+        )
+        if not low <= high:
+            raise ValueError
+    except ValueError:
+        wrong = ': must be a range from the least to the largest. Write for example 42..100'
+        raise UsageError(Argument(name, ends), wrong) from None
+    return low, high
+
+
+def _origin(scene: File | Scene) -> str:
+    from tauto_core.scene.loader import origin_of
+
+    return origin_of(scene)
+
+
+def _tell(words: str) -> None:
+    """Warn of something besides the result; a command prints it on stderr."""
+    warnings.warn(words, TautoWarning, stacklevel=3)
+
+
 def scenes() -> list[str]:
     """Return the names of the built-in scenes."""
+    from tauto_core.scene import shipped_scenes
+
     return shipped_scenes()
 
 
-def load(scene: str | Path | Scene, **overrides: object) -> Scene:
+def load(
+    scene: File | Scene,
+    *,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
+    **overrides: object,
+) -> Scene:
     """Return a scene.
 
     Args:
         scene: a built-in name, a YAML file, or a scene already loaded.
-        overrides: values in place of the scene's own, for example `duration=300.0` or a whole
-            section such as `voyage={…}`. A key in a section is named by its path, with two
-            underscores in place of each dot: `ship__sea__peak_period=8.0`. None keeps the
-            scene's value. Data paths among them are relative to the working directory.
+        duration: sail this long instead [s].
+        accuracy: largest error of the reading for a day of the run [s]; replaces the scene's
+            solver.accuracy, solver.tolerance and ship.rate.
+        overrides: values in place of the scene's own, for example `seed=3` or a whole section such
+            as `voyage={…}`. A key in a section is named by its path, with two underscores in place
+            of each dot: `ship__sea__peak_period=8.0`. None keeps the scene's value. Data paths
+            among them are relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
         UsageError: a scene that is none of these, or a key that is given twice.
     """
-    return load_scene(scene, **_by_path(overrides))
+    return _load(scene, overrides, duration=duration, accuracy=accuracy)
 
 
-def sail(scene: str | Path | Scene, *, anyway: bool = False, **overrides: object) -> Voyage:
-    """Return the voyage of a scene, sailed offline.
+def _load(scene: File | Scene, overrides: Mapping[str, object], **given: object) -> Scene:
+    from tauto_core.scene import load_scene
+
+    said = {key: value for key, value in given.items() if value is not None}
+    return load_scene(scene, **_by_path({**overrides, **said}))
+
+
+def sail(
+    scene: File | Scene,
+    *,
+    out: File | None = None,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
+    force: bool = False,
+    anyway: bool = False,
+    keep: bool = True,
+    progress: Progress | None = None,
+    **overrides: object,
+) -> Voyage:
+    """Sail a scene without ROS: how far wrong is the clock?
+
+    The result has the error of the dial, the distance between the ship and the place where the
+    clock puts her, and the prize by the Act of 1714. With `out` it writes a bag, of which
+    `tauto report` makes a page.
 
     Args:
         scene: as for `load`.
+        out: folder of the bag; without it no bag is written.
+        duration: as for `load`.
+        accuracy: as for `load`.
+        force: replace the bag in `out`.
         anyway: sail even machines and ships larger than any known.
+        keep: keep the samples, which the arrays of the voyage are made of; without them memory
+            does not grow with its length.
+        progress: see above.
         overrides: as for `load`.
 
     Raises:
-        TautoError: bad scene, or an event that ends the motion.
+        TautoError: bad scene, no place for the bag, or an event that ends the motion.
     """
-    loaded = load(scene, **overrides)
-    return sail_scene(loaded, origin=origin_of(scene), anyway=anyway, judge=True)
+    from tauto_core import voyage
+
+    loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
+    if force and out is None:
+        bag, forced = Argument('out'), Argument('force', value=True)
+        words = ' replaces the bag in ', bag, ', and there is no ', bag, '. Name it'
+        raise UsageError(forced, *words)
+    return voyage.sail(
+        loaded,
+        None if out is None else path('out', out),
+        origin=_origin(scene),
+        force=force,
+        anyway=anyway,
+        keep=keep,
+        progress=progress,
+        judge=True,
+    )
 
 
 def replay(
-    bag: str | Path,
+    bag: File,
     *,
-    scene: str | Path | Scene | None = None,
+    scene: File | Scene | None = None,
     stability: bool = False,
+    plot: File | None = None,
+    keep: bool = True,
 ) -> Voyage:
-    """Return the voyage in a bag, with drift and longitude estimated again.
+    """Estimate drift and longitude again, from a bag alone.
 
     Args:
-        bag: rosbag2 folder or MCAP file.
-        scene: replaces the scene in the bag, and is needed where there is none.
-        stability: also estimate the stability of the clock, Allan's deviation and its kin with
-            95 % confidence; it is `result['stability']`.
+        bag: a rosbag2 folder or an .mcap file.
+        scene: the scene, where the bag does not hold its own.
+        stability: also give the stability of the clock: Allan's deviation and its kin against the
+            averaging time, with 95 % confidence.
+        plot: draw the stability (.svg, .png, .pdf); replaces the file.
+        keep: as for `sail`.
+
+    Returns:
+        The voyage; its `result` has the `stability` on request.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
         EstimationError: readings whose stability cannot be estimated.
     """
-    loaded = None if scene is None else load(scene)
+    from tauto_core import voyage
     from tauto_core.bags import read_bag
 
+    drawn = [] if plot is None else _plots(plot)
+    if drawn and not stability:
+        wanted = ' draws what ', Argument('stability', value=True), ' gives. Give both, or neither'
+        raise UsageError(Argument('plot'), *wanted)
+    loaded = None if scene is None else load(scene)
     opened = read_bag(path('bag', bag))
-    return replay_bag(opened, loaded, stability=stability)
+    found = voyage.replay(opened, loaded, stability=stability, keep=keep)
+    for each in drawn:
+        found.plot('stability', each)
+    return found
 
 
-def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
-    """Check a scene without sailing it, and return its facts.
+def check(
+    scene: File | Scene,
+    *,
+    accuracy: Quantity | None = None,
+    progress: Progress | None = None,
+    **overrides: object,
+) -> dict[str, Any]:
+    """Check a scene without sailing it: cost, accuracy and omissions.
 
-    A machine or ship larger than any known is among the `warnings` here; `sail` refuses it
-    without `anyway=True`.
+    Machines and ships beyond all that are known cause a warning here; what sails refuses them
+    without `anyway`.
 
     Args:
         scene: as for `load`.
+        accuracy: as for `load`.
+        progress: see above.
         overrides: as for `load`.
 
     Returns:
@@ -159,32 +293,39 @@ def check(scene: str | Path | Scene, **overrides: object) -> dict[str, Any]:
         SceneError: the scene cannot be run.
         MotionDataError: its measured motion cannot be used.
     """
+    loaded = _load(scene, overrides, accuracy=accuracy)
     from tauto_core.checks.facts import scene_facts
 
-    loaded = load(scene, **overrides)
-    with naming(origin_of(scene), loaded.name):
-        return scene_facts(loaded)
+    with naming(_origin(scene), loaded.name):
+        return scene_facts(loaded, progress)
 
 
 def budget(
-    scene: str | Path | Scene,
+    scene: File | Scene,
     *,
+    out: File | None = None,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
     jobs: int = 2,
-    out: str | Path | None = None,
     anyway: bool = False,
+    progress: Progress | None = None,
     **overrides: object,
 ) -> Budget:
-    """Return the causes of the rate of a scene's clock.
+    """Break a clock's rate down into its causes.
 
-    Each cause at sea is switched off in turn: the motions of the ship, gravity that changes, heat.
-    Dial, amplitude, drag and escapement are found on land.
+    Each cause at sea is switched off in turn, in the same waves: the motions of the ship, gravity
+    that changes on the way, heat. The effects of dial, amplitude, drag and escapement are found on
+    land. The budget then states how far badly known numbers may change the rate, and the effect of
+    small changes.
 
     Args:
         scene: as for `load`.
-        jobs: number of parallel processes.
-        out: file for the budget, ending in .json; or the folder of the scene's voyage, whose
-            `report` then shows it.
-        anyway: sail even machines and ships larger than any known.
+        out: keep it in a file (.json), or in the folder of the voyage, whose report then shows it.
+        duration: as for `load`.
+        accuracy: as for `load`.
+        jobs: processes at once.
+        anyway: as for `sail`.
+        progress: see above.
         overrides: as for `load`.
 
     Returns:
@@ -200,31 +341,35 @@ def budget(
     from tauto_core.ensembles.budget import account, budget_file
     from tauto_core.ensembles.workers import Crew
 
-    loaded = load(scene, **overrides)
+    crew = Crew(whole('jobs', jobs))
+    loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     place = None if out is None else budget_file(path('out', out), loaded)
-    found = account(loaded, Crew(whole('jobs', jobs)), origin=origin_of(scene), anyway=anyway)
+    found = account(loaded, crew, progress, origin=_origin(scene), anyway=anyway)
     if place is not None:
         found.write(place)
     return found
 
 
 def isochronism(
-    scene: str | Path | Scene, amplitudes: Iterable[Quantity], **overrides: object
+    scene: File | Scene, amplitudes: Iterable[Quantity], **overrides: object
 ) -> Isochronism | DescentIsochronism:
-    """Return period and rate of free swings at several amplitudes.
+    """Find period and rate against amplitude, on land.
 
-    The swings are on land, without drag and escapement. `print` shows the result as a table.
+    Drag and escapement are left out, so that the swings are free.
+
+    A body in a fluid also has a time of descent. Its amplitude is the arc of the release, and its
+    period is the time to the turning point on the other side and back.
 
     Args:
         scene: as for `load`.
-        amplitudes: amplitudes of the swings [rad]; of a body in a fluid the arcs of the release
-            [m]. Each > 0 and within the cam, or the curve.
+        amplitudes: amplitudes of the free swings [rad], such as 0.2,0.6,1; of a body in a fluid
+            the arcs of the release in metres. Each > 0 and within the cam, or the curve.
         overrides: as for `load`.
 
     Returns:
-        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. A body in a fluid has
-        `amplitude_m` in place of the first, and also `descent_s`, the time to the lowest point,
-        and `half_swing_s`, the time to the other side; its period is the time there and back.
+        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`; `print` shows a table. A body in a
+        fluid has `amplitude_m` in place of the first, and also `descent_s`, the time to the lowest
+        point, and `half_swing_s`, the time to the other side.
 
     Raises:
         UsageError: no amplitude, or one out of range.
@@ -232,24 +377,24 @@ def isochronism(
     """
     from tauto_core.machines import free_swings
 
-    loaded = load(scene, **overrides)
+    loaded = _load(scene, overrides)
     asked = numbers('amplitudes', amplitudes, 'rad' if loaded.regulator is None else 'm')
-    with naming(origin_of(scene), loaded.name):
+    with naming(_origin(scene), loaded.name):
         return free_swings(loaded, asked, loaded.clock.nominal_period)
 
 
 def cam(
-    scene: str | Path | Scene,
+    scene: File | Scene,
     *,
-    csv: str | Path | None = None,
-    svg: str | Path | None = None,
-    dxf: str | Path | None = None,
-    template: str | Path | None = None,
-    step: str | Path | None = None,
-    stl: str | Path | None = None,
+    csv: File | None = None,
+    svg: File | None = None,
+    dxf: File | None = None,
+    template: File | None = None,
+    step: File | None = None,
+    stl: File | None = None,
     plate: bool = False,
-    points: int = 200,
     reach_rad: Quantity | None = None,
+    points: int = 200,
     thread_mm: Quantity | None = None,
     cutter_mm: Quantity | None = None,
     tolerance_mm: Quantity | None = None,
@@ -260,37 +405,41 @@ def cam(
     thickness_mm: Quantity | None = None,
     **overrides: object,
 ) -> CamOutline:
-    """Return the curve of a scene's cam, and write it for the workshop, in millimetres.
+    """Look at a cam's curve, draw it, or turn it into a plate.
 
-    A curve in a fluid and the uneven cheeks of a lever are returned and written, too. A plate has
-    both cheeks as its edge, closed by an arc about the axle, with a slot for the thread, a bore
-    and two pin holes. Its lengths that are left out are multiples of the distance from the cusp to
-    the axle. Existing files are replaced.
+    The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
+    a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
+    x > 0. Files that exist are replaced.
+
+    Both cheeks are the edge of a plate, closed by an arc about the axle, with a slot for the
+    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
+    the cusp to the axle. The plate's cost in s/day is found at several amplitudes, on land.
+
+    `step` and `stl` need the extra `cad`. The rim of the wheel is chosen so that all three solids
+    together, in brass, have the moment of inertia of the scene.
 
     Args:
         scene: as for `load`.
-        csv: name of a file for the points of both cheeks or branches.
-        svg: name of a file, ending in .svg: a drawing to scale, of the plate if there is one.
-        dxf: name of a file, ending in .dxf: the same for the machine; of a plate its arcs and the
-            path of the cutter.
-        template: name of a file, ending in .svg: the plate to scale on a sheet of A4. Of a larger
-            plate it is the plan of several sheets beside it.
-        step: name of a file, ending in .step: wheel, cheeks and axle as solids (extra `cad`).
-        stl: a folder, for wheel.stl, cheeks.stl and axle.stl (extra `cad`).
-        plate: make a plate; `template`, `step` and `stl` do, too.
-        points: number of points on each cheek or branch, 2 to 1,000,000.
-        reach_rad: angle at which the cheeks end [rad]. None: one and a half times the amplitude of
-            the wheel, but within the cam and before its two cheeks meet.
-        thread_mm: thickness of the thread [mm], 0 to 100; the cheeks are cut back by half of it.
-            None: 0; of a plate 0.5, the width of its slot.
-        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre. None:
-            0.25.
-        tolerance_mm: greatest distance between arcs and cheeks [mm]. None: 1e-5.
-        bore_mm: diameter of the bore [mm]; None: half the distance from the cusp to the axle.
-        pins_mm: diameter of the pin holes [mm]; None: 0.3 of that distance.
-        pin_circle_mm: distance of the pins from the axle [mm]; None: 0.65 of that distance.
-        slot_mm: depth of the slot [mm]; None: 0.3 of that distance.
-        thickness_mm: thickness of the plate [mm], for `step` and `stl`. None: 2.
+        csv: write the points of the outline, of both cheeks or branches.
+        svg: draw it to scale, the plate if there is one.
+        dxf: draw it for the workshop; of a plate its arcs and the path of the cutter.
+        template: draw the plate on A4 (.svg), a large one on several sheets.
+        step: write wheel, cheeks and axle as solids.
+        stl: folder for wheel.stl, cheeks.stl and axle.stl.
+        plate: close both cheeks into a plate; `template` and solids do.
+        reach_rad: largest angle drawn [rad]; default: half as far again as the wheel swings,
+            within the cam and before the cheeks meet.
+        points: points on each cheek or branch.
+        thread_mm: thickness of the thread [mm]; cheeks are cut back by half; default: 0, of a
+            plate 0.5, the width of its slot.
+        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre;
+            default: 0.25.
+        tolerance_mm: greatest distance between arcs and cheeks [mm]; default: 1e-05.
+        bore_mm: diameter of the bore [mm]; default: half the cusp.
+        pins_mm: diameter of the pin holes [mm]; default: 0.3 cusps.
+        pin_circle_mm: distance of pins from the axle [mm]; default: 0.65 cusps.
+        slot_mm: depth of the slot [mm]; default: 0.3 cusps.
+        thickness_mm: thickness of the plate [mm], for solids; default: 2.
         overrides: as for `load`.
 
     Returns:
@@ -323,12 +472,12 @@ def cam(
     is_plate = plate or not files.keys().isdisjoint(('template', 'step', 'stl'))
     count = whole('points', points)
     cutting.check_cut(files, sizes, is_plate, count)
-    loaded = load(scene, **overrides)
-    with naming(origin_of(scene), loaded.name):
+    loaded = _load(scene, overrides)
+    with naming(_origin(scene), loaded.name):
         return cutting.outline_of(loaded, files, sizes, is_plate, count, reach)
 
 
-def cut(scene: str | Path | Scene, file: str | Path, **options: Any) -> CamOutline:
+def cut(scene: File | Scene, file: File, **options: Any) -> CamOutline:
     """Write a scene's cam as .csv, .svg or .dxf; the old name of `cam(scene, svg=file, …)`."""
     from tauto_core.plots.cutting import drawn_kind
 
@@ -336,7 +485,7 @@ def cut(scene: str | Path | Scene, file: str | Path, **options: Any) -> CamOutli
     return cam(scene, **options)
 
 
-def plate(scene: str | Path | Scene, **options: Any) -> ScenePlate:
+def plate(scene: File | Scene, **options: Any) -> ScenePlate:
     """Return a scene's cam as a plate; the old name of `cam(scene, plate=True, …).plate`."""
     found = cam(scene, plate=True, **options).plate
     assert found is not None
@@ -357,23 +506,25 @@ def design(
     weight_unit: str = 'N',
     gravity: Quantity = STANDARD_GRAVITY,
 ) -> WheelDesign:
-    """Return the design of a wheel and its cam, of which one number is left out.
+    """Find the missing number in the design of a wheel and its cam.
 
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
     A disc counts as two numbers, weight and radius, one of which may be the missing one.
 
+    Lengths are in `length_unit`, weights and the pull in `weight_unit`, or they have a unit, as
+    `5 mm`, `3 N` or `300 g`.
+
     Args:
         period: period of a full swing [s].
-        pendulum: or the length of the simple pendulum that swings with it.
-        inertia: moment of inertia of the wheel [kg m2].
-        disc_weight: or the weight of a uniform disc, in `weight_unit`,
-        disc_radius: and its radius, in `length_unit`.
-        disc_is_base: whether the radius of the disc is the base radius (XX).
-        pull: pull in the thread, without inertia, in `weight_unit`.
-        base_radius: base radius of the involute, or the lever rate of a cam with a hole
-            [`length_unit`, per radian].
-        length_unit: unit of the lengths: m, mm, scruple, rhenish_foot, line or paris_foot.
-        weight_unit: unit of weights and pull: N, kg or pound (of Paris).
+        pendulum: or length of the simple pendulum that swings with it.
+        inertia: the wheel's moment of inertia [kg m2].
+        disc_weight: or its weight, if it is a uniform disc,
+        disc_radius: and its radius.
+        disc_is_base: the disc's radius is the base radius (XX).
+        pull: pull in the thread, without inertia.
+        base_radius: base radius of the involute; a hole's rate.
+        length_unit: m, mm, scruple, rhenish_foot, line or paris_foot.
+        weight_unit: N, kg or pound (of Paris).
         gravity: acceleration of gravity [m/s2].
 
     Returns:
@@ -384,6 +535,7 @@ def design(
             number is not between 1e-30 and 1e30.
     """
     from tauto_core.machines.design import wheel_design
+    from tauto_core.scene.units import in_words
 
     sizes = {
         'period': period,
@@ -408,15 +560,32 @@ def design(
     )
 
 
-def claims() -> list[Claim]:
-    """Return every claim of Euler's three papers, each checked against a computed value."""
-    from tauto_core.euler.page import all_claims
+def claims(*, page: File | None = None, site: File | None = None) -> list[Claim]:
+    """Check the claims of Euler's papers by computation.
 
-    return all_claims()
+    The exit code is 1 if a claim that should hold fails, or one that should fail holds.
+
+    Args:
+        page: folder for euler.md and figures/*.svg, in place of the list.
+        site: folder for an interactive page for each paper, *.html, in place of the list.
+
+    Returns:
+        Every claim of the three papers, each checked against a computed value.
+    """
+    from tauto_core.euler.page import all_claims, write_page
+
+    found = all_claims()
+    if page is not None:
+        write_page(path('page', page), found)
+    if site is not None:
+        from tauto_core.euler.site import write_site
+
+        write_site(path('site', site), found)
+    return found
 
 
 def new_scene(
-    file: str | Path | None = None,
+    file: File | None = None,
     *,
     ship: str | None = None,
     cam: str | None = None,
@@ -424,18 +593,21 @@ def new_scene(
     power: str | None = None,
     escapement: str | None = None,
 ) -> str:
-    """Return a scene that sails as YAML, with the unit and meaning of every key.
+    """Write a scene that sails, with the unit and meaning of every key.
 
-    Kinds that are None are chosen to fit those that are given; without any the scene is Euler's
+    Kinds that are not named are chosen to fit those that are. Without any, the scene is Euler's
     involute under a weight, in a wind sea.
 
     Args:
-        file: a file to write it to, ending in .yaml or .yml; it must not exist.
-        ship: kind of the ship's motion: still, components, sea or recorded.
-        cam: kind of the cam, such as involute or hole.
-        thread: kind of the thread: vertical, hole, lever or hanging.
-        power: kind of the power: force, weight, spring or weight_and_spring.
-        escapement: impulse or remontoire; None: there is none.
+        file: the file, ending in .yaml, which must not exist; without it, standard output.
+        ship: kind of the ship's motion.
+        cam: kind of the cam.
+        thread: kind of the thread.
+        power: kind of the power.
+        escapement: kind of the escapement; without it there is none.
+
+    Returns:
+        The scene as YAML.
 
     Raises:
         UsageError: an unknown kind, kinds that do not go together, or a file that cannot be
@@ -450,14 +622,15 @@ def new_scene(
     return write_scene(None if file is None else str(file), kinds)
 
 
-def check_bag(bag: str | Path) -> Soundness:
-    """Read all of a bag, and return its faults.
+def check_bag(bag: File) -> Soundness:
+    """Read all of a bag and report its faults.
 
     The check covers the ends of its files, checksums, indices, metadata.yaml, payloads, the order
-    of the log times, and whether the recording was cut short.
+    of the log times, and whether the recording was cut short. The exit code is 1 if it is not
+    whole.
 
     Args:
-        bag: rosbag2 folder or MCAP file.
+        bag: a rosbag2 folder or an .mcap file.
 
     Returns:
         Its `damage`, which `recover_bag` can repair, `faults` of its contents and harmless
@@ -471,13 +644,15 @@ def check_bag(bag: str | Path) -> Soundness:
     return bags.check_bag(path('bag', bag))
 
 
-def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
-    """Write the readable part of a damaged bag as a new bag; the old bag is not changed.
+def recover_bag(bag: File, out: File | None = None) -> Recovered:
+    """Write the readable part of a damaged bag as a new bag.
+
+    The old bag is not changed.
 
     Args:
-        bag: rosbag2 folder or MCAP file.
-        out: folder of the new bag, which must not exist; None: beside the old one, with
-            `_recovered` appended to its name.
+        bag: a rosbag2 folder or an .mcap file.
+        out: folder of the new bag, which must not exist; otherwise BAG_recovered beside the old
+            one.
 
     Returns:
         The new bag's `path` and `counts` of messages by topic, and descriptions of what is `lost`.
@@ -491,35 +666,43 @@ def recover_bag(bag: str | Path, out: str | Path | None = None) -> Recovered:
 
 
 def compare(
-    *clocks: str | Path | Scene,
-    ship_of: str | Path | Scene | None = None,
+    *clocks: File | Scene,
+    ship_of: File | Scene | None = None,
     duration: Quantity | None = None,
     accuracy: Quantity | None = None,
     roll_deg: Sequence[Quantity] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
-    logs: str | Path | None = None,
+    logs: File | None = None,
     passage: str | None = None,
-    harbour_days: Quantity = 14.0,
+    harbour_days: Quantity | None = None,
     jobs: int = 2,
+    plot: Files = (),
     anyway: bool = False,
+    progress: Progress | None = None,
     **overrides: object,
 ) -> Comparison:
-    """Return a comparison of several clocks in the same sea.
+    """Sail several clocks through the same sea, side by side.
+
+    Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
+    the built-in clocks have regulated on land. The column `rated` allows for the rate observed in
+    port, where the ship lies in the same sea. With `logs` they sail a passage of a log-book in the
+    ship of `ship_of` or of the first clock; their dials are regulated where it begins.
 
     Args:
-        clocks: scenes, as for `load`, each with another `name`; none: the built-in clocks.
-        ship_of: a scene whose ship and voyage all of them get.
-        duration: length of the run [s].
-        accuracy: largest error of the reading for a day of the run [s]; replaces the accuracy
-            of the scenes.
-        roll_deg: significant amplitudes of the roll [degrees], each in its own run.
-        suspension: `both`, `with` or `without`: cases suspended as in the scenes, or fixed.
-        logs: a log-book; all sail a passage of it, in the ship of `ship_of` or of the first clock,
-            in the sea that its wind raises, and their dials are regulated at its beginning.
-        passage: name of that passage, which a file of one may leave out.
-        harbour_days: days of rating before its first entry, >= 0.
-        jobs: number of parallel processes.
-        anyway: sail even machines and ships larger than any known.
+        clocks: files or built-in names, each with another `name`; none: the built-in clocks.
+        ship_of: send all clocks on the passage of this scene: ship, voyage, …
+        duration: as for `load`.
+        accuracy: as for `load`.
+        roll_deg: significant amplitudes of the roll [deg], twice its root mean square; heave and
+            waves stay.
+        suspension: cases hung as in the scenes, or fixed to the ship.
+        logs: sail a passage of this log-book, in the sea of its wind.
+        passage: with `logs`: which; see `tauto logbook`.
+        harbour_days: with `logs`: days of rating before it [d]; else 14.
+        jobs: processes at once.
+        plot: draw it as .svg, .png or .pdf; replaces the file.
+        anyway: as for `sail`.
+        progress: see above.
         overrides: as for `load`, for every clock; those of the passage (ship, voyage, seed, …) for
             `ship_of`, where there is one.
 
@@ -531,16 +714,24 @@ def compare(
     """
     from tauto_core.ensembles import comparison
     from tauto_core.ensembles.trials import check_logs
+    from tauto_core.ship.coast import no_landfall
     from tauto_core.ship.logbook import sound_passage
 
     if suspension not in ('both', 'with', 'without'):
         raise UsageError(
             f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
         )
+    drawn, logged = _plots(plot), None
     if logs is not None:
         check_logs(str(path('logs', logs)))
-    elif passage is not None:
-        raise UsageError(f'passage = {passage!r}: is one of a log-book. Name it with logs = …')
+        logged = sound_passage(str(logs), passage)
+        away = no_landfall(*logged.entries[-1][1:3])
+        for note in [*logged.notes(), *([f'the last entry is {away}'] * (away is not None))]:
+            _tell(f'passage {logged.name}: {note}')
+    for name, value in (('passage', passage), ('harbour_days', harbour_days)):
+        if logs is None and value is not None:
+            remedy = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
+            raise UsageError(Argument(name, value), *remedy)
     entries = comparison.make_entries(
         clocks,
         ship_of=ship_of,
@@ -549,68 +740,92 @@ def compare(
         rolls_deg=numbers('roll_deg', roll_deg, 'deg'),
         cases=suspension,
         anyway=anyway,
-        passage=None if logs is None else sound_passage(str(logs), passage),
-        harbour_days=number('harbour_days', harbour_days, 'd'),
+        passage=logged,
+        harbour_days=14.0 if harbour_days is None else number('harbour_days', harbour_days, 'd'),
         overrides=_by_path(overrides),
     )
-    return comparison.compare(entries, jobs=whole('jobs', jobs))
+    found = comparison.compare(entries, jobs=whole('jobs', jobs), progress=progress)
+    for each in drawn:
+        comparison.draw_comparison(found, each)
+    return found
 
 
 def fleet(
-    scene: str | Path | Scene,
+    scene: File | Scene,
     *,
     ships: int = 100,
-    vary: str | Path | Mapping[str, Mapping[str, object]] | None = None,
+    vary: File | Mapping[str, Mapping[str, object]] | None = None,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
     jobs: int = 2,
     scheduler: str | None = None,
-    out: str | Path | None = None,
+    out: File | None = None,
+    plot: Files = (),
     anyway: bool = False,
+    progress: Counting | None = None,
     **overrides: object,
 ) -> Fleet:
-    """Return the voyages of many ships on one scene, each ship with its own seed.
+    """Send many ships on one voyage: how many find the longitude?
+
+    Each ship has her own seed, and so her own observations, noise of the clock and, where
+    ship.kind is sea, waves. `vary` draws other keys for each. With a log-book each sails one of
+    its passages (`trial`, on the command line --logs).
 
     Args:
         scene: as for `load`.
-        ships: number of ships.
-        vary: keys of the scene that are drawn for each ship, for example
-            `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`, or a YAML file with
-            that content.
-        jobs: number of parallel processes.
-        scheduler: address of a dask scheduler whose workers are used instead.
-        out: folder for the rows in Parquet; ships that have a row there do not sail again.
-        anyway: sail even machines and ships larger than any known.
+        ships: how many ships.
+        vary: YAML: keys of the scene, and how each is drawn for every ship.
+        duration: as for `load`.
+        accuracy: as for `load`.
+        jobs: processes at once on this machine.
+        scheduler: sail on the workers of this dask scheduler.
+        out: folder for a row of each ship, in ships.parquet; goes on from the rows it has.
+        plot: draw it as .svg, .png or .pdf; replaces the file.
+        anyway: as for `sail`.
+        progress: called with the numbers of ships done, parts included, and of all.
         overrides: as for `load`.
 
     Returns:
-        `rows`, a mapping for each ship, and `answers`, the statistics of the fleet.
+        `rows`, a mapping for each ship, and `answers`, the statistics of the fleet. In place of a
+        file `vary` takes `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`.
 
     Raises:
         TautoError: a drawn value that the scene does not allow, arguments out of range, or
             processes that cannot be started.
     """
     from tauto_core.ensembles import fleets
+    from tauto_core.ensembles.answers import draw_fleet
     from tauto_core.ensembles.workers import Crew
 
-    loaded = load(scene, **overrides)
+    drawn, crew = _plots(plot), Crew(whole('jobs', jobs), scheduler)
+    loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     if isinstance(vary, str | Path):
         draws, drawn_by = fleets.read_draws(Path(vary), loaded), str(vary)
     else:
         if vary is not None and not isinstance(vary, Mapping):
             raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
         draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary', loaded), 'vary'
-    count = whole('ships', ships)
-    plan = fleets.Plan(loaded, origin_of(scene), count, draws, drawn_by)
-    where = None if out is None else path('out', out)
-    return fleets.sail_fleet(plan, Crew(whole('jobs', jobs), scheduler), where, anyway=anyway)
+    count, where = whole('ships', ships), None if out is None else path('out', out)
+    plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by)
+    for warning in plan.warnings:
+        _tell(warning)
+    found = fleets.sail_fleet(plan, crew, where, _counted(progress, count), anyway=anyway)
+    for each in drawn:
+        draw_fleet(found, each)
+    return found
+
+
+def _counted(progress: Counting | None, total: int) -> Progress | None:
+    return None if progress is None else lambda done: progress(done, total)
 
 
 def trial(
-    scene: str | Path | Scene,
-    logs: str | Path,
+    scene: File | Scene,
+    logs: File,
     *,
-    compare: Sequence[str | Path | Scene] = (),
-    days: tuple[Quantity, Quantity] = (42.0, math.inf),
-    years: tuple[float, float] = (-math.inf, math.inf),
+    compare: Sequence[File | Scene] = (),
+    days: Range = '42..',
+    years: Range | None = None,
     port: str | None = None,
     ocean: str | None = None,
     sample: int | None = None,
@@ -619,37 +834,42 @@ def trial(
     hull_draws: int = 0,
     local_time_s: Quantity = 4.0,
     duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
     jobs: int = 2,
     scheduler: str | None = None,
-    out: str | Path | None = None,
-    file: str | Path | None = None,
+    out: File | None = None,
     skip_wrong: bool = False,
+    plot: Files = (),
     anyway: bool = False,
+    progress: Counting | None = None,
     **overrides: object,
 ) -> TrialAnswers:
-    """Return the passages of a log-book on which a scene's clock would find the longitude.
+    """Send clocks along the passages of a log-book: where would they have found the longitude?
+
+    The first clock is that of `scene`, whose ship sails every passage in the sea of its wind.
 
     Args:
-        scene: as for `load`; its ship sails every passage.
-        logs: the log-book, a file or a folder.
-        compare: further clocks in the same sea, as for `load`, fixed to the ship; `clocks` means
-            the built-in ones.
-        days: least and largest length of the passages [days].
-        years: first and last year of the first entry.
-        port: part of the name of a port from which or to which they go.
-        ocean: part of the name of the ocean in which most of their entries lie.
-        sample: number of passages taken of these, evenly over their list.
-        harbour_days: days of rating before the first entry.
-        wind_draws: number of repetitions of each passage with another random wind.
-        hull_draws: the same with another hull.
+        scene: as for `load`.
+        logs: sail the passages of this log-book, a file or a folder, each in its own wind.
+        compare: further clocks in the same sea, fixed to the ship; `clocks`: the built-in ones.
+        days: length of the passages [d].
+        years: years of the first entry.
+        port: from or to this port, or part of its name.
+        ocean: most entries in this ocean, as pacific.
+        sample: this many of them, evenly over the list.
+        harbour_days: days of rating before each [d].
+        wind_draws: sail each so many times more, with another wind each time.
+        hull_draws: sail each so many times more, with another hull.
         local_time_s: error of the navigator's local time [s], 0 to 3600.
-        duration: time from the start to which a voyage is cut [s].
-        jobs: number of parallel processes.
+        duration: cut a voyage at this time from its start [s].
+        accuracy: as for `load`.
+        jobs: as for `fleet`.
         scheduler: as for `fleet`.
         out: as for `fleet`, with a row for each clock on each passage.
-        file: name of a picture, ending in .svg, .png or .pdf: the map of all tracks.
         skip_wrong: leave out passages with a wrong row, or without a wind.
-        anyway: sail even machines and ships larger than any known.
+        plot: as for `fleet`: the map of all tracks.
+        anyway: as for `sail`.
+        progress: as for `fleet`, of voyages; while the log is read, with the share and 0.
         overrides: as for `load`.
 
     Returns:
@@ -663,23 +883,23 @@ def trial(
     from tauto_core.ensembles import trials
     from tauto_core.ensembles.trial_answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
-    from tauto_core.files import check_plot
 
-    logbook, plotted = str(path('logs', logs)), None if file is None else path('file', file)
-    if plotted is not None:
-        check_plot(plotted, 'file')
-    local_time_s = number('local_time_s', local_time_s, 's')
-    check_local_time(local_time_s)
+    logbook, drawn = str(path('logs', logs)), _plots(plot)
+    crew = Crew(whole('jobs', jobs), scheduler)
+    local_time = number('local_time_s', local_time_s, 's')
+    check_local_time(local_time)
     if isinstance(compare, str):
         raise UsageError(f'compare = {compare!r}: must be a list of scenes. Write it in [ ]')
-    between = (_between('days', days, 'd'), _between('years', years))
+    every_year = (-math.inf, math.inf)
+    between = _range('days', days, 'd'), every_year if years is None else _range('years', years)
     count = None if sample is None else whole('sample', sample)
     choice = trials.Choice(*between, port, ocean, count)
-    loaded, origin = load(scene, **overrides), origin_of(scene)
+    loaded, origin = _load(scene, overrides, accuracy=accuracy), _origin(scene)
     trial = trials.make_trial(
         logbook,
         [(origin, loaded), *trials.clocks_beside(loaded, origin, compare)],
         choice,
+        progress=None if progress is None else lambda share: progress(share, 0),
         harbour_days=number('harbour_days', harbour_days, 'd'),
         longest_s=None if duration is None else number('duration', duration, 's'),
         wind_draws=whole('wind_draws', wind_draws),
@@ -687,45 +907,54 @@ def trial(
         skip_wrong=skip_wrong,
         anyway=anyway,
     )
+    for _, why in trial.left_out:
+        _tell(f'left out: {why}')
+    for clock in trial.rules.clocks:
+        if clock.why_unsensed:
+            _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
-    sailed = trials.sail_trial(trial, Crew(whole('jobs', jobs), scheduler), where)
-    answers = answers_of(sailed, local_time_s)
-    if plotted is not None:
+    sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
+    answers = answers_of(sailed, local_time)
+    for each in drawn:
         from tauto_core.plots.tracks import draw_trial
 
-        draw_trial(sailed, answers, plotted)
+        draw_trial(sailed, answers, each)
     return answers
 
 
-def _between(name: str, values: object, unit: str | None = None) -> tuple[float, float]:
-    """Return the least and the largest of a range; UsageError for anything else."""
-    ends = numbers(name, values, unit)
-    if len(ends) != 2 or not ends[0] <= ends[1]:
-        raise UsageError(
-            f'{name} = {values!r}: must be the least and the largest. Write (42, 100)'
-        )
-    return ends[0], ends[1]
-
-
 def plot(
-    source: str | Path | Scene | Voyage,
+    source: File | Scene | Voyage,
     what: str,
-    file: str | Path | None = None,
+    file: File | None = None,
     *,
     from_s: Quantity | None = None,
     to_s: Quantity | None = None,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
     anyway: bool = False,
+    progress: Progress | None = None,
+    **overrides: object,
 ) -> Figure:
-    """Return a picture as a Matplotlib figure, and write it to a file if one is named.
+    """Draw one picture of a bag or a scene.
+
+    Pictures of a scene alone (weather, cam, machine) are drawn without sailing it.
 
     Args:
-        source: a voyage; or a bag, which is replayed; or a scene, which is sailed.
-        what: one of `tauto_core.plots.contents.PICTURES`, such as `error`.
-        file: name of the file, ending in .svg, .png or .pdf; an existing file is replaced.
-        from_s: beginning of the part that `roll` or `spectrum` shows, from the first reading [s].
-        to_s: its end [s]. Without both, the roughest ten minutes are shown; with one, the ten
-            minutes after `from_s` or before `to_s`.
-        anyway: sail even a scene with a machine or ship larger than any known.
+        source: a bag, or a scene, which is sailed for it.
+        what: error, rate, drift, longitude, stability, amplitude, phase, weather, temperature,
+            roll, spectrum, map, cam or machine.
+        file: ending in .svg, .png or .pdf; is replaced.
+        from_s: begin roll or spectrum here, from the first reading [s]. Without both: the roughest
+            ten minutes.
+        to_s: end it here [s]; default: ten minutes after the beginning.
+        duration: as for `load`.
+        accuracy: as for `load`.
+        anyway: as for `sail`.
+        progress: see above.
+        overrides: as for `load`.
+
+    Returns:
+        The picture, which is written to a file only if one is named. The source may be a voyage.
 
     Raises:
         UsageError: no such picture, a file of a format that pictures cannot have, or a part that
@@ -740,19 +969,31 @@ def plot(
     )
     part = from_s is not None or to_s is not None
     check_picture(what, None if file is None else path('file', file), part=part)
-    bag = isinstance(source, str | Path) and is_bag(source)
-    if what in OF_A_SCENE and not isinstance(source, Voyage) and not bag:
-        source = Voyage(load(source), {}, {})
-    return _voyage(source, anyway).plot(what, file, from_s=from_s, to_s=to_s)
+    given = {**overrides, 'duration': duration, 'accuracy': accuracy}
+    voyage = voyage_of(source, given, progress, anyway=anyway, sails=what not in OF_A_SCENE)
+    return voyage.plot(what, file, from_s=from_s, to_s=to_s)
 
 
-def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: bool = False) -> None:
-    """Write a page with all figures and pictures, and the machine as it moves.
+def report(
+    source: File | Scene | Voyage,
+    file: File,
+    *,
+    duration: Quantity | None = None,
+    accuracy: Quantity | None = None,
+    anyway: bool = False,
+    progress: Progress | None = None,
+    **overrides: object,
+) -> None:
+    """Write a voyage as one page: answer, map, ship, charts.
 
     Args:
         source: as for `plot`.
-        file: name of the page, ending in .html; an existing file is replaced.
-        anyway: as for `plot`.
+        file: ending in .html; is replaced.
+        duration: as for `load`.
+        accuracy: as for `load`.
+        anyway: as for `sail`.
+        progress: see above.
+        overrides: as for `load`.
 
     Raises:
         UsageError: another suffix, or a folder that does not exist.
@@ -762,31 +1003,63 @@ def report(source: str | Path | Scene | Voyage, file: str | Path, *, anyway: boo
 
     page = path('file', file)
     check_report(page)
-    voyage = _voyage(source, anyway)
+    given = {**overrides, 'duration': duration, 'accuracy': accuracy}
+    voyage = voyage_of(source, given, progress, anyway=anyway)
     write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
 
 
 def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
-    """Return values by the paths of their keys: `ship__rate` means `ship.rate`."""
+    """Return values by the paths of their keys: `ship__rate` means `ship.rate`.
+
+    An accuracy for a day of the run [s] is that of the solver [s/day].
+    """
     found: dict[str, object] = {}
     for key, value in overrides.items():
         path_of_key = key.replace('__', '.')
+        is_accuracy = key == 'accuracy' and value is not None
+        if is_accuracy:
+            path_of_key = 'solver.accuracy'
         if path_of_key in found:
             raise UsageError(f'{key}: {path_of_key} is given twice. Leave one out')
-        found[path_of_key] = value
+        found[path_of_key] = number(key, value, 's') if is_accuracy else value
     return found
 
 
-def _voyage(source: str | Path | Scene | Voyage, anyway: bool) -> Voyage:
+def voyage_of(
+    source: File | Scene | Voyage,
+    given: Mapping[str, object],
+    progress: Progress | None,
+    *,
+    anyway: bool,
+    sails: bool = True,
+) -> Voyage:
+    """Return a voyage, the voyage in a bag, or that of a scene; one that does not sail is empty.
+
+    Values are given for a scene alone; those of a bag are a UsageError.
+    """
+    from tauto_core.voyage import Voyage
+    from tauto_core.voyage import sail as sail_scene
+
+    asked = {key: value for key, value in given.items() if value is not None}
+    bag = None if isinstance(source, Voyage) or not is_bag(source) else source
+    if asked and (bag is not None or isinstance(source, Voyage)):
+        raise UsageError(
+            f'{", ".join(asked)}: for a scene, and this one was sailed already. Leave it out'
+        )
     if isinstance(source, Voyage):
         return source
-    if isinstance(source, str | Path) and is_bag(source):
-        return replay(source)
-    return sail(source, anyway=anyway)
+    if bag is not None:
+        return replay(bag)
+    loaded = _load(source, asked)
+    if sails:
+        return sail_scene(loaded, origin=_origin(source), anyway=anyway, progress=progress)
+    return Voyage(loaded, {}, {})
 
 
-def is_bag(source: str | Path) -> bool:
-    """Return whether a path refers to a bag rather than a scene."""
-    return str(source) not in shipped_scenes() and (
-        Path(source).is_dir() or Path(source).suffix == '.mcap'
+def is_bag(source: object) -> TypeGuard[File]:
+    """Return whether something is a path to a bag rather than a scene."""
+    return (
+        isinstance(source, str | Path)
+        and str(source) not in scenes()
+        and (Path(source).is_dir() or Path(source).suffix == '.mcap')
     )

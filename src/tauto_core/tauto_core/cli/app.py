@@ -13,15 +13,15 @@ import os
 import re
 import signal
 import sys
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, NamedTuple, TypeAlias
 
 import typer
 from typer.core import TyperGroup
-from typer.main import get_command_name, get_group
-from typer.models import CommandInfo, TyperInfo
+from typer.main import get_group
 
-from tauto_core.cli import axle, curves, hull, logbook, scene, voyages
+from tauto_core.cli import axle, hull, logbook, scene, shown, voyages
+from tauto_core.cli.calls import Command
 from tauto_core.cli.terminal import (
     Terminated,
     be_quiet,
@@ -33,51 +33,62 @@ from tauto_core.cli.terminal import (
 )
 from tauto_core.scene.errors import TautoError, spelled
 
-if TYPE_CHECKING:
-    pass
-
-
 # -----------------------------------------------------------------------------
-# The commands that a Typer knows, built one at a time: to build them all takes 40 ms.
+# The commands by name, built one at a time: to build them all takes 40 ms.
+
+
+class Group(NamedTuple):
+    """Commands under one word.
+
+    Attributes:
+        help: what they are for.
+        commands: the commands by name.
+    """
+
+    help: str
+    commands: Mapping[str, Command | Callable[..., None]]
+
+
+Entry: TypeAlias = Command | Group | Callable[..., None]
 
 
 class Registered(Mapping[str, Any]):
-    """Commands and groups by name, each built at its first use.
+    """Commands and groups by name, as the parser wants them, each built at its first use."""
 
-    Commands that the decorators of `register` add later are included.
-    """
-
-    def __init__(self, register: typer.Typer) -> None:
-        self._register = register
+    def __init__(self, entries: Mapping[str, Entry]) -> None:
+        self._entries = entries
         self._built: dict[str, Any] = {}
 
     def __getitem__(self, name: str) -> Any:
-        """Return a command, as the parser wants it."""
+        """Return a command or a group."""
         if name not in self._built:
-            info = self._known()[name]
-            alone = typer.Typer(rich_markup_mode=None)
-            if isinstance(info, CommandInfo):
-                alone.registered_commands = [info]
+            alone, entry = typer.Typer(rich_markup_mode=None), self._entries[name]
+            if isinstance(entry, Group):
+                group = typer.Typer(help=entry.help, no_args_is_help=True)
+                for word, each in entry.commands.items():
+                    _add(group, word, each)
+                alone.add_typer(group, name=name)
             else:
-                alone.registered_groups = [info]
+                _add(alone, name, entry)
             self._built[name] = get_group(alone).commands[name]
         return self._built[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._known())
+        return iter(self._entries)
 
     def __len__(self) -> int:
-        return len(self._known())
+        return len(self._entries)
 
-    def _known(self) -> dict[str, CommandInfo | TyperInfo]:
-        """Return the names of all commands and groups, commands first."""
-        named = {
-            each.name or get_command_name(each.callback.__name__): each
-            for each in self._register.registered_commands
-            if each.callback is not None
-        }
-        groups = {each.name: each for each in self._register.registered_groups if each.name}
-        return {**named, **groups}
+
+def _add(to: typer.Typer, name: str, entry: Command | Callable[..., None]) -> None:
+    if isinstance(entry, Command):
+        to.command(name, cls=entry.cls)(entry.function())
+    elif name in ROS_COMMANDS:
+        passing = {'ignore_unknown_options': True, 'allow_extra_args': True}
+        settings: Any = {'add_help_option': False, 'context_settings': passing}
+        to.command(name, help=ROS_COMMANDS[name], **settings)(entry)
+    else:
+        to.command(name)(entry)
 
 
 # -----------------------------------------------------------------------------
@@ -126,15 +137,16 @@ def run_of_ros(ctx: typer.Context) -> None:
         ) from None
 
 
-commands = typer.Typer()
-"""The Typer app that holds the commands."""
-
-
 class Commands(TyperGroup):
     """All commands; they share the handling of errors and the option `--quiet`."""
 
     def __init__(self, **settings: Any) -> None:
-        super().__init__(**{**settings, 'commands': Registered(commands)})
+        super().__init__(**{**settings, 'commands': Registered(ENTRIES)})
+
+    def format_commands(self, _ctx: Any, formatter: Any) -> None:
+        """Write the first line about each command, without building it."""
+        with formatter.section('Commands'):
+            formatter.write_dl([(name, _summary(name)) for name in ENTRIES])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Remove `--quiet` from the command line, wherever it stands."""
@@ -176,6 +188,14 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+
+
+def _summary(name: str) -> str:
+    entry = ENTRIES[name]
+    if isinstance(entry, Group):
+        return entry.help
+    told = entry.docs if isinstance(entry, Command) else ROS_COMMANDS.get(name, entry.__doc__)
+    return (told or '').partition('\n')[0]
 
 
 def _print_version(wanted: bool) -> None:
@@ -233,36 +253,41 @@ def _tell(words: str, error: BaseException) -> None:
         typer.echo(f'tauto: {line}', err=True)
 
 
-scene_commands = typer.Typer(help='Look at one scene, or begin one.', no_args_is_help=True)
-bag_commands = typer.Typer(
-    help='See whether a bag is whole, or recover what is left of one.', no_args_is_help=True
+SMOOTH = (
+    ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` of '
+    '--json, which knows all observations'
 )
-commands.add_typer(scene_commands, name='scene')
-commands.add_typer(bag_commands, name='bag')
-commands.command()(voyages.sail)
-commands.command()(voyages.replay)
-commands.command()(scene.scenes)
-commands.command()(curves.cam)
-commands.command()(curves.isochronism)
-commands.command()(axle.axle)
-commands.command()(curves.design)
-commands.command()(hull.hull)
-commands.command()(logbook.logbook)
-commands.command()(voyages.budget)
-commands.command()(voyages.compare)
-commands.command()(voyages.fleet)
-commands.command()(voyages.plot)
-commands.command()(voyages.report)
-commands.command()(curves.euler)
-scene_commands.command()(scene.check)
-scene_commands.command(cls=scene.NewCommand)(scene.new)
-scene_commands.command()(scene.schema)
-bag_commands.command('check')(voyages.check_bag)
-bag_commands.command('recover')(voyages.recover_bag)
-for name, summary in ROS_COMMANDS.items():
-    commands.command(
-        name,
-        help=summary,
-        add_help_option=False,
-        context_settings={'ignore_unknown_options': True, 'allow_extra_args': True},
-    )(run_of_ros)
+ENTRIES: dict[str, Entry] = {
+    'sail': Command(('sail',), shown.voyage, has_scene=True, warns=True, writes=()),
+    'replay': Command(('replay',), shown.voyage, gone={'smooth': SMOOTH}),
+    'scenes': scene.scenes,
+    'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
+    'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
+    'axle': axle.axle,
+    'design': Command(('design',), shown.design),
+    'hull': hull.hull,
+    'logbook': logbook.logbook,
+    'budget': Command(('budget',), shown.budget, has_scene=True, warns=True, writes=('out',)),
+    'compare': Command(('compare',), shown.comparison),
+    'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=voyages.fleet),
+    'plot': voyages.PLOT,
+    'report': voyages.REPORT,
+    'euler': Command(('claims',), shown.claims, writes=('page', 'site'), holds=shown.claims_hold),
+    **dict.fromkeys(ROS_COMMANDS, run_of_ros),
+    'scene': Group(
+        'Look at one scene, or begin one.',
+        {
+            'check': Command(('check',), shown.facts, has_scene=True),
+            'new': Command(('new_scene',), shown.scene, has_json=False, cls=scene.NewCommand),
+            'schema': scene.schema,
+        },
+    ),
+    'bag': Group(
+        'See whether a bag is whole, or recover what is left of one.',
+        {
+            'check': Command(('check_bag',), shown.soundness, holds=lambda bag: bag.whole),
+            'recover': Command(('recover_bag',), shown.recovered, writes=()),
+        },
+    ),
+}
+"""All commands, in the order of the help."""

@@ -17,6 +17,7 @@ from rich.text import Text
 from tauto_core.results import SIGNS, answer, budget_rows, groups
 from tauto_core.scene.times import DAY_S, LEGIBLE
 from tauto_core.wording import (
+    counted,
     figure,
     percent,
     printed,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
     from tauto_core.ensembles.answers import Answers
     from tauto_core.ensembles.comparison import Comparison, Row
+    from tauto_core.ensembles.trial_answers import ClockAnswers, TrialAnswers
 
 
 # -----------------------------------------------------------------------------
@@ -589,3 +591,102 @@ def of_fleet(title: str, *columns: str) -> Table:
     for name in others:
         table.add_column(name, justify='right')
     return table
+
+
+# -----------------------------------------------------------------------------
+# Clocks on the passages of a log-book.
+
+WAYS = {
+    'raw': 'dial alone',
+    'corrected': 'rated in harbour',
+    'sensed': 'with thermometer and IMU',
+}
+
+
+def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
+    """Yield the table of prizes, the quantiles, and the parts by season and by ocean."""
+    from tauto_core.ensembles.answers import QUANTILES
+
+    several = len(answers.clocks) > 1
+    rows = [(clock, way) for clock in answers.clocks for way in clock.ways]
+
+    def called(clock: ClockAnswers, way: str) -> str:
+        return f'{clock.clock}, {WAYS[way]}' if several else WAYS[way]
+
+    if answers.judged:
+        limits = [f'{each.limit_nmi:g} nmi' for each in answers.clocks[0].ways['raw'].prizes]
+        drawn = ['± wind'] * bool(answers.wind_draws) + ['± hull'] * bool(answers.hull_draws)
+        sights = f'30 nmi, local time ± {answers.local_time_s:g} s'
+        title = 'passages within (95 % confidence)'
+        table = of_fleet(title, 'clock', *limits, sights, *drawn)
+        for clock, way in rows:
+            prizes = clock.ways[way].prizes
+            first = prizes[0]
+            spreads = [first.wind] * bool(answers.wind_draws)
+            spreads += [first.hull] * bool(answers.hull_draws)
+            table.add_row(
+                called(clock, way),
+                *(each.said for each in prizes),
+                percent(first.with_local_time),
+                *('–' if each is None else f'± {percent(each)}' for each in spreads),
+            )
+        yield table
+    title = 'error below which so many passages stay [nmi]'
+    table = of_fleet(title, 'clock', *(percent(each) for each in QUANTILES))
+    for clock, way in rows:
+        sizes: Sequence[float | None] = clock.ways[way].quantiles_nmi or [None] * len(QUANTILES)
+        table.add_row(called(clock, way), *(figure(size, 'nmi') for size in sizes))
+    yield table
+    if answers.wind_draws or answers.hull_draws:
+        title = 'change of the error of a passage in the median [nmi]'
+        table = of_fleet(title, 'clock', 'wind drawn anew', 'hull drawn anew')
+        for clock, way in rows:
+            found = clock.ways[way]
+            changes = (found.wind_nmi, found.hull_nmi)
+            table.add_row(called(clock, way), *(figure(each, 'nmi') for each in changes))
+        yield table
+    if answers.judged:
+        for title, parts in (('season', 'seasons'), ('ocean', 'oceans')):
+            yield _parts(answers, title, parts, called)
+
+
+def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
+    table = of_fleet('', title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
+    for clock in answers.clocks:
+        for way in clock.ways:
+            for part in getattr(clock.ways[way], parts):
+                cells = [str(count) for count in (part.passages, *part.within)]
+                median = figure(part.median_nmi, 'nmi')
+                table.add_row(part.name, called(clock, way), *cells, median)
+    return table
+
+
+def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
+    """Yield voyages that ended early, differences of ships in company, and ends at sea."""
+    from tauto_core.ship.coast import LANDFALL_KM
+
+    for clock in answers.clocks:
+        if clock.stopped:
+            yield f'{clock.clock}: stopped on {counted(clock.stopped, "passage")}'
+        for why, number in clock.failures.items():
+            yield f'{clock.clock}: {counted(number, "passage")} failed: {why}'
+        differ = [
+            abs(each.differ_nmi[clock.clock]['corrected'])
+            for each in answers.companies
+            if 'corrected' in each.differ_nmi.get(clock.clock, {})
+        ]
+        if differ:
+            rms = math.sqrt(sum(each * each for each in differ) / len(differ))
+            pairs = counted(len(differ), 'pair')
+            yield (
+                f'{clock.clock}: on {pairs} of ships in company the rated clock differs by '
+                f'{figure(rms, "nmi")} nmi rms between two logs when they part'
+            )
+    away = list(dict.fromkeys(each['passage'] for each in answers.voyages if each['ends']))
+    if away:
+        yield (
+            f'the last entry of {counted(len(away), "passage")} lies at sea, more than '
+            f'{LANDFALL_KM:g} km from the coast; no landfall there: {", ".join(away[:5])}'
+            + ', …'
+            * (len(away) > 5)
+        )

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
 
-from tauto_core.scene.errors import ABSENT, Argument, SceneError, UsageError, spelled
+from tauto_core.scene.errors import ABSENT, Argument, SceneError, TautoWarning, UsageError, spelled
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -126,33 +126,15 @@ def given_values(
     return given
 
 
-def listed(option: str, text: str, unit: str, words: str, example: str) -> list[float]:
-    """Return the numbers of an option that takes several, with commas between.
-
-    They are in `unit`, which messages call `words`, or have units.
-
-    Raises:
-        UsageError: something else.
-    """
-    from tauto_core.scene.units import measure
-
-    try:
-        return [measure(part, unit) for part in text.split(',')]
-    except ValueError:
-        raise UsageError(
-            f'{option} {text!r}: must be numbers with commas between, in {words}. Write for '
-            f'example {example}'
-        ) from None
-
-
-# Options that are not called as the argument in Python.
-_OPTIONS = {'file': '--out', 'reach_rad': '--reach', 'roll_deg': '--roll'}
+# Endings of arguments that options do without.
+_UNITS = ('_mm', '_deg', '_rad', '_s')
 
 
 def option(argument: Argument) -> str:
     """Return an argument as it is written on the command line."""
-    plain = argument.name.removesuffix('_mm').replace('_', '-')
-    name = _OPTIONS.get(argument.name, f'--{plain}')
+    unit = next(filter(argument.name.endswith, _UNITS), '')
+    plain = argument.name.removesuffix(unit).replace('_', '-')
+    name = '--out' if argument.name == 'file' else f'--{plain}'
     if argument.value is None or argument.value is True:
         return name
     return f'{name}{" = " if argument.spaced else " "}{argument.value}'
@@ -223,6 +205,15 @@ def say_warnings() -> None:
             shown(message, category, *where, **more)
 
     warnings.showwarning = show
+
+
+@contextmanager
+def saying_warnings() -> Iterator[None]:
+    """Print the package's own Python warnings as messages, each time, in this context."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('always', TautoWarning)
+        say_warnings()
+        yield
 
 
 def print_rich(*parts: RenderableType, err: bool = False) -> None:
@@ -369,31 +360,32 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
 
 
 @contextmanager
-def counting_bar(things: str, total: int) -> Iterator[Callable[[float], None]]:
+def counting_bar(things: str) -> Iterator[Callable[[float, int], None]]:
     """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
 
     `things` are what is counted, in the plural. It yields a function to call with the number done
-    so far, parts included.
+    so far, parts included, and the total; with the share and 0 while there is none yet.
     """
     if not sys.stderr.isatty() or is_quiet():
-        yield lambda _done: None
+        yield lambda _done, _total: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-    said = f'{{task.completed:,.0f}} of {{task.total:,.0f}} {things}'
     columns = (
-        TextColumn(said),
+        TextColumn('{task.fields[said]}'),
         BarColumn(),
         TextColumn('{task.fields[rate]}'),
         TimeRemainingColumn(),
         TextColumn('left'),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(things, total=total, rate='')
+        task = bar.add_task(things, total=1.0, rate='', said=things)
 
-        def tell(done: float) -> None:
-            speed = bar.tasks[task].speed
-            bar.update(task, completed=done, rate=f'{speed:.3g} a second' if speed else '')
+        def tell(done: float, total: int) -> None:
+            speed = bar.tasks[task].speed if total else None
+            rate = f'{speed:.3g} a second' if speed else ''
+            said = f'{done:,.0f} of {total:,} {things}' if total else 'reading'
+            bar.update(task, completed=done, total=total or 1.0, rate=rate, said=said)
 
         yield tell

@@ -1,0 +1,291 @@
+"""What commands print of the results of calls: the object of `--json`, or text and tables."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping
+from dataclasses import asdict
+from shutil import get_terminal_size
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from tauto_core.cli.terminal import option, say
+from tauto_core.scene.errors import spelled
+from tauto_core.wording import counted, significant
+
+if TYPE_CHECKING:
+    from tauto_core.bags import Recovered, Soundness
+    from tauto_core.cli.calls import Said
+    from tauto_core.ensembles.budget import Budget
+    from tauto_core.ensembles.comparison import Comparison
+    from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trial_answers import TrialAnswers
+    from tauto_core.euler import Claim
+    from tauto_core.machines import Isochronism
+    from tauto_core.machines.design import WheelDesign
+    from tauto_core.machines.fluid_pendulum import DescentIsochronism
+    from tauto_core.plots.cutting import CamOutline
+    from tauto_core.voyage import Voyage
+
+Given = Mapping[str, Any]
+
+
+def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
+    """Return a voyage, sailed or replayed."""
+    if as_json:
+        return found.result
+    from tauto_core.cli.tables import replay_tables
+
+    return [replay_tables(found.result)]
+
+
+def facts(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+    """Return the facts of a scene."""
+    if as_json:
+        return found
+    from tauto_core.cli.tables import facts_table
+
+    return [facts_table(found)]
+
+
+def scene(text: str, _as_json: bool, given: Given) -> str | None:
+    """Return a new scene where no file is named."""
+    if file := given.get('file'):
+        say(f'wrote {file}. Sail it with: {shlex.join(("tauto", "sail", str(file)))}')
+        return None
+    return text
+
+
+def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
+    """Return a plate with its cost, or a few points where no file is written."""
+    wheel = made.scene.trochlea
+    if 'reach_rad' not in given and wheel is not None:
+        say(
+            f'the cheeks end at {made.reach_rad:.4g} rad, for a wheel released at '
+            f'{abs(wheel.release_angle):g} rad; --reach asks for another end'
+        )
+    if made.meeting_rad is not None:
+        say(
+            f'the cheeks cross at {made.meeting_rad:.4g} rad and cannot be cut from one plate '
+            'beyond it: give a smaller --reach'
+        )
+    if made.acts_from_rad is not None and made.plate is None:
+        thread = f'a thread of {given["thread_mm"]:g} mm'
+        say(f'{thread} bends round the edges up to {made.acts_from_rad:.4g} rad')
+    for file in made.files:
+        say(f'wrote {file}')
+    if as_json:
+        return made.facts()
+    if made.plate is not None:
+        heads = 'amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]'
+        lines, rates = [*made.plate.words(), heads], made.plate.rates
+        for amplitude, *cost in zip(
+            rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
+        ):
+            cells = [significant(each, 2, signed=True) for each in cost]
+            lines.append('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
+        return '\n'.join(lines)
+    if made.files:
+        return None
+    columns = made.columns()
+    figures = zip(*(column.tolist() for column in columns.values()), strict=True)
+    # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for
+    # other programs: a hyphen is the minus that they read.
+    rows = (columns, *([f'{value:z.4f}' for value in row] for row in figures))
+    widths = [max(len(name), 12) for name in columns]
+    return '\n'.join(
+        '  '.join(f'{cell:>{width}}' for cell, width in zip(row, widths, strict=True))
+        for row in rows
+    )
+
+
+def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given) -> Said:
+    """Return period and rate against amplitude."""
+    if not as_json:
+        return str(found)
+    columns = found.columns()
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return {
+        'nominal_period_s': found.nominal_period_s,
+        'rows': [dict(zip(columns, row, strict=True)) for row in rows],
+    }
+
+
+def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
+    """Return the numbers of a design, in the units that were given."""
+    sizes = {name: value for name, value in asdict(found).items() if value is not None}
+    if as_json:
+        return sizes
+    from tauto_core.machines.design import units
+
+    length_unit, weight_unit = given['length_unit'], given['weight_unit']
+    metres, newtons = units(length_unit, weight_unit, given['gravity'])
+    printed = (  # the longest ending first: gravity's is that of a length, too
+        ('_kg_m2', 'kg m2', 1.0),
+        ('_m_s2', 'm/s2', 1.0),
+        ('_s', 's', 1.0),
+        ('_m', length_unit, metres),
+        ('_n', weight_unit, newtons),
+    )
+    lines = []
+    for key, value in sizes.items():
+        ending, unit, size = next(each for each in printed if key.endswith(each[0]))
+        # Six digits: a micrometre in a metre, and 0.05 s/day of the period; --json has all.
+        lines.append(f'{key.removesuffix(ending).replace("_", " "):14} {value / size:.6g} {unit}')
+    return '\n'.join(lines)
+
+
+def budget(found: Budget, as_json: bool, _: Given) -> Said:
+    """Return the causes of a clock's rate."""
+    if as_json:
+        return found.facts()
+    from tauto_core.cli.tables import budget_tables
+
+    return budget_tables(found.facts())
+
+
+def comparison(found: Comparison, as_json: bool, _: Given) -> Said:
+    """Return several clocks side by side."""
+    if as_json:
+        return asdict(found)
+    from tauto_core.cli.tables import comparison_table, failures
+
+    return [comparison_table(found), *failures(found)]
+
+
+def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
+    """Return how many ships, or clocks on how many passages, find the longitude."""
+    from tauto_core.ensembles.trial_answers import TrialAnswers
+
+    if out := given.get('out'):
+        say(f'wrote {out / "ships.parquet"}')
+    if isinstance(found, TrialAnswers):
+        if as_json:
+            return asdict(found)
+        from tauto_core.cli.tables import trial_remarks, trial_tables
+
+        return [found.answer, *trial_tables(found), *trial_remarks(found)]
+    if as_json:
+        return {'scene': found.plan.scene.name, **asdict(found.answers)}
+    from tauto_core.cli.tables import fleet_tables
+
+    lost = found.answers.failures.items()
+    failed = (f'{counted(number, "ship")} failed: {why}' for why, number in lost)
+    return [found.answers.answer, *fleet_tables(found.answers), *failed]
+
+
+def soundness(found: Soundness, as_json: bool, given: Given) -> Said:
+    """Return the faults of a bag."""
+    notes, counts = [spelled(note, option) for note in found.notes], found.bag.counts
+    if as_json:
+        return {
+            'bag': str(given['bag']),
+            'whole': found.whole,
+            'cut_short': found.cut_short,
+            'damage': found.damage,
+            'faults': found.faults,
+            'notes': notes,
+            'topics': counts,
+        }
+    held = f'{sum(counts.values()):,} messages on {len(counts)} topics'
+    lines, path = [*found.damage, *found.faults], found.bag.path
+    if found.cut_short:
+        lines.append(f'{path}: the recording was cut short before the voyage was over')
+    if found.damage:
+        lines.append(f'{path} is damaged; {held} can be read: `tauto bag recover {path}`')
+    elif found.whole:
+        lines.append(f'{path} is whole: {held}')
+    else:
+        lines.append(f'{path}: its files are whole, {held}')
+    return '\n'.join([*lines, *(f'note: {note}' for note in notes)])
+
+
+def recovered(made: Recovered, as_json: bool, given: Given) -> Said:
+    """Return what was recovered of a bag, and what was lost."""
+    if as_json:
+        return {
+            'bag': str(given['bag']),
+            'recovered': str(made.path),
+            'start_ns': made.start_ns,
+            'end_ns': made.end_ns,
+            'lost': list(made.lost),
+            'missing': made.missing,
+            'topics': made.counts,
+        }
+    missing = f'{made.missing} messages that the index counts cannot be read'
+    span_s = (made.end_ns - made.start_ns) * 1e-9
+    total = sum(made.counts.values())
+    holds = f'{made.path} holds {total:,} messages on {len(made.counts)} topics, {span_s:g} s'
+    return '\n'.join([*made.lost, *([missing] if made.missing else []), holds])
+
+
+# -----------------------------------------------------------------------------
+# Every claim of Euler's papers, checked.
+
+_NARROWEST = 60
+_INDENT = ' ' * 23
+
+
+def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
+    """Return the claims, where no page is written; print those that are not as expected."""
+    for claim in (each for each in found if each.verdict != each.expected):
+        said = f'{claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} (off by '
+        said += f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
+        said += f'{claim.expected}. Look for the fault in what was computed'
+        typer.echo(f'tauto: {said}', err=True)
+    if as_json:
+        return {'claims': list(map(claim_facts, found))}
+    if given.get('page') or given.get('site'):
+        return None
+    from tauto_core.euler.page import summary
+
+    width = max(get_terminal_size().columns, _NARROWEST)
+    lines = [line for claim in found for line in claim_lines(claim, width)]
+    return '\n'.join([*lines, *wrap(summary(found), width)])
+
+
+def claims_hold(found: list[Claim]) -> bool:
+    """Return whether every claim is as expected."""
+    return all(claim.verdict == claim.expected for claim in found)
+
+
+def claim_facts(claim: Claim) -> dict[str, Any]:
+    """Return a claim as JSON; what cannot be evaluated is None."""
+    return {
+        'paper': claim.paper,
+        'paragraph': claim.paragraph,
+        'claim': claim.said,
+        'stands': claim.stands or None,
+        'value': claim.value if math.isfinite(claim.value) else None,
+        'computed': claim.computed,
+        'difference': claim.difference if math.isfinite(claim.difference) else None,
+        'tolerance': claim.tolerance,
+        'verdict': claim.verdict,
+        'expected': claim.expected,
+        'must': claim.must or None,
+        'must_value': claim.must_value,
+        'adds': claim.adds or None,
+        'because': claim.reason or None,
+    }
+
+
+def claim_lines(claim: Claim, width: int) -> list[str]:
+    """Return a claim in lines: words and verdict, the formula as it stands, and its fault."""
+    head = f'{claim.paper} §{claim.paragraph}'
+    words = f'{head:<12} {claim.verdict:<9} {claim.said}'
+    lines = wrap(words, width, subsequent_indent=_INDENT)
+    value = f' = {claim.value:.9g}' if math.isfinite(claim.value) else ''
+    said = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
+    if claim.must:
+        said.append(f'as it must be: {claim.must}')
+    if claim.adds:
+        said.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
+    said.append(f'computed: {claim.computed:.9g}')
+    if math.isfinite(claim.difference):
+        said.append(f'off by {claim.difference:.1e}')
+    for words in ('; '.join(said), claim.reason):
+        lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
+    return lines
