@@ -34,8 +34,15 @@ from tauto_core.machines import (
     Machine,
     compile_machine,
 )
-from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
-from tauto_core.motion.phase import phase_rate, within_turn
+from tauto_core.motion.forcing import (
+    Forcing,
+    Motion,
+    edge_reached,
+    phase_rate,
+    released_beyond,
+    thread_slack,
+    within_turn,
+)
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene import ComponentsShip, Scene, SeaShip
 from tauto_core.scene.errors import PropagationError

@@ -11,7 +11,7 @@ from mpmath import mpf
 from tauto_core.curves import Hole
 from tauto_core.machines import Machine
 from tauto_core.motion.closed_forms import Harmonic
-from tauto_core.motion.phase import half_turns
+from tauto_core.motion.forcing import half_turns
 
 HUNDRED_DAYS_NS = 100 * 86_400 * 10**9
 RATE = 0.01

@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from tauto_core.api import sail
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
-from tauto_core.motion.phase import polar
+from tauto_core.motion.forcing import polar
 from tauto_core.samples import JOINT_STATES, PHASE, READING, ImuSamples
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import MotionBuffer

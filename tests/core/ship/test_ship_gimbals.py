@@ -10,8 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tauto_core.motion.gimbals import GimbalsSwing
-from tauto_core.motion.suspended_case import BearingMotion
+from tauto_core.motion.suspended_case import BearingMotion, GimbalsSwing
 from tauto_core.samples import JOINT_STATES, Batches, JointSamples, join, take
 from tauto_core.scene import SceneError, load_scene
 from tauto_core.ship import ShipMotion

@@ -29,9 +29,8 @@ from tauto_core.machines.axle_pendulum import (
     SupportMotion,
     small_motion,
 )
-from tauto_core.motion.forcing import Forcing, Motion, no_motion
+from tauto_core.motion.forcing import Forcing, Motion, no_motion, polar, polar_rate, since_start
 from tauto_core.motion.gauss_step import gauss_constants
-from tauto_core.motion.phase import polar, polar_rate, since_start
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 

@@ -22,11 +22,12 @@ from tauto_core.curves.numerics import (
     complete_series,
 )
 from tauto_core.machines import LeverMachine, Machine
-from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.phase import (
+from tauto_core.motion.forcing import (
     BELOW_ONE,
     PHASE_DIGITS,
     PI,
+    Forcing,
+    Motion,
     half_turns,
     phase_rate,
     polar_rate,

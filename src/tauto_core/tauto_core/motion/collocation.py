@@ -27,7 +27,15 @@ from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import HeatFactors
 from tauto_core.motion import stepping
 from tauto_core.motion.events import SPARE, first_holds, is_due
-from tauto_core.motion.forcing import Forcing, Motion, edge_reached, released_beyond, thread_slack
+from tauto_core.motion.forcing import (
+    Forcing,
+    Motion,
+    edge_reached,
+    phase_rate,
+    released_beyond,
+    thread_slack,
+    within_turn,
+)
 from tauto_core.motion.gauss_step import (
     PART_STEP,
     Mode,
@@ -39,7 +47,6 @@ from tauto_core.motion.gauss_step import (
     inside,
 )
 from tauto_core.motion.lanes import SIZE, larger, largest, row_of, store, width
-from tauto_core.motion.phase import phase_rate, within_turn
 from tauto_core.motion.slack import ROUNDING, LooseSystem, SlackThread, Tautened, rounding_of
 from tauto_core.motion.stepping import Moved, hot_pieces, tolerance_of
 from tauto_core.motion.system import (

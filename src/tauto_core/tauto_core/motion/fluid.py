@@ -21,8 +21,7 @@ from tauto_core.machines.fluid_pendulum import (
     place,
     reverse_half_swing,
 )
-from tauto_core.motion.forcing import Forcing, Motion
-from tauto_core.motion.phase import BELOW_ONE, PHASE_DIGITS, PI
+from tauto_core.motion.forcing import BELOW_ONE, PHASE_DIGITS, PI, Forcing, Motion
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 

@@ -26,12 +26,16 @@ from tauto_core.machines import Machine
 from tauto_core.motion.closed_forms import frequency
 from tauto_core.motion.events import first_holds
 from tauto_core.motion.forcing import (
+    PHASE_DIGITS,
     Forcing,
     Motion,
     Polynomials,
     edge_reached,
     no_motion,
+    phase_rate,
     released_beyond,
+    since_start,
+    within_turn,
 )
 from tauto_core.motion.lanes import SIZE, lane, larger, largest, row_of, splat
 from tauto_core.motion.linear import (
@@ -54,7 +58,6 @@ from tauto_core.motion.linear import (
     sorted_out,
     span_product,
 )
-from tauto_core.motion.phase import PHASE_DIGITS, phase_rate, since_start, within_turn
 from tauto_core.samples import FloatArray, IntArray, State
 
 # -----------------------------------------------------------------------------
@@ -167,7 +170,7 @@ class Angle(NamedTuple):
     rounding: float
 
     def direction(self, omega0: float) -> float:
-        """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `phase.polar` has it."""
+        """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `forcing.polar` has it."""
         found = math.atan2(0.0 - self.rate, omega0 * self.angle) * HALF_TURNS_PER_RADIAN
         return found + 2.0 if found < 0.0 and self.angle < 0.0 else found
 

@@ -31,7 +31,7 @@ from tauto_core.motion.lanes import (
     splat,
     store,
 )
-from tauto_core.motion.passages import CLEAR
+from tauto_core.motion.stepping import CLEAR
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE_BEND,

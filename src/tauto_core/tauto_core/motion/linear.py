@@ -26,9 +26,8 @@ from numpy.typing import NDArray
 
 from tauto_core.curves.numerics import gauss_rule
 from tauto_core.kernels import compiled, entry, inlined
-from tauto_core.motion.forcing import Polynomials
+from tauto_core.motion.forcing import PHASE_DIGITS, PI, Polynomials
 from tauto_core.motion.lanes import SIZE, fma, row_of, splat, store
-from tauto_core.motion.phase import PHASE_DIGITS, PI
 from tauto_core.samples import FloatArray, IntArray
 
 # -----------------------------------------------------------------------------

@@ -7,7 +7,7 @@ and the energy of their relative motion is lost. threads.md has the equations.
 
 Such a motion is another system, which the driver of `stepping` moves until the thread is
 taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.
-`collocation` and `slack_threads` have the systems.
+`collocation` and `real_threads` have the systems.
 """
 
 from __future__ import annotations
@@ -27,7 +27,6 @@ from tauto_core.motion.events import is_due
 from tauto_core.motion.forcing import Forcing, Motion, no_motion
 from tauto_core.motion.gauss_step import Omega, Work, make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.passages import ahead
 from tauto_core.motion.stepping import (
     NO_CONVERGENCE,
     OK,
@@ -37,6 +36,7 @@ from tauto_core.motion.stepping import (
     LoggedRow,
     Moved,
     Stepped,
+    ahead,
     restore_record,
     state_of,
     state_type,
@@ -285,7 +285,7 @@ class SlackThread(Stepped):
         left, stays, went_s = forcing, 0, -math.inf
         while len(left.begin):
             moved = self._moved(left)
-            # made where it is needed: it is slow to import
+            # made where it is needed
             loose = self._loosened(moved) if self._is_slack else None
             if loose is not None:
                 # it tautens with the code SLACK

@@ -414,7 +414,7 @@ class RunningState(Protocol):
         held_angle: θ at which friction holds the wheel [rad].
         side, direction, pallet: as in `Mode`.
         turns: upward passages of zero of the coordinate since the release.
-        beats: passages of zero of θ, less those by which it is ahead (`passages.ahead`).
+        beats: passages of zero of θ, less those by which it is ahead (`stepping.ahead`).
         level: how often steps are halved.
         newton: steps that took Newton's method.
         given: impulses so far.
@@ -516,7 +516,7 @@ class System(Protocol):
         return 0.0
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether the swing is clear of the tilt at all nodes (`passages`)."""
+        """Return whether the swing is clear of the tilt at all nodes (`stepping.passages`)."""
         return True
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:

@@ -29,7 +29,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.passages import CLEAR, bounds_of
+from tauto_core.motion.stepping import CLEAR, bounds_of
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE,

@@ -32,12 +32,13 @@ from tauto_core.motion.lanes import (
     store,
     width,
 )
-from tauto_core.motion.passages import CLEAR, bounds_of
 from tauto_core.motion.stepping import (
+    CLEAR,
     ERROR_OF_LAST,
     ERROR_OF_LAST_STRONG,
     MIN_ANGLE,
     TOLERANCE_SHARE,
+    bounds_of,
     step_error,
 )
 from tauto_core.motion.system import (

@@ -315,8 +315,7 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
 
 
 # -----------------------------------------------------------------------------
-# The base of all suspensions of the clock's case. Their mechanics are in `motion.suspended_case`
-# and `motion.gimbals`.
+# The base of all suspensions of the clock's case. Their mechanics are in `motion.suspended_case`.
 
 SUSPENSIONS = 'tauto_core.ship.suspensions'
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tauto_core.kernels import entry
-from tauto_core.motion.passages import bounds_of
+from tauto_core.motion.stepping import bounds_of
 
 
 @entry

@@ -88,7 +88,7 @@ class GimbalsSuspension(SuspensionKind):
 
     def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
         """Return the propagator of the case."""
-        from tauto_core.motion.gimbals import GimbalsSwing
+        from tauto_core.motion.suspended_case import GimbalsSwing
 
         square = gravity * self.pull
         return GimbalsSwing(
