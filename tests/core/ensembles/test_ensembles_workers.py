@@ -1,12 +1,10 @@
 """Runs on several processes: the same as in one, and none is lost when a process dies."""
 
-import gc
 import os
 import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 from concurrent.futures import CancelledError
 from functools import partial
@@ -17,7 +15,6 @@ import dask
 import psutil
 import pytest
 from distributed.scheduler import KilledWorker
-from loky.backend import resource_tracker
 
 from tauto_core.ensembles import workers
 from tauto_core.ensembles.workers import Crew, WorkerError, _Attention, run_each
@@ -179,23 +176,6 @@ def test_processes_do_not_see_the_interrupt_of_a_terminal():
         [sys.executable, '-c', script], check=False, capture_output=True, text=True, timeout=100
     )
     assert (done.stdout, done.stderr) == ('{True}\n', '')
-
-
-def test_no_semaphore_is_freed_by_a_thread_that_is_left(monkeypatch):
-    """The interpreter may end before loky's tracker knows of it, which then warns of a leak."""
-    freed_by = set()
-
-    def unregister(name, kind):
-        freed_by.add(threading.current_thread().name)
-        once(name, kind)
-
-    once = resource_tracker.unregister
-    monkeypatch.setattr(resource_tracker, 'unregister', unregister)
-    for _ in range(5):
-        list(run_each(half, [1, 2], Crew(2)))
-    gc.collect()
-    assert freed_by
-    assert not [name for name in freed_by if name.startswith('QueueFeeder')]
 
 
 def sockets(top, number=0, tell=None):

@@ -9,21 +9,15 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import platform
 import queue
 import signal
-import struct
 import threading
 import time
 import warnings
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import (
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ThreadPoolExecutor,
-)
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache, partial
@@ -76,11 +70,6 @@ MOST_DEATHS = 4
 
 POOL_START_S = 1.5
 """Approximate time in which a process starts and loads the modules of a run [s]."""
-
-IDLE_S = 10.0
-"""Time without a run after which a process ends [s]. If this process is killed, the processes that
-it started end by this alone.
-"""
 
 _DIED = (
     'its process died four times, for want of memory perhaps. Use fewer processes at once (',
@@ -211,10 +200,8 @@ def run_each(
             yield ended
 
 
-_to_parent: Connection | None = None
-"""In a process of `_Processes`, the pipe for progress."""
-
-_PROGRESS = struct.Struct('qd')
+_to_parent: Callable[[tuple[int, float] | Ended[Any]], None] | None = None
+"""In a process of `_Processes`, sends the progress of a run, and then its result."""
 
 
 def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
@@ -226,18 +213,12 @@ def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
         if time.monotonic() < told + TELL_S:
             return
         told = time.monotonic()
-        if _to_parent is None:
-            from distributed import get_worker
-
-            get_worker().log_event(_TOPIC, (place, share))
+        if _to_parent is not None:
+            _to_parent((place, share))
             return
-        try:
-            # So short a message is written whole or not at all, also if this process is killed.
-            _to_parent.send_bytes(_PROGRESS.pack(place, share))
-        except BlockingIOError:  # the reader is slow: the next message replaces this one
-            pass
-        except OSError:  # the parent was killed, so the result is not needed
-            os._exit(1)
+        from distributed import get_worker
+
+        get_worker().log_event(_TOPIC, (place, share))
 
     return task(item, tell)
 
@@ -251,10 +232,10 @@ def _run_alike(
     ours: Mapping[str, str], task: Task[Item, Result], place: int, item: Item
 ) -> Result:
     """Run one item on a worker of a scheduler, where that gives the bits of the client."""
-    if apart := _apart(ours, _versions_here()):
+    if ours != _versions_here():
         from distributed import get_worker
 
-        raise WorkerError(_unlike(get_worker().address, apart))
+        raise WorkerError(_unlike(get_worker().address, ours, _versions_here()))
     return _run(task, place, item)
 
 
@@ -295,9 +276,8 @@ class _Shares:
 class _Processes(Executor):
     """Makes each run in one of several processes of this machine; no port is opened for them.
 
-    A process that dies breaks a pool of loky as a whole, and the pool cannot say which run it
-    made. So there are as many pools as processes, with a thread for each. A death then concerns
-    one run, which is made again, while the others go on. `tell` is called in another thread.
+    A thread for each process sends it a call and waits for the result, so that a death concerns
+    one run, which is made again in a new process. `tell` is called in these threads.
     """
 
     def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
@@ -307,13 +287,8 @@ class _Processes(Executor):
         # trackers take that back in the thread that starts them, so they start here.
         resource_tracker.ensure_running()
         loky_tracker.ensure_running()
-        self._changing, self._is_open = threading.Lock(), True
-        self._pools: dict[int, Any] = {}
-        self._queues: list[Any] = []
-        self._reader, self._writer = Pipe(duplex=False)
-        os.set_blocking(self._writer.fileno(), False)
-        # A daemon thread: it does not keep the interpreter from ending.
-        threading.Thread(target=self._listen, args=(tell,), daemon=True).start()
+        self._tell, self._changing, self._is_open = tell, threading.Lock(), True
+        self._begun: dict[int, tuple[Any, Connection, Connection]] = {}
         self._threads = ThreadPoolExecutor(
             jobs,
             initializer=signal.pthread_sigmask,
@@ -328,59 +303,84 @@ class _Processes(Executor):
         """End all processes; runs that have not ended are dropped."""
         with self._changing:
             self._is_open = False
-            pools = list(self._pools.values())
-        for pool in pools:
-            pool.shutdown(kill_workers=True)
-        self._writer.close()
+            for process, *_ in list(self._begun.values()):
+                process.terminate()
         self._threads.shutdown(cancel_futures=True)
-        # loky does not wait for the threads that feed its queues. One that frees its semaphores
-        # while the interpreter ends may unlink them and not say so, and the tracker then warns.
-        for queue_of_calls in self._queues:
-            feeder = queue_of_calls._thread
-            if feeder is not None:
-                feeder.join()
+        for thread in list(self._begun):
+            self._end(thread)
 
     def _in_process(self, call: Callable[[], Any]) -> Any:
+        from loky.backend.reduction import dumps
+
+        said, sent = None, dumps(call)
         for _ in range(MOST_DEATHS):
-            with suppress(BrokenExecutor):
-                return self._begun(call).result()
-            with self._changing:
-                self._pools.pop(threading.get_ident())
+            _, to_process, from_process = self._process()
+            try:
+                to_process.send_bytes(sent)
+                while not isinstance(said, Ended):
+                    if said is not None:
+                        self._tell(said)
+                    said = from_process.recv()
+            except (EOFError, OSError):  # it died
+                self._end(threading.get_ident())
+                continue
+            if said.error is not None:
+                raise said.error
+            return said.result
         raise WorkerError(*_DIED)
 
-    def _begun(self, call: Callable[[], Any]) -> Future[Any]:
-        from loky.process_executor import ProcessPoolExecutor
+    def _process(self) -> tuple[Any, Connection, Connection]:
+        """Return the process of this thread, with the pipes to it and from it."""
+        from loky.backend.process import LokyProcess
 
         with self._changing:
             if not self._is_open:
                 raise CancelledError
-            pool = self._pools.get(threading.get_ident())
-            if pool is None:
-                pool = ProcessPoolExecutor(
-                    1, timeout=IDLE_S, initializer=_report_to, initargs=(self._writer,)
-                )
-                self._pools[threading.get_ident()] = pool
-                self._queues.append(pool._call_queue)
+            if threading.get_ident() in self._begun:
+                return self._begun[threading.get_ident()]
             try:
-                begun: Future[Any] = pool.submit(call)
+                (calls, to_process), (from_process, answers) = (Pipe(duplex=False) for _ in '12')
+                process = LokyProcess(target=_serve, args=(calls, answers), daemon=True)
+                process.start()
             except OSError as error:
                 raise WorkerError(
                     f'no process can be started ({error}). Use fewer at once (',
                     Argument('jobs', 1),
                     ')',
                 ) from None
+            calls.close()
+            answers.close()
+            begun = self._begun[threading.get_ident()] = process, to_process, from_process
             return begun
 
-    def _listen(self, tell: Callable[[tuple[int, float]], None]) -> None:
-        with self._reader, suppress(EOFError):  # when all processes have ended
-            while True:
-                tell(_PROGRESS.unpack(self._reader.recv_bytes()))
+    def _end(self, thread: int) -> None:
+        process, *pipes = self._begun.pop(thread)
+        process.join()
+        for pipe in pipes:
+            pipe.close()
 
 
-def _report_to(parent: Connection) -> None:
-    """Start a process of `_Processes`."""
-    global _to_parent  # noqa: PLW0603 - what a pool initializes can lie nowhere else
-    _to_parent = parent
+def _serve(calls: Connection, answers: Connection) -> None:
+    """Make the calls that come from `_Processes`, in a process of its own, until it is gone."""
+    from loky.backend.reduction import dumps
+    from loky.process_executor import _ExceptionWithTraceback
+
+    def send(said: tuple[int, float] | Ended[Any]) -> None:
+        answer = dumps(said)
+        try:
+            answers.send_bytes(answer)
+        except OSError:  # the parent was killed, so the result is not needed
+            os._exit(1)
+
+    global _to_parent  # noqa: PLW0603 - `_run` is called by name in every kind of process
+    _to_parent = send
+    with suppress(EOFError):
+        while True:
+            sent = calls.recv_bytes()
+            try:
+                send(Ended(0, pickle.loads(sent)()))
+            except Exception as error:
+                send(Ended(0, None, _ExceptionWithTraceback(error)))
 
 
 class _Attention:
@@ -517,20 +517,16 @@ def _check_alike(client: Client, address: str) -> None:
                 f': worker {worker} cannot run tauto_core ({found}). Install tauto_core '
                 f'{ours["tauto_core"]} there',
             )
-        if apart := _apart(ours, found):
-            raise WorkerError(Argument('scheduler', address), f': {_unlike(worker, apart)}')
+        if found != ours:
+            raise WorkerError(Argument('scheduler', address), f': {_unlike(worker, ours, found)}')
 
 
-def _apart(ours: Mapping[str, str], theirs: Mapping[str, str]) -> str:
-    """Return in which versions a worker differs; empty where it does not."""
-    return ', '.join(
+def _unlike(worker: str, ours: Mapping[str, str], theirs: Mapping[str, str]) -> str:
+    apart = ', '.join(
         f'{name} {theirs.get(name)} against {mine}'
         for name, mine in ours.items()
         if theirs.get(name) != mine
     )
-
-
-def _unlike(worker: str, apart: str) -> str:
     return (
         f'worker {worker} has other versions than this machine: {apart}. Install the same on both'
     )
