@@ -31,6 +31,7 @@ from tauto_core.navigation.covariates import (
     HEAVE_PERIODS_S,
     ROLL_PERIODS_S,
     SEA_S,
+    SEA_TOLERANCE,
     Fit,
     fit,
     runs,
@@ -59,7 +60,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Solver, parse_scene
-from tauto_core.scene.errors import SceneError
+from tauto_core.scene.errors import SceneError, TautoError
 from tauto_core.scene.sections import walk_per_s
 from tauto_core.scene.times import DAY_S as DAY
 from tauto_core.ship import ShipMotion
@@ -506,6 +507,20 @@ def test_readings_wait_for_the_motion_but_not_for_ever():
     assert CORRECTED in own.feed({SHIP_IMU: TOPICS[SHIP_IMU]})
 
 
+def test_a_reading_is_told_as_soon_as_the_motion_has_reached_its_stamp():
+    """One a nanosecond later is not, since nothing is known of the motion there."""
+    reached = 110 * S
+    stamps = np.array([reached, reached + 1])
+    stage = DriftStage(STAGED)
+    stage.feed({OBSERVATION: TOPICS[OBSERVATION]})
+    imu = TOPICS[SHIP_IMU]
+    said = stage.feed({SHIP_IMU: take(imu, imu.stamp_ns <= reached)})
+    assert said == {}
+    said = stage.feed({READING: TimeSamples(stamps, '', stamps, same('dial', 2))})
+    assert said[ESTIMATE].stamp_ns.tolist() == [reached]
+    assert stage.health()['motion_unknown'] == 0
+
+
 def test_the_longitude_is_as_uncertain_as_the_coefficients_make_it():
     """Known k_j and those of a sigma differ in the east variance by Σ (σ_j ΔX_j)² alone.
 
@@ -657,6 +672,27 @@ def test_waves_that_the_motion_does_not_show_are_not_tried():
 def test_impossible_covariates_are_refused_by_name(covariates, more, words):
     with pytest.raises(SceneError, match=words):
         run_scene_of(LINEAR, covariates, more)
+
+
+@pytest.mark.parametrize(
+    ('stated', 'tried'), [(None, SEA_TOLERANCE), (1e-9, SEA_TOLERANCE), (1e-4, 1e-4)]
+)
+def test_the_sea_is_sailed_no_finer_than_the_scene_and_no_finer_than_it_takes(
+    monkeypatch, stated, tried
+):
+    seen = []
+
+    class Noted:
+        def __init__(self, scene, _length_s):
+            seen.append(scene.solver.tolerance)
+            raise TautoError('not run')
+
+    monkeypatch.setattr(covariates, '_Run', Noted)
+    solver = None if stated is None else Solver(tolerance=stated)
+    scene = run_scene_of(HANGING).model_copy(update={'solver': solver})
+    with pytest.raises(TautoError, match='not run'):
+        fit(scene, ())
+    assert seen == [tried]
 
 
 @pytest.mark.parametrize('machine', [LINEAR, SECOND_CAM], ids=['weight', 'force'])

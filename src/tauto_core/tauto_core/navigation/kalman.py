@@ -348,45 +348,6 @@ def noise_of(model: ClockModel) -> tuple[float, float, float]:
     return model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
 
 
-def ahead_three(
-    now: tuple[Real, ...], t: Real, q1: float, q2: float, q3: float
-) -> tuple[Real, ...]:
-    """Return x, y, d, xx, xy, xd, yy, yd, dd after a time t [s] (see the module)."""
-    x, y, d, xx, xy, xd, yy, yd, dd = now
-    h = 0.5 * t * t
-    fxx = xx + t * xy + h * xd
-    fxy = xy + t * yy + h * yd
-    fxd = xd + t * yd + h * dd
-    fyy = yy + t * yd
-    fyd = yd + t * dd
-    return (
-        x + t * y + h * d,
-        y + t * d,
-        d,
-        fxx + t * fxy + h * fxd + t * (q1 + t * t * (q2 / 3.0 + t * t * (q3 / 20.0))),
-        fxy + t * fxd + h * (q2 + h * (q3 / 2.0)),
-        fxd + h * t * (q3 / 3.0),
-        fyy + t * fyd + t * (q2 + t * t * (q3 / 3.0)),
-        fyd + h * q3,
-        dd + t * q3,
-    )
-
-
-def ahead_two(
-    now: tuple[Real, ...], t: Real, q1: float, q2: float, _q3: float
-) -> tuple[Real, ...]:
-    """Return x, y, xx, xy, yy after a time t [s]; bits as of `ahead_three` without ageing."""
-    x, y, xx, xy, yy = now
-    fxy = xy + t * yy
-    return (
-        x + t * y,
-        y,
-        xx + t * xy + t * fxy + t * (q1 + t * t * (q2 / 3.0)),
-        fxy + 0.5 * t * t * q2,
-        yy + t * q2,
-    )
-
-
 def corrected_three(
     now: tuple[float, ...], innovation: float, s: float, r: float
 ) -> tuple[float, ...]:
@@ -451,24 +412,18 @@ class Arithmetic:
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
-_LAWS = {
-    2: Arithmetic((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
-    3: Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three),
-}
-
-
 def arithmetic_of(model: ClockModel) -> Arithmetic:
     """Return the arithmetic of a model, without terms that it does not have."""
-    return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
+    return _arithmetic(model.names, model.states)
 
 
 @cache
-def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
-    """Return the arithmetic of a clock with coefficients."""
+def _arithmetic(coefficients: tuple[str, ...], states: int) -> Arithmetic:
     names = (*('x', 'y', 'd')[:states], *coefficients)
     size, known = len(names), estimate_of(coefficients)._fields
     fields = tuple(known.index(field) for field in (*names, *covariances(names)))
-    return Arithmetic(fields, size, prediction(states, size), correction(size))
+    corrected = correction(size) if coefficients else (corrected_two, corrected_three)[states - 2]
+    return Arithmetic(fields, size, prediction(states, size), corrected)
 
 
 # -----------------------------------------------------------------------------
@@ -519,9 +474,6 @@ class Filtered:
     Args:
         stamp_ns: stamps of the start and of the observations used, (m + 1,).
         states: the states at these stamps, (m + 1,).
-        phase_s: the phases used, (m,).
-        sigma_s: sigma of each of them, (m,).
-        opened_s: the innovation on which the state was reopened, 0 where it was not, (m,).
         fate: USED, REFUSED or REOPENED for each observation, (n,).
         start: the state at the beginning.
         integrals_s: integrals of the c covariates at these stamps [s], (m + 1, c).
@@ -529,9 +481,6 @@ class Filtered:
 
     stamp_ns: IntArray
     states: Estimate[FloatArray]
-    phase_s: FloatArray
-    sigma_s: FloatArray
-    opened_s: FloatArray
     fate: NDArray[np.int8]
     start: Known
     integrals_s: FloatArray
@@ -550,13 +499,6 @@ class Filtered:
             int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
             tuple(self.integrals_s[place].tolist()) if self.start.integrals_s else (),
         )
-
-    def expected(self, model: ClockModel) -> Estimate[FloatArray]:
-        """Return the states just before each observation used, widened where reopened, (m,)."""
-        elapsed = np.diff(self.stamp_ns) / NS_PER_S
-        before = same_fields(self.states, (column[:-1] for column in self.states))
-        ahead = predict(before, elapsed, model, tuple(np.diff(self.integrals_s, axis=0).T))
-        return reopen(ahead, self.opened_s, np.where(elapsed > 0.0, elapsed, np.inf))
 
 
 def filter_phases(
@@ -582,9 +524,6 @@ def filter_phases(
     since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
     refused, trust = start.refused, start.used
     stamps, numbers, fate = [since], list(now), bytearray()
-    used: list[float] = []
-    sigmas: list[float] = []
-    opened: dict[int, float] = {}
     integrals, gained = list(moved), tuple[float, ...]()
     rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
     for stamp, phase, sigma, reached in zip(stamp_ns, phase_s, sigma_s, rows, strict=True):
@@ -604,7 +543,6 @@ def filter_phases(
                 refused += 1
                 fate.append(REFUSED)
                 continue
-            opened[len(used)] = innovation
             # in zero time the rate cannot have changed
             whole = law.whole(start.estimate, ahead)
             ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
@@ -615,22 +553,15 @@ def filter_phases(
         now, since, refused = corrected(ahead, innovation, s, r), stamp, 0
         trust += 1
         stamps.append(stamp)
-        used.append(phase)
-        sigmas.append(sigma)
         numbers += now
         if moved:
             moved = tuple(reached)
             integrals += moved
     table = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
     rest = same_fields(start.estimate, (np.full(len(stamps), each) for each in start.estimate))
-    opened_s = np.zeros(len(used))
-    opened_s[list(opened)] = list(opened.values())
     return Filtered(
         np.array(stamps, np.int64),
         law.whole(rest, tuple(table.T)),
-        np.array(used, np.float64),
-        np.array(sigmas, np.float64),
-        opened_s,
         np.frombuffer(bytes(fate), np.int8),
         start,
         np.array(integrals, np.float64).reshape(len(stamps), len(moved)),

@@ -164,10 +164,6 @@ def _degrees(x: float, y: float, at: float, plus: str, minus: str) -> str:
 SHIP_WIDTH = 320.0
 """Width of the picture of the ship."""
 SHIP_HEIGHT = 260.0
-WATER = 175.0
-"""Height of still water in it, from above; the ship rolls about its middle."""
-WAVE = 4.0
-"""Units to a metre of heave."""
 _CLOCK_AT = (160.0, 168.0)
 
 
