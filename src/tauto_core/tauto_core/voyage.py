@@ -55,7 +55,7 @@ from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoError, naming
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.imu import attitude
 

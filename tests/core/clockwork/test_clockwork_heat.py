@@ -21,7 +21,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.voyage import ShipSource
 
 SEA = """

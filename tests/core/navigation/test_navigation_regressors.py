@@ -30,7 +30,7 @@ from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.passage import eotvos, gravity_between, normal_gravity
 from tauto_core.voyage import sail

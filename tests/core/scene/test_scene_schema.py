@@ -12,7 +12,7 @@ from tauto_core.scene import SceneError, parse_scene, shipped_scenes
 from tauto_core.scene.loader import read_mapping
 from tauto_core.scene.reference import FILE, FOLDERS, new_scene, schema, schema_text
 from tauto_core.scene.sections import kind_of, kinds_in
-from tauto_core.ship.motion_kind import FOLDER as SHIPS
+from tauto_core.ship.motions import FOLDER as SHIPS
 
 SHIPPED = FILE.parent / 'shipped'
 REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))

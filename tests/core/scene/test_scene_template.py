@@ -14,10 +14,10 @@ from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.reference import FOLDERS, all_kinds, all_that_go, new_scene
 from tauto_core.scene.sections import kind_of, kinds_in
-from tauto_core.ship.air import AirKind
-from tauto_core.ship.motion_kind import FOLDER as SHIPS
-from tauto_core.ship.sections import SuspensionKind
-from tauto_core.ship.weather_kind import WeatherKind
+from tauto_core.ship.airs import AirKind
+from tauto_core.ship.motions import FOLDER as SHIPS
+from tauto_core.ship.suspensions import SuspensionKind
+from tauto_core.ship.weathers import WeatherKind
 
 SHIP_KINDS = [kind_of(model) for model in kinds_in(SHIPS)]
 # A few of many: a cam and a thread of each sort, with and without an escapement.

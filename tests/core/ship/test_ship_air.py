@@ -17,8 +17,7 @@ from tauto_core.checks.facts import scene_facts
 from tauto_core.samples import SHIP_TEMPERATURE, TemperatureSamples, join
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
-from tauto_core.ship.air import BoxTemperature
-from tauto_core.ship.airs import ZONAL_CELSIUS, ZONAL_LATITUDES, zonal_celsius
+from tauto_core.ship.airs import ZONAL_CELSIUS, ZONAL_LATITUDES, BoxTemperature, zonal_celsius
 from tauto_core.ship.passage import Passage
 from tauto_core.voyage import ShipSource, replay, sail, summarise_bag
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tauto_core.scene import Scene, SceneError, load_scene
-from tauto_core.ship.weather_kind import WeatherSetting
+from tauto_core.ship.weathers import WeatherSetting
 from tauto_core.ship.weathers.climate import CLIMATES
 
 DAY_S = 86_400.0

@@ -8,8 +8,7 @@ import pytest
 from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.motions.sea import sea_motion
-from tauto_core.ship.operator import Answer, operator_answer
-from tauto_core.ship.sea import elevation, roll_answer
+from tauto_core.ship.sea import Answer, elevation, operator_answer, roll_answer
 from tauto_core.ship.waves import Encounter, Harmonics
 
 G = 9.80665

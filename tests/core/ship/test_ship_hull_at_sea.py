@@ -89,7 +89,7 @@ def test_the_imu_has_the_same_bits_in_chunks_of_any_size(scene: Any) -> None:
 
 def rates(ready: Scene) -> tuple[float, float]:
     """Return the rate of the dial, and that of sqrt(|f|/g) along the thread's plane [s/day]."""
-    from tauto_core.ship.six_motions import force_in_plane
+    from tauto_core.ship.imu import force_in_plane
 
     assert ready.trochlea is not None
     motion = ShipMotion(ready)
@@ -101,7 +101,7 @@ def rates(ready: Scene) -> tuple[float, float]:
 
 
 def scene_on_land(ready: Scene) -> Scene:
-    from tauto_core.ship.motions.still import StillShip
+    from tauto_core.ship.motions import StillShip
 
     return ready.model_copy(update={'ship': StillShip()})
 

@@ -16,8 +16,7 @@ from tauto_core.scene.errors import SceneError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.hull import Hull, named_hull
 from tauto_core.ship.motions.sea import sea_motion
-from tauto_core.ship.operator import operator_answer
-from tauto_core.ship.sea import bretschneider
+from tauto_core.ship.sea import bretschneider, operator_answer
 from tauto_core.ship.sections import MOTIONS, Rao
 from tauto_core.ship.waves import Encounter, Harmonics
 

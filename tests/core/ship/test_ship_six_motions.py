@@ -14,8 +14,16 @@ from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, Spatia
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.imu import attitude, imu_from_roll, message, parted
-from tauto_core.ship.six_motions import ThreadPlane, Turned, force_in_plane, imu_from_motions
+from tauto_core.ship.imu import (
+    ThreadPlane,
+    Turned,
+    attitude,
+    force_in_plane,
+    imu_from_motions,
+    imu_from_roll,
+    message,
+    parted,
+)
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
 from tauto_core.voyage import sail
 

@@ -11,7 +11,7 @@ from tauto_core.samples import join
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import Passage, ShipMotion, bag_metadata
 from tauto_core.ship.waves import SampledFades
-from tauto_core.ship.weather_kind import seas_at_once
+from tauto_core.ship.weathers import seas_at_once
 
 S = 1_000_000_000
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}

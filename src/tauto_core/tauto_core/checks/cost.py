@@ -47,10 +47,10 @@ from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
 from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
+from tauto_core.ship.motions import SixMotions
 from tauto_core.ship.sampling import MAX_STRIDE, least_upward
-from tauto_core.ship.six_motions import SixMotions
 from tauto_core.ship.waves import Harmonics
 
 # -----------------------------------------------------------------------------

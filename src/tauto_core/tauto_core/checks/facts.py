@@ -43,11 +43,12 @@ from tauto_core.scene import Drag, Scene
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import Passage
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import felt_step_ns
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.passage import normal_gravity
-from tauto_core.ship.sections import MOTIONS, SuspensionKind
+from tauto_core.ship.sections import MOTIONS
+from tauto_core.ship.suspensions import SuspensionKind
 from tauto_core.ship.waves import Harmonics, together
 from tauto_core.wording import printed
 

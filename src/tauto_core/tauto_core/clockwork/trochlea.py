@@ -40,7 +40,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import MotionBuffer, SharedBuffers, felt_step_ns, samples_a_piece
 from tauto_core.ship.imu import Sensed, message, parted, screen
 from tauto_core.wording import significant

@@ -45,9 +45,8 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import Argument, PropagationError, TautoError, UsageError, naming
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
-from tauto_core.ship.airs import RouteAir
-from tauto_core.ship.motions.still import StillShip
+from tauto_core.ship.airs import BoxTemperature, RouteAir
+from tauto_core.ship.motions import StillShip
 from tauto_core.voyage import CHUNK, ShipSource, bag_scene
 from tauto_core.wording import span
 

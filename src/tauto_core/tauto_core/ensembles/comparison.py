@@ -48,7 +48,7 @@ from tauto_core.scene.errors import (
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.imu import Sensed, kept
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage

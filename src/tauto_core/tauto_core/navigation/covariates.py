@@ -46,9 +46,8 @@ from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
 from tauto_core.scene.times import DAY_S, NS_PER_S, step_of_rate
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.air import BoxTemperature
-from tauto_core.ship.motion_kind import ShipKind
-from tauto_core.ship.motions.components import Component, ComponentsShip
+from tauto_core.ship.airs import BoxTemperature
+from tauto_core.ship.motions import Component, ComponentsShip, ShipKind
 from tauto_core.ship.motions.sea import SeaShip
 
 # -----------------------------------------------------------------------------

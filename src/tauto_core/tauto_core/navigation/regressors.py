@@ -32,10 +32,16 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
-from tauto_core.ship.air import COLDEST, WARMEST, BoxTemperature
-from tauto_core.ship.imu import Continuity, content_reasons, contiguous, imu_from_roll, screen
+from tauto_core.ship.airs import COLDEST, WARMEST, BoxTemperature
+from tauto_core.ship.imu import (
+    Continuity,
+    content_reasons,
+    contiguous,
+    imu_from_roll,
+    level_force,
+    screen,
+)
 from tauto_core.ship.passage import gravity_between
-from tauto_core.ship.six_motions import level_force
 
 # -----------------------------------------------------------------------------
 # The motion of the ship.

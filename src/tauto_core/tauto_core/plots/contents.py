@@ -32,7 +32,7 @@ from tauto_core.ship import Passage
 from tauto_core.ship.coast import place_name
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions.sea import SeaShip
-from tauto_core.ship.weather_kind import WeatherState
+from tauto_core.ship.weathers import WeatherState
 from tauto_core.voyage import Voyage
 
 if TYPE_CHECKING:

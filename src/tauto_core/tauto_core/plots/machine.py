@@ -37,7 +37,7 @@ from tauto_core.scene import (
     Scene,
 )
 from tauto_core.scene.errors import UsageError
-from tauto_core.ship.sections import SuspensionKind
+from tauto_core.ship.suspensions import SuspensionKind
 
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     )
     from tauto_core.scene.sections import Clock, DriftSettings, Itinerary, Log, Solver, Waypoint
     from tauto_core.scene.tables import data_path
-    from tauto_core.ship.motions.components import Component
+    from tauto_core.ship.motions import Component
     from tauto_core.ship.motions.recorded import Recorded
     from tauto_core.ship.sections import Rao, Roll, Sea, SpectrumTable
-    from tauto_core.ship.suspensions.axle import AxleSuspension
+    from tauto_core.ship.suspensions import AxleSuspension
 
 __all__ = [
     'DEFAULT_SCENE',
@@ -61,9 +61,9 @@ _of_a_section = loaded_from(
     __name__,
     {
         'DEFAULT_SCENE': 'loader',
-        'AxleSuspension': 'tauto_core.ship.suspensions.axle',
+        'AxleSuspension': 'tauto_core.ship.suspensions',
         'Clock': 'sections',
-        'Component': 'tauto_core.ship.motions.components',
+        'Component': 'tauto_core.ship.motions',
         'Drag': 'tauto_core.machines.drags',
         'DriftSettings': 'sections',
         'FluidTautochroneRegulator': 'tauto_core.machines.sections',

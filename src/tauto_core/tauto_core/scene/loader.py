@@ -47,12 +47,10 @@ from tauto_core.scene.sections import (
 from tauto_core.scene.tables import is_shipped, missing_file, read_data
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
 from tauto_core.scene.units import declared, in_unit
-from tauto_core.ship.air import FOLDER as AIRS
-from tauto_core.ship.air import AirKind
-from tauto_core.ship.airs import RecordAir
-from tauto_core.ship.motion_kind import FOLDER as SHIPS
-from tauto_core.ship.motion_kind import ShipKind
-from tauto_core.ship.motions.still import StillShip
+from tauto_core.ship.airs import FOLDER as AIRS
+from tauto_core.ship.airs import AirKind, RecordAir
+from tauto_core.ship.motions import FOLDER as SHIPS
+from tauto_core.ship.motions import ShipKind, StillShip
 from tauto_core.ship.passage import normal_gravity
 from tauto_core.ship.sampling import (
     LARGEST_SLOW_TURN,
@@ -60,7 +58,9 @@ from tauto_core.ship.sampling import (
     largest_turn,
     rate_for,
 )
-from tauto_core.ship.sections import SUSPENSIONS, SuspensionKind, names_hindcast
+from tauto_core.ship.sections import names_hindcast
+from tauto_core.ship.suspensions import FOLDER as SUSPENSIONS
+from tauto_core.ship.suspensions import SuspensionKind
 
 
 class Scene(Section):

@@ -31,7 +31,7 @@ from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.scene.units import NUMBER, declared, units_table
 from tauto_core.ship.airs import AirRecordFile
 from tauto_core.ship.hindcast import AirHindcastFile, HindcastFile
-from tauto_core.ship.motion_kind import FOLDER as SHIPS
+from tauto_core.ship.motions import FOLDER as SHIPS
 from tauto_core.ship.sea_files import FILE_FORMS, RaoFile, RecordFile
 from tauto_core.ship.sections import Rao
 

@@ -30,7 +30,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.imu import Sensed, contiguous, in_parts
+from tauto_core.ship.imu import Sensed, ThreadPlane, contiguous, force_in_plane, in_parts
 from tauto_core.ship.sampling import (
     FORCE_BEFORE,
     LARGEST_SLOW_TURN,
@@ -39,7 +39,6 @@ from tauto_core.ship.sampling import (
     ROLL_BEFORE,
     largest_turn,
 )
-from tauto_core.ship.six_motions import ThreadPlane, force_in_plane
 
 # -----------------------------------------------------------------------------
 # Polynomials that represent the ship's motion between its samples.

@@ -26,12 +26,12 @@ from tauto_core.scene.errors import ABSENT, SceneError, install
 from tauto_core.scene.sections import LONGEST_TEXT, Flag, Itinerary, OneLine
 from tauto_core.scene.tables import data_path, source_name, utc, words_of
 from tauto_core.scene.times import DAY_S, NS_PER_S, nanoseconds
-from tauto_core.ship.air import AirKind
-from tauto_core.ship.motion_kind import Surroundings
+from tauto_core.ship.airs import AirKind
+from tauto_core.ship.motions import Surroundings
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sea_files import section_read
 from tauto_core.ship.sections import names_hindcast
-from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
+from tauto_core.ship.weathers import HIGHEST_M, WeatherKind
 from tauto_core.ship.weathers.log import RIPPLES_M, grown_seas
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -607,3 +607,114 @@ def _between(before: ImuSamples, after: ImuSamples, number: int) -> ImuSamples:
         mixed(before.linear_acceleration, after.linear_acceleration),
         after.linear_acceleration_covariance[rows],
     )
+
+
+# -----------------------------------------------------------------------------
+# A ship that moves in all six ways: readings at her clock, and the force that its thread follows.
+
+ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
+"""The plane in which the weight of a clock can follow the apparent vertical (G7 in hull.md).
+
+`free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
+`ship`: the plane athwart that is fixed to the ship and pitches with her.
+"""
+
+
+class Turned(NamedTuple):
+    """Angles of the ship and their derivatives, each [rad] or [rad/s], (n,)."""
+
+    roll: FloatArray
+    pitch: FloatArray
+    yaw: FloatArray
+
+
+def imu_from_motions(
+    stamp_ns: IntArray,
+    angle: Turned,
+    rate: Turned | None,
+    acceleration: tuple[FloatArray, FloatArray, FloatArray] | None,
+    gravity: FloatArray | float,
+) -> ImuSamples:
+    """Return the reading of an IMU fixed to the ship beside the clock.
+
+    Specific force f = Rᵀ(a + g ẑ), R = R_z(ψ) R_y(θ) R_x(ρ), and the turning in her own axes
+
+        ω_x = ρ̇ − ψ̇ sin θ,  ω_y = θ̇ cos ρ + ψ̇ cos θ sin ρ,  ω_z = −θ̇ sin ρ + ψ̇ cos θ cos ρ.
+
+    The bits of a sample depend on its own values alone, and not on whether all are needed.
+
+    Args:
+        stamp_ns: true time of each sample [ns], (n,).
+        angle: roll, pitch, yaw.
+        rate: their derivatives; None: the angular velocity is not needed, and is empty.
+        acceleration: of the clock forward, to port and up, in level axes [m/s²]; None: the force
+            is not needed, and is empty.
+        gravity: gravity, less Eötvös' term [m/s²].
+    """
+    from tauto_core.ship.kernels import encode_six  # imports kernels
+
+    n = len(stamp_ns)
+    whole = -(-n // 8) * 8
+    orientation = np.empty((whole, 4))
+    turning = None if rate is None else np.empty((whole, 3))
+    force = None if acceleration is None else np.empty((whole, 3))
+    parts: list[FloatArray | None] = [*angle, *(rate or (None,) * 3), None, None, None]
+    if acceleration is not None:
+        forward, port, up = acceleration
+        parts[6:] = forward, port, up + gravity
+    given = (None if part is None else contiguous(part) for part in parts)
+    encode_six(*given, orientation, turning, force)
+    none = np.empty((0, 3))
+    return sensed(
+        stamp_ns,
+        orientation[:n],
+        none if turning is None else turning[:n],
+        none if force is None else force[:n],
+    )
+
+
+def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
+    """Return the specific force that a clock's thread can follow, its last two columns.
+
+    They are athwart and upright in the axes of the case; the first, along the axle, does not
+    count. Where the thread leans freely its part is added to the size of the rest, along their
+    direction: the weight pulls with all of |f|, the wheel feels the direction athwart alone.
+
+    Args:
+        imu: samples that `imu.screen` has passed.
+        plane: see `ThreadPlane`.
+    """
+    force = imu.linear_acceleration
+    if plane == 'ship':
+        return force
+    from tauto_core.ship import kernels  # kernels
+
+    orientation, force = contiguous(imu.orientation), contiguous(force)
+    # a sample of a ship that only rolls has the same bits in all planes
+    if kernels.rolls_alone(orientation, force):
+        return force
+    felt = np.empty((-(-len(force) // 8) * 8, 3))
+    kernels.force_in_plane(orientation, force, plane == 'vertical', felt)
+    return felt[: len(force)]
+
+
+def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the specific force forward, to port and up, in level axes that yaw with the ship.
+
+    Args:
+        imu: samples that `imu.screen` has passed.
+    """
+    x, y, z = (np.ascontiguousarray(imu.linear_acceleration[:, i]) for i in range(3))
+    sr, cr, sp, cp = _roll_and_pitch(imu.orientation)
+    aside, deck = cr * y - sr * z, sr * y + cr * z
+    return cp * x + sp * deck, aside, cp * deck - sp * x
+
+
+def _roll_and_pitch(orientation: FloatArray) -> tuple[FloatArray, ...]:
+    """Return sine and cosine of roll and pitch, of quaternions of any norm (n, 4)."""
+    qx, qy, qz, qw = (np.ascontiguousarray(orientation[:, i]) for i in range(4))
+    # homogeneous in the quaternion; sine and cosine of the roll times cos θ
+    square = (qx * qx + qy * qy) + (qz * qz + qw * qw)
+    sr, cr = 2.0 * (qw * qx + qy * qz), (qw * qw - qx * qx) + (qz * qz - qy * qy)
+    cp = np.hypot(sr, cr)
+    return sr / cp, cr / cp, 2.0 * (qw * qy - qz * qx) / square, cp / square

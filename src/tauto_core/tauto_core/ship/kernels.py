@@ -235,7 +235,7 @@ def encode_six(
     angular_velocity: FloatArray | None,
     force: FloatArray | None,
 ) -> None:
-    """Fill the readings of an IMU on a ship with six motions (`six_motions.imu_from_motions`).
+    """Fill the readings of an IMU on a ship with six motions (`imu.imu_from_motions`).
 
     Inputs have the shape (n,), outputs (n', 4) and (n', 3) with n' >= n a multiple of eight. `up`
     contains gravity. Outputs that are None are not in the compiled code, nor are their inputs.
@@ -427,7 +427,7 @@ def rolls_alone(orientation: FloatArray, force: FloatArray) -> bool:
 def force_in_plane(
     orientation: FloatArray, force: FloatArray, upright: bool, felt: FloatArray
 ) -> None:
-    """Fill the specific force that a clock's thread can follow (`six_motions.force_in_plane`).
+    """Fill the specific force that a clock's thread can follow (`imu.force_in_plane`).
 
     The plane of the thread is upright, or the thread leans freely. The outputs (n', 3) are longer
     than the n inputs, up to a multiple of eight. The quaternion's norm cancels.

@@ -22,7 +22,7 @@ from tauto_core.scene.sections import (
     key_of_place,
 )
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.ship.motion_kind import Surroundings
+from tauto_core.ship.motions import Surroundings
 
 # -----------------------------------------------------------------------------
 # Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the route.

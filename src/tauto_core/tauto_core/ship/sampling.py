@@ -20,7 +20,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.sections import ACCURACY
 from tauto_core.scene.times import DAY_S, NS_PER_S, exact_step
-from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
+from tauto_core.ship.motions import Channels, ShipKind, Surroundings
 from tauto_core.ship.waves import Fades, Harmonics
 
 if TYPE_CHECKING:

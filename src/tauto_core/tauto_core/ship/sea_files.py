@@ -38,7 +38,7 @@ from tauto_core.ship.sections import (
     Heading,
     HullWeights,
 )
-from tauto_core.ship.weather_kind import HIGHEST_M, WeatherKind
+from tauto_core.ship.weathers import HIGHEST_M, WeatherKind
 
 # -----------------------------------------------------------------------------
 # Response amplitude operators of a ship.

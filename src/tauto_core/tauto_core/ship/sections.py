@@ -5,20 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from numpy.typing import NDArray
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
-from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.sections import Kind, NonNegative, Number, OneLine, Positive, Section
+from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Section
 from tauto_core.scene.times import STANDARD_GRAVITY
-from tauto_core.ship.motion_kind import sampled
+from tauto_core.ship.motions import sampled
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:
-    from tauto_core.motion.suspended_case import CaseSwing
+    pass
 
 # -----------------------------------------------------------------------------
 # Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
@@ -312,85 +310,6 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
             f'has {len(values)} values for {wanted} frequencies',
             'Give one for each frequency, heading and speed.',
         )
-
-
-# -----------------------------------------------------------------------------
-# The base of all suspensions of the clock's case. Their mechanics are in `motion.suspended_case`.
-
-SUSPENSIONS = 'tauto_core.ship.suspensions'
-
-
-class SuspensionKind(Kind):
-    """The clock's case hung in the ship; named by a module of `ship/suspensions`.
-
-    Attributes:
-        link: length e of the link between ship and case [m]; 0 where the case turns about a point
-            of the ship.
-        is_damped: whether anything damps the swing of the case.
-        sticks: whether dry friction holds the case in the ship at times.
-        plane: the plane in which its case holds a thread, None where that is the trochlea's.
-    """
-
-    link: ClassVar[float] = 0.0
-    is_damped: ClassVar[bool] = False
-    sticks: ClassVar[bool] = False
-    plane: ClassVar[Literal['vertical'] | None] = None
-    kind: str
-    if TYPE_CHECKING:  # each kind has them, in its own order
-        depth: float
-        gyration_radius: float
-        large_angles: bool
-
-    @property
-    def is_linear(self) -> bool:
-        """Whether the case swings by linear equations, in which the clock does not enter."""
-        return not self.large_angles
-
-    def frequencies(self, gravity: float) -> tuple[float, ...]:
-        """Return ω of each mode of the case on its own, the slower first [rad/s]."""
-        raise NotImplementedError
-
-    def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
-        """Return φ/τ for waves of frequency Ω [rad/s], as far as they get in the duration [s]."""
-        raise NotImplementedError
-
-    def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
-        """Return the law that moves the case; imports kernels."""
-        raise NotImplementedError
-
-    def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
-        raise NotImplementedError
-
-    def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield the contradictions between its keys.
-
-        Args:
-            still: whether the ship lies still.
-        """
-        if still:
-            yield Problem(
-                'suspension',
-                self.kind,
-                'has nothing to do on a ship that lies still: the case hangs at rest',
-                'Leave it out, or let the ship move.',
-            )
-        if self.depth <= 0.0:
-            below = -self.depth or self.gyration_radius
-            yield Problem(
-                'suspension.depth',
-                self.depth,
-                'must be greater than 0: a case whose centre of gravity does not hang below its '
-                'axle topples',
-                f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
-            )
-        if self.gyration_radius <= 0.0:
-            yield Problem(
-                'suspension.gyration_radius',
-                self.gyration_radius,
-                'must be greater than 0: a case without extent turns in no time (b′ = 0)',
-                f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
-            )
 
 
 def names_hindcast(section: object) -> bool:

@@ -19,10 +19,18 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
-from tauto_core.ship.imu import SQUARABLE, Sensed, imu_from_roll, imu_samples, message
+from tauto_core.ship.imu import (
+    SQUARABLE,
+    Sensed,
+    Turned,
+    imu_from_motions,
+    imu_from_roll,
+    imu_samples,
+    message,
+)
+from tauto_core.ship.motions import SixMotions
 from tauto_core.ship.passage import GravityOnTheWay, Passage
 from tauto_core.ship.sections import MOTIONS
-from tauto_core.ship.six_motions import SixMotions, Turned, imu_from_motions
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
 # -----------------------------------------------------------------------------

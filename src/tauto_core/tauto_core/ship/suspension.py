@@ -38,7 +38,7 @@ from tauto_core.ship.buffer import (
 )
 from tauto_core.ship.imu import Sensed, contiguous, in_parts
 from tauto_core.ship.kernels import eight, store_forces
-from tauto_core.ship.sections import SuspensionKind
+from tauto_core.ship.suspensions import SuspensionKind
 
 # -----------------------------------------------------------------------------
 # Whether the axle of a suspended case stays in its bearing, also between samples

@@ -36,7 +36,7 @@ from tauto_core.scene.tables import (
 )
 from tauto_core.scene.times import NS_PER_S, whole_intervals
 from tauto_core.ship.imu import REFUSALS, attitude, refusal_reasons
-from tauto_core.ship.motion_kind import Channels, ShipKind, Surroundings
+from tauto_core.ship.motions import Channels, ShipKind, Surroundings
 from tauto_core.ship.waves import Harmonics
 
 # -----------------------------------------------------------------------------

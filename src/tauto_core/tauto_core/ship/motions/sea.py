@@ -18,15 +18,23 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, Itinerary, KindIn, key_of_place
 from tauto_core.scene.times import DAY_S, NS_PER_S
-from tauto_core.ship.motion_kind import (
+from tauto_core.ship.motions import (
     Channels,
     RoughlyKnown,
     ShipKind,
+    SixMotions,
+    StillShip,
     Surroundings,
     WorstSea,
 )
-from tauto_core.ship.motions.still import StillShip
-from tauto_core.ship.sea import band_hz, elevation, height_and_period, roll_answer
+from tauto_core.ship.sea import (
+    at_clock,
+    band_hz,
+    elevation,
+    height_and_period,
+    hull_answer,
+    roll_answer,
+)
 from tauto_core.ship.sections import (
     CUTOFF,
     MOTIONS,
@@ -39,10 +47,9 @@ from tauto_core.ship.sections import (
     SpectrumTable,
     cutoff_for,
 )
-from tauto_core.ship.six_motions import SixMotions, at_clock, hull_answer
 from tauto_core.ship.waves import Encounter, Harmonics, together
-from tauto_core.ship.weather_kind import FOLDER as WEATHERS
-from tauto_core.ship.weather_kind import (
+from tauto_core.ship.weathers import FOLDER as WEATHERS
+from tauto_core.ship.weathers import (
     WeatherKind,
     WeatherSetting,
     WeatherState,
@@ -546,8 +553,8 @@ def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
 def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> None:
     """Refuse the heading or speed in a state of the weather for which the ship has no answer."""
     from tauto_core.ship.hull import HullError
-    from tauto_core.ship.operator import check_operator
     from tauto_core.ship.passage import Passage
+    from tauto_core.ship.sea import check_operator
 
     try:
         if ship.rao is not None:
@@ -607,7 +614,7 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
         roll = roll_answer(waves, ship.roll, course)
         return SeaMotion(met, roll, met if ship.heave else None)
     from tauto_core.ship.hull import ClockPlace, HullError, Response
-    from tauto_core.ship.operator import operator_answer
+    from tauto_core.ship.sea import operator_answer
 
     clock = ship.clock or ClockSection()
     place = ClockPlace(clock.forward, clock.port, ship.height)

@@ -1,1 +1,279 @@
-"""The kinds of suspension, one module each; every module here is a kind."""
+"""The kinds of suspension of the clock's case (theory/suspension.md).
+
+Their mechanics are in `motion.suspended_case`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+
+from numpy.typing import NDArray
+from pydantic import Field, Strict
+
+from tauto_core.machines.axle_pendulum import Modes, answers, modes, off_resonance
+from tauto_core.samples import FloatArray
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.sections import Flag, Kind, NonNegative, Number, Positive
+
+if TYPE_CHECKING:
+    from tauto_core.motion.suspended_case import CaseSwing
+
+
+# -----------------------------------------------------------------------------
+# The base of all suspensions.
+
+FOLDER = 'tauto_core.ship.suspensions'
+
+
+class SuspensionKind(Kind):
+    """The clock's case hung in the ship; named by a module of `ship/suspensions`.
+
+    Attributes:
+        link: length e of the link between ship and case [m]; 0 where the case turns about a point
+            of the ship.
+        is_damped: whether anything damps the swing of the case.
+        sticks: whether dry friction holds the case in the ship at times.
+        plane: the plane in which its case holds a thread, None where that is the trochlea's.
+    """
+
+    link: ClassVar[float] = 0.0
+    is_damped: ClassVar[bool] = False
+    sticks: ClassVar[bool] = False
+    plane: ClassVar[Literal['vertical'] | None] = None
+    kind: str
+    if TYPE_CHECKING:  # each kind has them, in its own order
+        depth: float
+        gyration_radius: float
+        large_angles: bool
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether the case swings by linear equations, in which the clock does not enter."""
+        return not self.large_angles
+
+    def frequencies(self, gravity: float) -> tuple[float, ...]:
+        """Return ω of each mode of the case on its own, the slower first [rad/s]."""
+        raise NotImplementedError
+
+    def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
+        """Return φ/τ for waves of frequency Ω [rad/s], as far as they get in the duration [s]."""
+        raise NotImplementedError
+
+    def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
+        """Return the law that moves the case; imports kernels."""
+        raise NotImplementedError
+
+    def wider(self, frequency: float, gravity: float) -> float:
+        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
+        raise NotImplementedError
+
+    def problems(self, *, still: bool) -> Iterator[Problem]:
+        """Yield the contradictions between its keys.
+
+        Args:
+            still: whether the ship lies still.
+        """
+        if still:
+            yield Problem(
+                'suspension',
+                self.kind,
+                'has nothing to do on a ship that lies still: the case hangs at rest',
+                'Leave it out, or let the ship move.',
+            )
+        if self.depth <= 0.0:
+            below = -self.depth or self.gyration_radius
+            yield Problem(
+                'suspension.depth',
+                self.depth,
+                'must be greater than 0: a case whose centre of gravity does not hang below its '
+                'axle topples',
+                f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
+            )
+        if self.gyration_radius <= 0.0:
+            yield Problem(
+                'suspension.gyration_radius',
+                self.gyration_radius,
+                'must be greater than 0: a case without extent turns in no time (b′ = 0)',
+                f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
+            )
+
+
+# -----------------------------------------------------------------------------
+# A cylindrical axle in a bearing of the ship.
+
+
+class AxleSuspension(SuspensionKind):
+    """The clock's case hung on a cylindrical axle in the ship's bearing (E3 in suspension.md)."""
+
+    rank = 1
+    starter: ClassVar[Mapping[str, float]] = {
+        'support_radius': 0.02,
+        'axle_radius': 0.005,
+        'depth': 0.1,
+        'gyration_radius': 0.05,
+    }
+
+    kind: Literal['axle'] = 'axle'
+    support_radius: Positive = Field(description='radius of the hollow bearing [m]')
+    axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
+    depth: Number = Field(
+        description="depth of the case's centre of gravity, where the clock "
+        "is, below the axle's centre [m]"
+    )
+    gyration_radius: Number = Field(
+        description='radius of gyration of the case about its centre of gravity [m]'
+    )
+    large_angles: Flag = Field(
+        default=False, description='true: equations for any angle; false: for small angles'
+    )
+
+    @property
+    def link(self) -> float:  # type: ignore[override]
+        """e, the support's radius less the axle's [m]."""
+        return self.support_radius - self.axle_radius
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Both modes of the case."""
+        return modes(self.link, self.depth, self.gyration_radius**2)
+
+    def frequencies(self, gravity: float) -> tuple[float, ...]:
+        """Return ω of both modes."""
+        slow, fast = self.modes.squared_frequencies(gravity)
+        return math.sqrt(slow), math.sqrt(fast)
+
+    def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> FloatArray:
+        """Return φ/τ for waves of frequency Ω, and at resonance as far as they get."""
+        squared = self.gyration_radius**2
+        return answers(self.modes, self.depth, squared, frequency, gravity, duration_s)[1]
+
+    def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
+        """Return the propagator of the case, at small angles or at any."""
+        from tauto_core.motion.suspended_case import AxleModes, AxleSwing
+
+        shape = self.link, self.depth, self.gyration_radius, gravity
+        return AxleSwing(*shape, tolerance=tolerance) if self.large_angles else AxleModes(*shape)
+
+    def wider(self, frequency: float, gravity: float) -> float:
+        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
+        b, c, e = gravity / frequency**2, self.depth, self.link
+        return math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
+
+    def problems(self, *, still: bool) -> Iterator[Problem]:
+        """Yield the contradictions between its keys."""
+        if self.support_radius <= self.axle_radius:
+            yield Problem(
+                'suspension.support_radius',
+                self.support_radius,
+                f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
+                'bearing that is not hollow b′ is negative, and the case falls from it',
+                f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
+            )
+        yield from super().problems(still=still)
+
+
+# -----------------------------------------------------------------------------
+# Gimbals: a pendulum on pivots fixed in the ship.
+
+LARGEST_FRICTION = 0.5
+"""Largest tilt at which friction may hold a case that counts as hung [rad]."""
+
+
+class GimbalsSuspension(SuspensionKind):
+    """The clock's case in gimbals: a pendulum on pivots fixed in the ship (G5 in suspension.md).
+
+    The inner ring turns about the axis of the roll; the outer one keeps that axis level fore and
+    aft, without friction.
+    """
+
+    rank = 2
+    starter: ClassVar[Mapping[str, float]] = {
+        'depth': 0.05,
+        'gyration_radius': 0.12,
+        'damping_ratio': 0.05,
+    }
+
+    plane = 'vertical'
+    large_angles: ClassVar[bool] = True  # type: ignore[misc]
+
+    kind: Literal['gimbals'] = 'gimbals'
+    depth: Number = Field(
+        description="depth of the case's centre of gravity, where the clock is, below the pivots "
+        '[m]'
+    )
+    gyration_radius: Number = Field(
+        description='radius of gyration of the case about its centre of gravity [m]'
+    )
+    damping_ratio: NonNegative = Field(
+        default=0.0,
+        description='damping of its small swings in pivots that rub in proportion to the speed, '
+        'over the critical one',
+    )
+    friction_angle: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST_FRICTION)] = Field(
+        default=0.0,
+        description='tilt up to which the dry friction of the pivots holds the case on a ship at '
+        'rest [rad], at most 0.5',
+    )
+
+    @property
+    def is_damped(self) -> bool:  # type: ignore[override]
+        """Whether its pivots rub."""
+        return self.damping_ratio > 0.0 or self.sticks
+
+    @property
+    def sticks(self) -> bool:  # type: ignore[override]
+        """Whether its pivots rub dry."""
+        return self.friction_angle > 0.0
+
+    @property
+    def pull(self) -> float:
+        """l/(k² + l²), by which gravity and the ship's accelerations turn the case [1/m]."""
+        return self.depth / (self.gyration_radius**2 + self.depth**2)
+
+    def frequencies(self, gravity: float) -> tuple[float, ...]:
+        """Return ω_c of its small swings."""
+        return (math.sqrt(gravity * self.pull),)
+
+    def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
+        """Return φ/τ of small swings, complex, and at resonance as far as it gets.
+
+        Dry friction is left out, and the roll, against which the pivots rub.
+        """
+        square = gravity * self.pull
+        damped = 2.0 * self.damping_ratio * math.sqrt(square) * frequency
+        return square / (off_resonance(square, frequency**2, duration_s) + 1j * damped)
+
+    def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
+        """Return the propagator of the case."""
+        from tauto_core.motion.suspended_case import GimbalsSwing
+
+        square = gravity * self.pull
+        return GimbalsSwing(
+            self.pull,
+            gravity,
+            damping=2.0 * self.damping_ratio * math.sqrt(square),
+            friction=square * math.sin(self.friction_angle),
+            tolerance=tolerance,
+        )
+
+    def wider(self, frequency: float, gravity: float) -> float:
+        """Return the gyration_radius with which its swing has a frequency [rad/s], or inf."""
+        square = gravity * self.depth / frequency**2 - self.depth**2
+        return math.sqrt(square) if square > 0.0 else math.inf
+
+    def problems(self, *, still: bool) -> Iterator[Problem]:
+        """Yield the contradictions between its keys."""
+        if self.damping_ratio > 1.0:
+            yield Problem(
+                'suspension.damping_ratio',
+                self.damping_ratio,
+                'must be at most 1, above which the case creeps back and goes with the ship',
+                'Use for example 0.1; if 10 per cent are meant, write 0.1.',
+            )
+        yield from super().problems(still=still)
+
+
+KINDS = (AxleSuspension, GimbalsSuspension)

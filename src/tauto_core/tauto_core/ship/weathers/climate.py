@@ -13,9 +13,9 @@ from pydantic import Field, Strict
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, Positive, SceneTime, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
-from tauto_core.ship.motion_kind import sampled
+from tauto_core.ship.motions import sampled
 from tauto_core.ship.sections import Heading
-from tauto_core.ship.weather_kind import (
+from tauto_core.ship.weathers import (
     HIGHEST_M,
     LEAST_CHANGE_S,
     WeatherKind,
