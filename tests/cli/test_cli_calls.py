@@ -26,9 +26,6 @@ OF_THE_LINE = {
 WITHOUT_CALL = {
     'schema': 'prints a file, without options',
     **dict.fromkeys(ROS_COMMANDS, 'of another distribution'),
-    'axle': '',
-    'hull': '',
-    'logbook': '',
 }
 BY_HAND = {'scenes': ('scenes',)}
 """Calls of the commands that are not made of them."""

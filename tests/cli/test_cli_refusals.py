@@ -157,7 +157,7 @@ REFUSALS = {
     'hull': ('names no hull. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
     'hull --length 44': (
         '--length: ',
-        'needs --beam, --draught, --block beside it. ',
+        'needs --beam, --draught and --block beside it. ',
         'Give all four',
     ),
     'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),

@@ -9,7 +9,8 @@
 `load` reads a scene, `new_scene` writes one to start from, `check` checks one without sailing it.
 `sail` sails a scene, `replay` reads a bag, `budget` breaks a clock's rate down into its causes.
 `cam` returns a curve, and writes it as a drawing or a plate; `isochronism` gives its periods.
-`design` finds the missing number of a wheel's design, and `claims` checks Euler's papers.
+`design` finds the missing number of a wheel's design, `axle` moves a body on an axle, `hull` a
+ship in waves, `logbook` lists passages, and `claims` checks Euler's papers.
 `compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
 along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their
 pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`.
@@ -22,6 +23,7 @@ from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.api import (
+        axle,
         budget,
         cam,
         check,
@@ -31,8 +33,10 @@ if TYPE_CHECKING:
         cut,
         design,
         fleet,
+        hull,
         isochronism,
         load,
+        logbook,
         new_scene,
         plate,
         plot,
@@ -52,6 +56,7 @@ __all__ = [
     'TautoError',
     'Voyage',
     '__version__',
+    'axle',
     'budget',
     'cam',
     'check',
@@ -61,8 +66,10 @@ __all__ = [
     'cut',
     'design',
     'fleet',
+    'hull',
     'isochronism',
     'load',
+    'logbook',
     'new_scene',
     'plate',
     'plot',

@@ -560,6 +560,223 @@ def design(
     )
 
 
+def axle(
+    *,
+    depth: Quantity,
+    gyration_radius: Quantity,
+    support: str = 'plane',
+    support_radius: Quantity | None = None,
+    axle_radius: Quantity = 0.0,
+    contact: str = 'smooth',
+    friction: float | None = None,
+    release_tilt: Quantity = 0.0,
+    release_arc: Quantity | None = None,
+    push_speed: Quantity | None = None,
+    push_spin: Quantity = 0.0,
+    duration: Quantity = 2.0,
+    every: Quantity = 0.1,
+    gravity: Quantity = STANDARD_GRAVITY,
+) -> dict[str, Any]:
+    """Compute the motion of a body on a cylindrical axle.
+
+    The axle lies in a hollow, on a plane or on a convex support, or the body stands on the rockers
+    of a cradle. The motion is exact from any start, until the axle lifts off. Without friction,
+    Euler's case, there are two modes; an axle that rolls has one (§40).
+
+    Args:
+        depth: c: depth of the centre of gravity below the axle's centre, or that of the rockers
+            [m].
+        gyration_radius: k: radius of gyration about the centre of gravity [m].
+        support: concave, plane, convex or cradle.
+        support_radius: radius of the support [m]; left out: plane.
+        axle_radius: radius of the axle, or of the rockers [m].
+        contact: smooth, rolling or coulomb.
+        friction: coefficient of friction; with coulomb.
+        release_tilt: tilt of the body at the start [rad].
+        release_arc: arc of a smooth axle's centre at the start [m]; left out: that of the regular
+            motion.
+        push_speed: n: speed of the centre of gravity at the start [m/s] (§4).
+        push_spin: ν: angular velocity at the start [rad/s] (§4).
+        duration: length of the motion [s].
+        every: a row for each of these intervals [s].
+        gravity: acceleration of gravity [m/s2].
+
+    Returns:
+        Lengths and periods of small swings, with units in their names, and `rows` of the motion.
+
+    Raises:
+        UsageError: no such body, one that stays at rest, or arguments out of range.
+    """
+    from tauto_core.studies import axle_motion
+
+    sizes = {
+        'support_radius': (support_radius, 'm'),
+        'axle_radius': (axle_radius, 'm'),
+        'depth': (depth, 'm'),
+        'gyration_radius': (gyration_radius, 'm'),
+        'release_tilt': (release_tilt, 'rad'),
+        'release_arc': (release_arc, 'm'),
+        'push_speed': (push_speed, 'm/s'),
+        'push_spin': (push_spin, 'rad/s'),
+    }
+    keys = {
+        name: None if size is None else number(name, size, unit)
+        for name, (size, unit) in sizes.items()
+    }
+    return axle_motion(
+        {'support': support, 'contact': contact, 'friction': friction, **keys},
+        number('gravity', gravity, 'm/s2'),
+        number('duration', duration, 's'),
+        number('every', every, 's'),
+    )
+
+
+def hull(
+    *,
+    shape: str | None = None,
+    mesh: File | None = None,
+    length: Quantity | None = None,
+    beam: Quantity | None = None,
+    draught: Quantity | None = None,
+    block: float | None = None,
+    roll_period: Quantity | None = None,
+    roll_damping: float = 0.08,
+    speed: Quantity = 0.0,
+    out: File | None = None,
+    plot: Files = (),
+    progress: Progress | None = None,
+) -> dict[str, Any]:
+    """Find how a hull moves in waves, and its cost to a clock.
+
+    The cost is given by heading and place. Boundary elements solve for the water about her
+    (capytaine, the extra `hull`); a built-in shape needs no extra. `length` beside `shape` scales
+    it. `plot` draws her operators: all six motions by the period of the waves.
+
+    Args:
+        shape: a shape that comes with Tauto: sloop, deptford, ketch, yacht.
+        mesh: or a mesh: x forward, z up from the waterline, in metres.
+        length: or a parametric form: length of the waterline [m],
+        beam: its beam [m],
+        draught: its draught without keel [m]
+        block: and block coefficient.
+        roll_period: natural period of her roll [s]; 3.1 √beam if left out.
+        roll_damping: damping ratio of her roll besides the waves.
+        speed: her speed [m/s].
+        out: write the coefficients (.npz); replaces the file.
+        plot: draw it as .svg, .png or .pdf; replaces the file.
+        progress: see above.
+
+    Returns:
+        The object of `tauto hull --json`: the `hull`, the `ship`, her `operators`, the `sea` and
+        `rates_s_per_day` of a clock by heading and place.
+
+    Raises:
+        UsageError: no hull, or several; arguments out of range.
+        TautoError: the extra is missing, or a file cannot be read or written.
+    """
+    from tauto_core.studies import hull_in_waves
+
+    lengths = {'length': length, 'beam': beam, 'draught': draught}
+    sizes = {
+        name: None if size is None else number(name, size, 'm') for name, size in lengths.items()
+    }
+    return hull_in_waves(
+        shape,
+        None if mesh is None else path('mesh', mesh),
+        {**sizes, 'block': None if block is None else number('block', block)},
+        roll_period=None if roll_period is None else number('roll_period', roll_period, 's'),
+        roll_damping=number('roll_damping', roll_damping),
+        speed=number('speed', speed, 'm/s'),
+        out=None if out is None else path('out', out),
+        plots=_plots(plot),
+        progress=progress,
+    )
+
+
+def logbook(
+    log: File,
+    *,
+    passage: str | None = None,
+    scene: File | Scene = 'portsmouth_jamaica',
+    harbour_days: Quantity = 14.0,
+    winds: File | None = None,
+    out: File | None = None,
+    plot: Files = (),
+    progress: Progress | None = None,
+) -> list[dict[str, Any]] | str:
+    """List the passages of a log-book, or write a scene of one.
+
+    Doubtful entries are listed, and `plot` draws the tracks on a map. A passage that cannot be
+    sailed is named with its row and the reason.
+
+    Args:
+        log: log-book: our columns, CLIWOC, or a track in GPX.
+        passage: write a scene that sails this passage.
+        scene: scene whose machine, ship and navigator sail it.
+        harbour_days: days in harbour before the first entry [d], which the log does not hold.
+        winds: for a track: CSV of utc, wind_from_deg, wind_mps.
+        out: file of the scene; else printed.
+        plot: draw it as .svg, .png or .pdf; replaces the file.
+        progress: see above.
+
+    Returns:
+        The `passages` of `tauto logbook --json`; with `passage` the scene as YAML.
+
+    Raises:
+        UsageError: no such file or passage, or arguments that do not go together.
+        SceneError: a passage that cannot be sailed.
+    """
+    from tauto_core.scene.tables import missing_file
+    from tauto_core.ship.logbook import passage_facts, read_passages
+
+    files = {'log': log, 'winds': winds}
+    named = {name: str(path(name, file)) for name, file in files.items() if file is not None}
+    for file in named.values():
+        for found in missing_file('FILE', file, folders=True):
+            raise UsageError(f'{file}: {found.problem}. {found.remedy}')
+    drawn, wind = _plots(plot), named.get('winds')
+    if passage is not None:
+        if drawn:
+            all_of_them = ': draws all passages. Leave out ', Argument('passage'), ', or this'
+            raise UsageError(Argument('plot', drawn[0]), *all_of_them)
+        days = number('harbour_days', harbour_days, 'd')
+        return _scene_of_passage(named['log'], passage, scene, days, wind, out)
+    if out is not None:
+        is_scene = ': is the file of a scene. Name a passage with ', Argument('passage')
+        raise UsageError(Argument('out', out), *is_scene)
+    rows, passages = [], []
+    for each in read_passages(named['log'], winds=wind, progress=progress):
+        rows.append(passage_facts(each))
+        if drawn:  # only a map needs all entries at once
+            passages.append(each)
+    if passages:
+        from tauto_core.plots.tracks import draw_passages
+
+        for picture in drawn:
+            draw_passages(passages, picture)
+    return rows
+
+
+def _scene_of_passage(
+    log: str, name: str, scene: File | Scene, days: float, winds: str | None, out: File | None
+) -> str:
+    """Return the scene of a passage, after it has been checked, and write it to a file."""
+    from tauto_core.files import check_place, write_whole
+    from tauto_core.scene.loader import parse_scene, scene_yaml, write_mapping
+    from tauto_core.ship.logbook import scene_of_passage, sound_passage
+
+    if out is not None:
+        if not str(out).endswith(('.yaml', '.yml')):
+            raise UsageError(Argument('out', out), ': must end in .yaml. Name another file')
+        check_place(path('out', out), 'out')
+    found = sound_passage(log, name, winds=winds)
+    content = load(scene).model_dump(mode='json', exclude_none=True)
+    text = scene_yaml(parse_scene(write_mapping(scene_of_passage(content, found, days)), name))
+    if out is not None:
+        write_whole(Path(out), text.encode())
+    return text
+
+
 def claims(*, page: File | None = None, site: File | None = None) -> list[Claim]:
     """Check the claims of Euler's papers by computation.
 

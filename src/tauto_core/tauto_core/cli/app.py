@@ -20,7 +20,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
-from tauto_core.cli import axle, hull, logbook, scene, shown, voyages
+from tauto_core.cli import scene, shown, voyages
 from tauto_core.cli.calls import Command
 from tauto_core.cli.terminal import (
     Terminated,
@@ -263,10 +263,10 @@ ENTRIES: dict[str, Entry] = {
     'scenes': scene.scenes,
     'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
-    'axle': axle.axle,
+    'axle': Command(('axle',), shown.axle),
     'design': Command(('design',), shown.design),
-    'hull': hull.hull,
-    'logbook': logbook.logbook,
+    'hull': Command(('hull',), shown.hull, writes=('out', 'plot')),
+    'logbook': Command(('logbook',), shown.logbook),
     'budget': Command(('budget',), shown.budget, has_scene=True, warns=True, writes=('out',)),
     'compare': Command(('compare',), shown.comparison),
     'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=voyages.fleet),

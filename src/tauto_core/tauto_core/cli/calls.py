@@ -257,16 +257,18 @@ _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'Quantity': (str, _number_or_text, 'SIZE'),
     'Range': (str, None, 'A..B'),
 }
-_PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'clocks': 'SCENE…'}
+_PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'log': 'FILE', 'clocks': 'SCENE…'}
 """Arguments that stand without a name, by their metavars."""
 _METAVARS = {
     'passage': 'ID',
     'scheduler': 'ADDRESS',
     **dict.fromkeys(('length_unit', 'weight_unit'), 'UNIT'),
     **dict.fromkeys(('ship', 'cam', 'thread', 'power', 'escapement'), 'KIND'),
+    **dict.fromkeys(('support', 'contact'), 'KIND'),
 }
 """Metavars that the type does not tell."""
-_SHORT = {'file': ('-o',)}
+_SHORT = {'new_scene': 'file', 'logbook': 'out'}
+"""Options that are `-o`, too, by call."""
 
 
 def _option(call: str, each: inspect.Parameter, shared: bool) -> inspect.Parameter:
@@ -282,7 +284,7 @@ def _option(call: str, each: inspect.Parameter, shared: bool) -> inspect.Paramet
             shown = f'{default:g}' if isinstance(default, float) else default
             words = f'{words.rstrip(".")}; default: {shown}'
         default = False if default is False else None
-    if not re.match(r'\w+,|and |its ', words):  # a list, or the rest of a sentence
+    if not re.match(r'\w+[,:]|and |its ', words):  # a list, or the rest of a sentence
         words = words[0].upper() + words[1:]
     words = _spelled(words, signature_of(call))
     if each.name in _PLACED:
@@ -293,7 +295,8 @@ def _option(call: str, each: inspect.Parameter, shared: bool) -> inspect.Paramet
     kind, parser, metavar = _kind(each.name, said, meanings(call)[each.name])
     default = None if default == () else default
     declared = typer.Option(
-        *(option(Argument(each.name)), *_SHORT.get(each.name, ())),
+        option(Argument(each.name)),
+        *(['-o'] if _SHORT.get(call) == each.name else []),
         metavar='DIR' if words.startswith('Folder') else _METAVARS.get(each.name, metavar),
         help=words,
         parser=parser,

@@ -14,7 +14,7 @@ import typer
 
 from tauto_core.cli.terminal import option, say
 from tauto_core.scene.errors import spelled
-from tauto_core.wording import counted, significant
+from tauto_core.wording import counted, place, printed, significant
 
 if TYPE_CHECKING:
     from tauto_core.bags import Recovered, Soundness
@@ -136,6 +136,58 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
         # Six digits: a micrometre in a metre, and 0.05 s/day of the period; --json has all.
         lines.append(f'{key.removesuffix(ending).replace("_", " "):14} {value / size:.6g} {unit}')
     return '\n'.join(lines)
+
+
+def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+    """Return lengths and periods of small swings, and the motion."""
+    if as_json:
+        return found
+    rows, lines = found['rows'], []
+    for name, length in found.items():
+        if isinstance(length, float) and name != 'ends_s':
+            words, _unit, unit = name.rpartition('_')
+            lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
+    heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')
+    for row in (heads, *([printed(each, '+z.6f') for each in row.values()] for row in rows)):
+        lines.append('  '.join(f'{cell:>10}' for cell in row))
+    if found['ends_s'] is not None:
+        say(f'after {found["ends_s"]:.6g} s {found["ends_why"]}')
+    return '\n'.join(lines)
+
+
+def hull(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+    """Return how a hull moves in waves, and her cost to a clock."""
+    if as_json:
+        return found
+    from tauto_core.cli.tables import hull_page
+
+    return [hull_page(found)]
+
+
+def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> Said | None:
+    """Return the passages of a log-book, or the scene of one, where no file is named."""
+    if isinstance(found, str):
+        return scene(found, as_json, {'file': given.get('out')})
+    if as_json:
+        return {'passages': found}
+    width = max([len(row['passage']) for row in found] + [7])
+    ends = [', '.join(place(*row[key]) for key in ('first_place', 'last_place')) for row in found]
+    way = max(map(len, [*ends, 'from, to']))
+    lines = [
+        f'{"passage":{width}}  first day   days  noons  wind   air  {"from, to":{way}}  '
+        'ship; what is doubtful'
+    ]
+    for row, between in zip(found, ends, strict=True):
+        told = [f'cannot be sailed: {each}' for each in row['problems']] or row['notes']
+        days = '' if row['days'] is None else f'{row["days"]:.1f}'
+        lines.append(
+            f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:5}  '
+            f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  {between:{way}}  '
+            + '; '.join([row['ship'] or '?', *told])
+        )
+    sound = sum(not row['problems'] for row in found)
+    last = f'{len(found)} passages, {sound} of them can be sailed: --passage ID writes a scene'
+    return '\n'.join([*lines, last])
 
 
 def budget(found: Budget, as_json: bool, _: Given) -> Said:

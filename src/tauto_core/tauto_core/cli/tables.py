@@ -690,3 +690,63 @@ def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
             + ', …'
             * (len(away) > 5)
         )
+
+
+# -----------------------------------------------------------------------------
+# A hull: her motions in waves, and her cost to a clock.
+
+
+def hull_page(facts: Facts) -> RenderableType:
+    """Return a hull as text: her sizes, her operators, and the rates."""
+    hull, ship = facts['hull'], facts['ship']
+    lines = (
+        f'{hull["name"]}: {hull["length_m"]:.3g} by {hull["beam_m"]:.3g} by '
+        f'{hull["draught_m"]:.3g} m, {hull["volume_m3"]:.4g} m3, block coefficient '
+        f'{hull["block_coefficient"]:.2f}',
+        f'{hull["source"]}; damping and exciting forces agree within '
+        f'{100.0 * hull["damping_off_by"]:.2g} %',
+        f'rolls in {ship["roll_period_s"]:.3g} s, damping {ship["roll_damping_ratio"]:g}: '
+        f'metacentric height {ship["metacentric_height_m"]:.2g} m, centre of gravity '
+        f'{printed(ship["centre_of_gravity_m"], "+.2g")} m from the waterline; '
+        f'{ship["speed_m_s"]:g} m/s',
+    )
+    peaks = _squared('largest motions, per metre of wave')
+    waves = (
+        name for motion in ('heave, m', 'roll, °', 'pitch, °') for name in (motion, 'wave, s')
+    )
+    for title in ('heading, °', *waves):
+        peaks.add_column(title, justify='right')
+    for each in facts['operators']:
+        at = {
+            name: '–' if (period := each[f'{name}_at_s']) is None else f'{period:.1f}'
+            for name in ('heave', 'roll', 'pitch')
+        }
+        peaks.add_row(
+            f'{math.degrees(each["heading_rad"]):.0f}',
+            *(f'{each["heave_m_per_m"]:.2f}', at['heave']),
+            *(f'{math.degrees(each["roll_rad_per_m"]):.1f}', at['roll']),
+            *(f'{math.degrees(each["pitch_rad_per_m"]):.1f}', at['pitch']),
+        )
+    sea = facts['sea']
+    height, period = sea['significant_wave_height_m'], sea['peak_period_s']
+    table = _squared(
+        f'a weight in a Bretschneider sea of {height} m, {period:g} s: s/day',
+        caption='heading: direction the waves run to, from the bow to port; 180 head seas',
+    )
+    parts = ('heave', 'athwart', 'fore_and_aft', 'kept_vertical', 'leaning_freely', 'pitching')
+    for title in (
+        *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
+        *('plane kept vertical', 'leaning freely', 'plane pitches with her'),
+    ):
+        table.add_column(title, justify='right')
+    for rate in facts['rates_s_per_day']:
+        table.add_row(
+            f'{math.degrees(rate["heading_rad"]):.0f}',
+            *(f'{rate["forward_m"]:.1f}', f'{rate["up_m"]:.1f}'),
+            *(printed(rate[part], 'z.1f') for part in parts),
+        )
+    return Group(*map(Text, lines), Text(''), peaks, Text(''), table)
+
+
+def _squared(title: str, caption: str | None = None) -> Table:
+    return WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)

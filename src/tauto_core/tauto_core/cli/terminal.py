@@ -46,13 +46,6 @@ def measured(unit: str) -> Callable[[str | float], float]:
     return number
 
 
-def takes(metavar: str, help_text: str, unit: str = '') -> Any:
-    """Return a declaration of typer; with a unit the option takes `5 mm` as well as a number."""
-    return typer.Option(metavar=metavar, help=help_text, parser=measured(unit) if unit else None)
-
-
-OptionalFloat: TypeAlias = float | None
-
 SceneName: TypeAlias = Annotated[
     str,
     typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
@@ -70,14 +63,17 @@ Anyway: TypeAlias = Annotated[
     bool,
     typer.Option('--anyway', help='Sail even machines and ships larger than any known.'),
 ]
-Duration: TypeAlias = Annotated[float | None, takes('S', 'Sail this long instead [s].', 's')]
+Duration: TypeAlias = Annotated[
+    float | None,
+    typer.Option(metavar='S', help='Sail this long instead [s].', parser=measured('s')),
+]
 Accuracy: TypeAlias = Annotated[
     float | None,
-    takes(
-        'S',
-        "Largest error of the reading for a day of the run [s]; replaces the scene's "
+    typer.Option(
+        metavar='S',
+        help="Largest error of the reading for a day of the run [s]; replaces the scene's "
         'solver.accuracy, solver.tolerance and ship.rate.',
-        's',
+        parser=measured('s'),
     ),
 ]
 Settings: TypeAlias = Annotated[

@@ -847,3 +847,45 @@ def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float
             table['utc'], table['wind_from_deg'], table['wind_mps'], airs, strict=True
         )
     ]
+
+
+INLAND_KM = 30.0
+"""Distance from the coast beyond which a place on land is reported: maps err by less [km]."""
+
+
+def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
+    """Return a passage as JSON: names with units, missing values as None."""
+    problems = [f'{each.key}: {each.problem}' for each in passage.problems()]
+    sound = not problems
+    return {
+        'passage': passage.name,
+        'ship': passage.ship,
+        'nation': passage.nation,
+        'from': passage.sailed_from,
+        'to': passage.bound_to,
+        'first_utc': passage.entries[0][0],
+        'last_utc': passage.entries[-1][0],
+        'days': passage.days if sound else None,
+        'entries': len(passage.entries),
+        'first_place': list(passage.entries[0][1:3]),
+        'last_place': list(passage.entries[-1][1:3]),
+        'wind_share': passage.share(4),
+        'air_share': passage.share(5),
+        'problems': problems,
+        'notes': [*passage.notes(), *_ashore(passage)] if sound else [],
+    }
+
+
+def _ashore(passage: LoggedPassage) -> list[str]:
+    """Return notes on entries that lie on land, and on a last one that does not reach it."""
+    from tauto_core.ship.coast import inland_km, no_landfall
+
+    far = [inland_km(*entry[1:3]) for entry in passage.entries]
+    rows = [index for index, km in enumerate(far) if km > INLAND_KM]
+    found = []
+    if rows:
+        where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
+        found.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
+    if (away := no_landfall(*passage.entries[-1][1:3])) is not None:
+        found.append(f'last entry {away}')
+    return found

@@ -1,0 +1,324 @@
+"""Studies without a voyage: a hull in waves, and a body on a cylindrical axle.
+
+Both return the object of `--json`; see `tauto_core.api`.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tauto_core.scene.errors import Argument, TautoWarning, UsageError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from tauto_core.machines.axle_pendulum import AxleClock
+    from tauto_core.ship.hull import Hull, HullCoefficients
+
+# -----------------------------------------------------------------------------
+# A hull: how she moves in waves, and her cost to a clock.
+
+HEIGHT_M, PERIOD_S = 2.5, 9.0
+"""The standard sea of the table: significant height and peak period of a Bretschneider sea."""
+HEADINGS_DEG = (180, 135, 90, 45, 0)
+SHAPE = Argument('shape')
+# Places of the clock, forward of amidships and over the waterline, as parts of the length.
+_PLACES = ((0.0, 0.0), (5.0 / 44.0, 1.0 / 44.0), (12.0 / 44.0, 3.0 / 44.0))
+
+
+def hull_in_waves(
+    shape: str | None,
+    mesh: Path | None,
+    sizes: Mapping[str, float | None],
+    *,
+    roll_period: float | None,
+    roll_damping: float,
+    speed: float,
+    out: Path | None,
+    plots: Sequence[Path],
+    progress: Callable[[float], None] | None,
+) -> dict[str, Any]:
+    """Return how a hull moves in waves, and her cost to a clock, as of `api.hull`."""
+    from tauto_core.files import check_place, write_figure
+    from tauto_core.ship import hull as hulls
+
+    if out is not None:
+        if out.suffix != '.npz':
+            raise UsageError(Argument('out', out), ': must end in .npz. Name another file')
+        check_place(out, 'out')
+    # refusals that need no coefficients come first: those take a minute
+    if not (math.isfinite(roll_damping) and 0.0 <= roll_damping < 1.0):
+        given = Argument('roll_damping', roll_damping, spaced=True)
+        raise UsageError(given, ': must lie in [0, 1). Leave it out')
+    if roll_period is not None and not 0.0 < roll_period < math.inf:
+        given = Argument('roll_period', roll_period, spaced=True)
+        raise UsageError(given, ': must be above 0 s. Leave it out')
+    found = _coefficients(shape, mesh, sizes, speed, roll_period, progress)
+    ship = hulls.Hull(
+        found,
+        roll_period=3.1 * math.sqrt(found.beam) if roll_period is None else roll_period,
+        roll_damping_ratio=roll_damping,
+    )
+    ship.check_speed(speed)
+    facts = _facts(ship, speed)
+    if out is not None:
+        found.save(out)
+        facts['path'] = str(out)
+    for path in plots:
+        write_figure(lambda: _drawn(ship, speed), path)
+    return facts
+
+
+def _listed(names: Iterable[str]) -> Iterator[str | Argument]:
+    """Yield arguments with commas and an `and` between, as parts of a message."""
+    words = list(names)
+    for place, name in enumerate(words):
+        if place:
+            yield ' and ' if place == len(words) - 1 else ', '
+        yield Argument(name)
+
+
+def _coefficients(
+    shape: str | None,
+    mesh: Path | None,
+    sizes: Mapping[str, float | None],
+    speed: float,
+    roll: float | None,
+    progress: Callable[[float], None] | None,
+) -> HullCoefficients:
+    """Return the coefficients of a hull given by shape, by mesh, or by its dimensions."""
+    import numpy as np
+
+    from tauto_core.ship import hull as hulls
+
+    given = [name for name, size in sizes.items() if size is not None]
+    if shape is not None:
+        if mesh is not None or set(given) - {'length'}:
+            others = _listed(('mesh', 'beam', 'draught', 'block'))
+            remedy = ': already has its proportions. Leave out ', *others, ', or ', SHAPE
+            raise UsageError(Argument('shape', shape), *remedy)
+        found = hulls.named_hull(shape)
+        length = sizes['length']
+        return found if length is None else found.scaled(length)
+    if mesh is not None:
+        if given:
+            remedy = ': has its own sizes. Leave out ', *_listed(given), ', or ', Argument('mesh')
+            raise UsageError(Argument('mesh', mesh), *remedy)
+        from tauto_core.ship import hull_bem
+
+        panels, name = hull_bem.read_mesh(mesh), mesh.stem
+    else:
+        if not given:
+            known = f' (one of {", ".join(hulls.SHAPES)}), '
+            four = *_listed(sizes), '.'
+            raise UsageError(
+                *('names no hull. Give ', SHAPE, known, Argument('mesh', 'FILE'), ', or ', *four)
+            )
+        missing = [name for name in sizes if name not in given]
+        if missing:
+            beside = ': needs ', *_listed(missing), ' beside it. Give all four'
+            raise UsageError(Argument(given[0]), *beside)
+        from tauto_core.ship import hull_bem
+
+        length, beam, draught, block = (size or 0.0 for size in sizes.values())
+        panels = hull_bem.form_mesh(hulls.Shape(length, beam, draught, block))
+        name = 'parametric form'
+    long, wide, _ = np.ptp(panels.vertices, axis=0)
+    hulls.check_froude(speed, float(long))
+    # no hull of such a beam rolls faster or slower, whatever her form
+    low, high = 1.8 * math.sqrt(wide), 30.0 * math.sqrt(wide)
+    if roll is not None and not low <= roll <= high:
+        between = f'must lie in [{low:.3g}, {high:.3g}] s for a beam of {wide:.3g} m'
+        raise UsageError(Argument('roll_period', roll, spaced=True), f': {between}. Leave it out')
+    words = 'boundary elements at 33 frequencies: half a minute to some minutes'
+    warnings.warn(words, TautoWarning, stacklevel=2)
+    return hull_bem.compute(panels, name, progress=progress)
+
+
+def _facts(ship: Hull, speed: float) -> dict[str, Any]:
+    """Return her operators, and the rates by heading and place."""
+    import numpy as np
+
+    from tauto_core.ship.hull import ClockPlace, rate_by_place
+    from tauto_core.ship.sea import bretschneider
+
+    hull = ship.coefficients
+    places = [ClockPlace(x * hull.length, 0.0, z * hull.length) for x, z in _PLACES]
+    headings = [math.radians(each) for each in HEADINGS_DEG]
+    omega = math.sqrt(ship.gravity / hull.length) * np.geomspace(0.1, 6.0, 2000)
+    peaks = []
+    for heading in headings:
+        size = np.abs(ship.response(omega, heading, speed).motions)
+        peak: dict[str, float | None] = {'heading_rad': heading}
+        for name, column, unit in (('heave', 2, 'm'), ('roll', 3, 'rad'), ('pitch', 4, 'rad')):
+            row = int(np.argmax(size[:, column]))
+            peak[f'{name}_{unit}_per_m'] = float(size[row, column])
+            # without a resonance it is largest in waves that are long without end
+            peak[f'{name}_at_s'] = float(2.0 * np.pi / omega[row]) if row else None
+        peaks.append(peak)
+    rates = rate_by_place(
+        ship,
+        lambda at: bretschneider(at, HEIGHT_M, PERIOD_S),
+        headings=headings,
+        places=places,
+        speed=speed,
+    )
+    radiated = hull.radiated_damping()
+    diagonal = np.arange(6)
+    own = hull.damping[:, diagonal, diagonal]
+    apart = np.abs(own - radiated[:, diagonal, diagonal]).max(axis=0) / own.max(axis=0)
+    return {
+        'hull': {
+            'name': hull.name,
+            'source': hull.source,
+            'length_m': hull.length,
+            'beam_m': hull.beam,
+            'draught_m': hull.draught,
+            'block_coefficient': hull.block,
+            'volume_m3': hull.volume,
+            'damping_off_by': float(apart.max()),
+        },
+        'ship': {
+            'roll_period_s': ship.roll_period,
+            'roll_damping_ratio': ship.roll_damping_ratio,
+            'metacentric_height_m': ship.gm,
+            'centre_of_gravity_m': ship.z_g,
+            'speed_m_s': speed,
+        },
+        'operators': peaks,
+        'sea': {
+            'spectrum': 'bretschneider',
+            'significant_wave_height_m': HEIGHT_M,
+            'peak_period_s': PERIOD_S,
+        },
+        'rates_s_per_day': [
+            {
+                'heading_rad': each.heading,
+                'forward_m': each.place.forward,
+                'up_m': each.place.up,
+                'heave': each.heave,
+                'athwart': each.athwart,
+                'fore_and_aft': each.fore_and_aft,
+                'kept_vertical': each.kept_vertical,
+                'leaning_freely': each.leaning_freely,
+                'pitching': each.pitching,
+            }
+            for each in rates
+        ],
+    }
+
+
+def _drawn(ship: Hull, speed: float) -> Figure:
+    """Draw the sizes of the six motions per metre of wave, by period and heading."""
+    import numpy as np
+
+    from tauto_core.plots.chart import Chart, Colour, Line, draw
+
+    unit = math.sqrt(ship.coefficients.length / ship.gravity)
+    period = unit * np.linspace(1.5, 12.0, 400)
+    headings: tuple[tuple[float, str, Colour], ...] = (
+        (180.0, 'head', 'blue'),
+        (135.0, 'bow', 'orange'),
+        (90.0, 'beam', 'green'),
+        (0.0, 'following', 'grey'),
+    )
+    found = [
+        (
+            f'{name}, {degrees:g}°',
+            colour,
+            np.abs(ship.response(math.tau / period, math.radians(degrees), speed).motions),
+        )
+        for degrees, name, colour in headings
+    ]
+    panels: Chart | None = None
+    for column, motion in reversed(
+        list(enumerate(('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')))
+    ):
+        size = 1.0 if column < 3 else math.degrees(1.0)
+        panels = Chart(
+            title='motions per metre of wave',
+            x_label='period of the waves, s',
+            y_label=f'{motion}, {"m" if column < 3 else "°"}/m',
+            lines=[
+                Line(name if column == 0 else '', period, size * each[:, column], colour)
+                for name, colour, each in found
+            ],
+            below=panels,
+        )
+    assert panels is not None
+    under_way = f' at {speed:g} m/s' if speed else ''
+    hull = ship.coefficients
+    return draw(panels, f'{hull.name}, {hull.length:.3g} m{under_way}')
+
+
+# -----------------------------------------------------------------------------
+# A body on a cylindrical axle: its lengths, and its motion from any start.
+
+MOST_ROWS = 10_000
+
+
+def axle_motion(
+    keys: Mapping[str, Any], gravity: float, duration: float, every: float
+) -> dict[str, Any]:
+    """Return the lengths and the motion of a body; `keys` are of a scene's regulator."""
+    from pydantic import ValidationError
+
+    from tauto_core.machines.axle_pendulum import AxleRegulator
+    from tauto_core.motion.axle import axle_table
+
+    try:
+        body = AxleRegulator(kind='axle', **keys)
+    except ValidationError as error:
+        first = error.errors()[0]
+        given = Argument(str(first['loc'][0]), repr(first['input']), spaced=True)
+        raise UsageError(given, f': {first["msg"]}; give another') from None
+    for problem in body.problems({}, 'still', still=True):
+        given = Argument(problem.key.removeprefix('regulator.'))
+        raise UsageError(given, f': {problem.problem}. {problem.remedy}')
+    for name, value in (('gravity', gravity), ('duration', duration), ('every', every)):
+        if not 0.0 < value < math.inf:
+            given = Argument(name, repr(value), spaced=True)
+            raise UsageError(given, ': must be above 0 and finite; give another')
+    if duration / every > MOST_ROWS:
+        rows = f': makes more than {MOST_ROWS} rows of {duration!r} s; give a longer interval'
+        raise UsageError(Argument('every', repr(every), spaced=True), rows)
+    clock = body.clock(gravity)
+    table = axle_table(clock, duration, every)
+    columns = {
+        name: values.tolist() for name, values in asdict(table).items() if name[:5] != 'ends_'
+    }
+    return {
+        **body_lengths(clock),
+        'ends_s': table.ends_s,
+        'ends_why': table.ends_why or None,
+        'rows': [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
+    }
+
+
+def body_lengths(clock: AxleClock) -> dict[str, float | None]:
+    """Return the lengths and periods of small swings, and the shapes of the modes.
+
+    Names end in the unit. An axle that rolls has one length; a mode that drifts has none.
+    """
+    if clock.contact != 'smooth':
+        length = clock.lengths[0]
+        period = math.tau * math.sqrt(length / clock.body.gravity) if length > 0.0 else None
+        return {'length_m': length, 'period_s': period}
+    modes, found = clock.body.modes, {}
+    shapes = modes.tilt_per_arc
+    for name, length, shape in (('b', modes.b, shapes[0]), ('b_prime', modes.b_prime, shapes[1])):
+        finite = math.isfinite(length)
+        found[f'{name}_m'] = length if finite else None
+        found[f'{name}_period_s'] = (
+            math.tau * math.sqrt(length / clock.body.gravity) if finite and length > 0.0 else None
+        )
+        # φ : s, which a plane has too
+        found[f'{name}_tilt_per_arc_rad/m'] = shape if math.isfinite(shape) else None
+    return found
