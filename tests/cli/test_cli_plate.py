@@ -164,49 +164,15 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
         assert flag == str(int(bulge < 0.0))
 
 
-def test_a_plate_larger_than_the_paper_has_sheets_that_join(tmp_path: Path) -> None:
-    """Each cross of a sheet is that of its neighbour, and together they hold the whole plate."""
-    paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
-    large = ('cam', '--plate', 'measured', '--set', 'trochlea.cam.base_radius=0.15')
-    run(*large, '--template', paper, '--dxf', dxf)
-    space = {'svg': 'http://www.w3.org/2000/svg'}
-    sheets = sorted(tmp_path.glob('paper_*.svg'))
-    assert [file.stem[-2:] for file in sheets] == [f'{r}{c}' for r in 'ABC' for c in '1234']
-    assert f'{len(sheets)} sheets' in paper.read_text(encoding='utf-8')
-    (outline,) = readfile(dxf).modelspace().query('LWPOLYLINE[layer=="PLATE"]')
-    flat = np.array([tuple(p)[:2] for p in dxf_path.make_path(outline).flattening(0.01)])
-    held, crosses = np.zeros(len(flat), bool), []
-    for file in sheets:
-        root = ET.fromstring(file.read_text(encoding='utf-8'))
-        assert (root.attrib['width'], root.attrib['viewBox']) == ('210mm', '0 0 210 297')
-        check = root.find(".//svg:path[@id='CHECK']", space)
-        assert check is not None
-        assert check.attrib['d'].endswith('h100')
-        clip = root.find('.//svg:clipPath/svg:rect', space)
-        placed = root.find('.//svg:g[@clip-path]/svg:g', space)
-        assert clip is not None
-        assert placed is not None
-        across, down = map(float, re.findall(r'-?[\d.]+', placed.attrib['transform']))
-        left, top = float(clip.attrib['x']) - across, down - float(clip.attrib['y'])
-        right, bottom = left + float(clip.attrib['width']), top - float(clip.attrib['height'])
-        x, y = flat.T
-        held |= (left < x) & (x < right) & (bottom < y) & (y < top)
-        for mark in root.iterfind(".//svg:path[@class='JOIN']", space):
-            x0, y0 = map(float, re.findall(r'-?[\d.]+', mark.attrib['d'])[:2])
-            crosses.append((round(x0 + 4.0 - across, 3), round(down - y0, 3)))
-    assert held.all()
-    # 3 × 3 joins of columns and 2 × 4 of rows, two crosses each, each on two sheets
-    assert len(crosses) == 2 * len(set(crosses)) == 4 * (9 + 8)
-
-
-def test_a_plate_of_too_many_sheets_is_refused_before_anything_is_written(
+def test_a_plate_larger_than_the_paper_is_refused_before_anything_is_written(
     tmp_path: Path,
 ) -> None:
     paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
-    large = ['cam', '--plate', 'measured', '--set', 'trochlea.cam.base_radius=2']
+    large = ['cam', 'measured', '--set', 'trochlea.cam.base_radius=0.15']
     result = CliRunner().invoke(app, [*large, '--template', str(paper), '--dxf', str(dxf)])
     assert result.exit_code == 2
-    assert re.search(r'mm needs 1,\d+ sheets of A4, and 100 are the most', result.stderr)
+    assert 'mm is larger than the 180 × 177 mm of a sheet of A4' in result.stderr
+    assert 'Print the drawing to scale, --svg, in parts' in result.stderr
     assert not list(tmp_path.iterdir())
 
 

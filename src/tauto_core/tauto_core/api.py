@@ -423,7 +423,7 @@ def cam(
         csv: write the points of the outline, of both cheeks or branches.
         svg: draw it to scale, the plate if there is one.
         dxf: draw it for the workshop; of a plate its arcs and the path of the cutter.
-        template: draw the plate on A4 (.svg), a large one on several sheets.
+        template: draw the plate to scale on a sheet of A4 (.svg).
         step: write wheel, cheeks and axle as solids.
         stl: folder for wheel.stl, cheeks.stl and axle.stl.
         plate: close both cheeks into a plate; `template` and solids do.

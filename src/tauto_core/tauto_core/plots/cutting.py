@@ -234,7 +234,8 @@ def outline_of(
         drawing = plate.drawing()
         # refusals of any file come before the first is written
         if 'template' in files:
-            written += write_template(files['template'], plate)
+            write_template(files['template'], plate)
+            written.append(files['template'])
         if 'step' in files or 'stl' in files:
             from tauto_core.plots.solids import THICKNESS_MM, write_solids
 
@@ -731,7 +732,7 @@ def plate_of(
 
 
 # -----------------------------------------------------------------------------
-# The paper template: one sheet, or a plan and a sheet for each part.
+# The paper template, on one sheet.
 
 PAPER_MM = (210.0, 297.0)
 MARGIN_MM = 15.0
@@ -740,172 +741,66 @@ CHECK_MM = 100.0
 _WORDS_MM, _LINE_MM = 90.0, 5.0
 _LETTERS = 88
 
-OVERLAP_MM, _FOOT_MM = 10.0, 24.0
-"""How far the parts of a larger template overlap, and space for the line at the foot of each."""
 
-MOST_SHEETS = 100
+def write_template(path: Path, made: ScenePlate) -> None:
+    """Write a plate to scale on a sheet of A4, with a line to check the print.
 
-
-def write_template(path: Path, made: ScenePlate) -> list[Path]:
-    """Write a plate to scale on A4, with a line to check the print; return the files.
-
-    A plate that does not fit on a sheet has a sheet for each part beside the file, `NAME_A1.svg`
-    and so on by row and column, which overlap; the file itself is the plan of them, with the
-    words. Files are replaced.
-
-    UsageError: a plate that needs more than `MOST_SHEETS`, before anything is written.
+    A file that exists is replaced. UsageError: a plate larger than the sheet.
     """
     plate = made.plate
     x, y = plate.outline.polygon(1e-3)
-    width, height = float(np.ptp(x)), float(np.ptp(y))
-    middle = 0.5 * float(np.max(x) + np.min(x)), 0.5 * float(np.max(y) + np.min(y))
-    # the thread at rest, from beyond the plate on
-    top = float(np.max(y)) + 3.0
-    thread = f'<path d="M0 {-top:.4f}v-8m-1.2 2.4l1.2 -2.4l1.2 2.4"/>'
+    size = width, height = float(np.ptp(x)), float(np.ptp(y))
+    room = (PAPER_MM[0] - 2.0 * MARGIN_MM, PAPER_MM[1] - 2.0 * MARGIN_MM - _WORDS_MM)
+    if any(length > most for length, most in zip(size, room, strict=True)):
+        raise UsageError(
+            Argument('template', path, spaced=True),
+            f': the plate of {width:.4g} × {height:.4g} mm is larger than the {room[0]:g} × '
+            f'{room[1]:g} mm of a sheet of A4. Print the drawing to scale, ',
+            Argument('svg'),
+            ', in parts, or give a smaller ',
+            Argument('reach_rad'),
+        )
+    # y points down on paper; the thread at rest is drawn from beyond the plate on
+    across = 0.5 * (PAPER_MM[0] - float(np.max(x) + np.min(x)))
+    down = MARGIN_MM + 0.5 * (room[1] + float(np.max(y) + np.min(y)))
     crosses = ''.join(
         f'<path d="M{hole.x - arm:.4f} {-hole.y:.4f}h{2.0 * arm:.4f}'
         f'M{hole.x:.4f} {-hole.y - arm:.4f}v{2.0 * arm:.4f}"/>\n'
         for hole in plate.holes
         for arm in [1.6 * hole.radius]
     )
-    edges = Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes)
-
-    def placed(at: tuple[float, float], pen: float = 1.0) -> str:
-        """Return the plate so that its middle lies at a place on the paper."""
-        across, down = at[0] - middle[0], at[1] + middle[1]
-        return (
-            f'<g transform="translate({across:.6f} {down:.6f})">\n{edges.shapes(pen)}\n'
-            f'<g stroke="{_BLUE}" stroke-width="{0.1 * pen:.4g}">\n{crosses}{thread}\n</g>\n</g>'
-        )
-
-    room = (PAPER_MM[0] - 2.0 * MARGIN_MM, PAPER_MM[1] - 2.0 * MARGIN_MM - _WORDS_MM)
     ruler = PAPER_MM[1] - MARGIN_MM - _WORDS_MM + 14.0
     words = [
         line
         for text in made.words(tool=False)
         for line in textwrap.wrap(text, _LETTERS, subsequent_indent='  ')
     ]
+    said = 'Print at 100 %. The arrow points along the thread at rest.'
     texts = [(ruler + 16.0 + _LINE_MM * row, line) for row, line in enumerate(words)]
-    heading = f'{made.name}: the plate of the cam, 1:1'
-    center = (0.5 * PAPER_MM[0], MARGIN_MM + 0.5 * room[1])
-    if width <= room[0] and height <= room[1]:
-        print_it = 'Print at 100 %. The arrow points along the thread at rest.'
-        body = placed(center)
-        page = _sheet(heading, [(MARGIN_MM + 10.0, print_it), *texts], body, ruler)
-        write_output(path, page)
-        return [path]
-    part = (room[0], PAPER_MM[1] - 2.0 * MARGIN_MM - _FOOT_MM)
-    columns, rows = (
-        math.ceil((size + 8.0 - OVERLAP_MM) / (whole - OVERLAP_MM))
-        for size, whole in zip((width, height + 24.0), part, strict=True)
+    lines = '\n'.join(
+        f'<text x="{MARGIN_MM}" y="{at}">{escape(line)}</text>'
+        for at, line in [(MARGIN_MM + 10.0, said), *texts]
     )
-    if columns * rows > MOST_SHEETS:
-        raise UsageError(
-            Argument('template', path, spaced=True),
-            f': the plate of {width:.4g} × {height:.4g} mm needs {columns * rows:,} sheets of A4, '
-            f'and {MOST_SHEETS} are the most. Give a smaller ',
-            Argument('reach_rad'),
-            ', or have the DXF printed',
-        )
-    sheets = [(row, column) for row in range(rows) for column in range(columns)]
-    files = {sheet: path.with_name(f'{path.stem}_{_name(*sheet)}.svg') for sheet in sheets}
-    advance = tuple(whole - OVERLAP_MM for whole in part)
-    for row, column in sheets:
-        # the middle of this part, from that of all of them; y points down on paper
-        right = (column - 0.5 * (columns - 1)) * advance[0]
-        down = (row - 0.5 * (rows - 1)) * advance[1]
-        at = (0.5 * PAPER_MM[0] - right, MARGIN_MM + 0.5 * part[1] - down)
-        body = (
-            f'<clipPath id="part"><rect x="{MARGIN_MM:g}" y="{MARGIN_MM:g}" width="{part[0]:g}" '
-            f'height="{part[1]:g}"/></clipPath>\n'
-            f'<g clip-path="url(#part)">\n{placed(at)}\n</g>\n'
-            f'{_joins(part, (row, column), (rows, columns))}'
-        )
-        foot = PAPER_MM[1] - MARGIN_MM - _FOOT_MM + 8.0
-        said = (
-            f'{made.name}, sheet {files[row, column].stem}; the last is {files[sheets[-1]].stem}. '
-            'Print at 100 %. Crosses of the same letter lie upon each other.'
-        )
-        page = _sheet('', [(foot + 11.0, said)], body, foot)
-        write_output(files[row, column], page)
-    # the plan: all parts on one sheet, smaller
-    scale = min(
-        room[0] / (columns * advance[0] + OVERLAP_MM),
-        (room[1] - 16.0) / (rows * advance[1] + OVERLAP_MM),
-    )
-    frames = [
-        f'<rect x="{(column - 0.5 * columns) * advance[0] - 0.5 * OVERLAP_MM:.3f}" '
-        f'y="{(row - 0.5 * rows) * advance[1] - 0.5 * OVERLAP_MM:.3f}" width="{part[0]:g}" '
-        f'height="{part[1]:g}" stroke="#888" stroke-width="{0.2 / scale:.3f}"/>'
-        f'<text x="{(column + 0.5 - 0.5 * columns) * advance[0]:.3f}" '
-        f'y="{(row + 0.5 - 0.5 * rows) * advance[1]:.3f}" font-family="sans-serif" '
-        f'font-size="{6.0 / scale:.3f}" text-anchor="middle" fill="#888" stroke="none">'
-        f'{_name(row, column)}</text>'
-        for row, column in sheets
-    ]
-    small = (
-        f'<g transform="translate({center[0]} {center[1] + 8.0}) scale({scale:.6f})" '
-        f'stroke-width="{0.15 / scale:.4f}">\n{chr(10).join(frames)}\n'
-        f'{placed((0.0, 0.0), 1.0 / scale)}\n</g>'
-    )
-    first, last = files[sheets[0]].name, files[sheets[-1]].name
-    plan = f'Plan of {len(sheets)} sheets, {first} to {last}; the plate is 1:1 on those.'
-    heading = f'{made.name}: the plate of the cam, {width:.4g} × {height:.4g} mm'
-    page = _sheet(heading, [(MARGIN_MM + 10.0, plan), *texts], small, ruler)
-    write_output(path, page)
-    return [path, *files.values()]
-
-
-def _name(row: int, column: int) -> str:
-    """Return the name of a part: its row by letter, its column by number."""
-    return f'{chr(ord("A") + row)}{column + 1}'
-
-
-def _joins(part: tuple[float, float], sheet: tuple[int, int], count: tuple[int, int]) -> str:
-    """Return the middles of the overlaps with other parts, each with two crosses by letter."""
-    left, top = MARGIN_MM, MARGIN_MM
-    right, bottom = left + part[0], top + part[1]
-    half = 0.5 * OVERLAP_MM
-    marks: list[str] = []
-    for along, here in enumerate(sheet):
-        for side in (-1, 1):
-            if not 0 <= here + side < count[along]:
-                continue
-            # a join of columns is a line down the sheet, one of rows a line across
-            edge = (bottom, right)[along] - half if side > 0 else (top, left)[along] + half
-            ends = ((left, right), (top, bottom))[along]
-            line = f'M{left} {edge}H{right}' if along == 0 else f'M{edge} {top}V{bottom}'
-            marks.append(f'<path d="{line}" stroke-dasharray="3 2"/>')
-            before = here + min(side, 0)
-            for share in (0.25, 0.75):
-                there = ends[0] + share * (ends[1] - ends[0])
-                x, y = (there, edge) if along == 0 else (edge, there)
-                letter = 'abcdefghijklmnopqrstuvwxyz'[(2 * before + (share > 0.5)) % 26]
-                marks.append(
-                    f'<path class="JOIN" d="M{x - 4} {y}h8M{x} {y - 4}v8"/><circle cx="{x}" '
-                    f'cy="{y}" r="2"/><text x="{x + 3}" y="{y - 1.5}" font-family="sans-serif" '
-                    f'font-size="3.2" fill="#1f77b4" stroke="none">{letter}</text>'
-                )
-    return f'<g stroke="#1f77b4">{"".join(marks)}</g>'
-
-
-def _sheet(heading: str, texts: list[tuple[float, str]], body: str, ruler: float) -> bytes:
-    """Return a sheet of A4 with a heading, lines at heights [mm], a body, and a line to check."""
     begin = 0.5 * (PAPER_MM[0] - CHECK_MM)
     ticks = ''.join(
         f'M{begin + at} {ruler}v{-4 if at % 50 == 0 else -2.5 if at % 10 == 0 else -1.5}'
         for at in range(0, int(CHECK_MM) + 1, 5)
     )
-    lines = [f'<text x="{MARGIN_MM}" y="{y}">{escape(line)}</text>' for y, line in texts]
+    heading = f'{made.name}: the plate of the cam, 1:1'
     page = f"""<g font-family="sans-serif" font-size="3.2" fill="black">
 <text x="{MARGIN_MM}" y="{MARGIN_MM + 4.0}" font-size="5">{escape(heading)}</text>
 <text x="{0.5 * PAPER_MM[0]}" y="{ruler + 6.0}" text-anchor="middle">{CHECK_MM:g} mm: measure \
 this line before cutting</text>
-{chr(10).join(lines)}
+{lines}
 </g>
 <g fill="none" stroke="black" stroke-width="0.15">
 <path id="CHECK" d="M{begin} {ruler}h{CHECK_MM:g}"/>
 <path d="{ticks}"/>
-{body}
+<g transform="translate({across:.6f} {down:.6f})">
+{Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes).shapes()}
+<g stroke="{_BLUE}" stroke-width="0.1">
+{crosses}<path d="M0 {-float(np.max(y)) - 3.0:.4f}v-8m-1.2 2.4l1.2 -2.4l1.2 2.4"/>
+</g>
+</g>
 </g>"""
-    return svg_document(heading or texts[0][1], (0.0, 0.0, *PAPER_MM), page)
+    write_output(path, svg_document(heading, (0.0, 0.0, *PAPER_MM), page))
