@@ -111,6 +111,11 @@ else:
     ]
 
 
+def as_written(named: str | Section | None) -> object:
+    """Return a name, or the numbers of a section without those left out, as a scene has them."""
+    return named.model_dump(exclude_none=True) if isinstance(named, Section) else named
+
+
 def material(named: str | Material | None) -> Material:
     """Return a material by its name or numbers; one that does not change where none is given."""
     if named is None:

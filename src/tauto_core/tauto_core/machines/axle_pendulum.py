@@ -27,8 +27,10 @@ from tauto_core.curves.numerics import integrate
 from tauto_core.machines.parts import (
     InPlaceOfWheel,
     Isochronism,
+    beside_regulator,
     checked_amplitudes,
     rate_s_per_day,
+    wrong,
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, TautoError, UsageError
@@ -606,66 +608,67 @@ class AxleRegulator(Section):
     ) -> Iterator[Problem]:
         """Yield its problems, and the sections that cannot stand beside it."""
         del ship
-        why = {
-            'trochlea': 'a scene has one regulator',
-            'drag': 'nothing but its support acts on the body',
-            'escapement': 'nothing drives a body on an axle',
-            'suspension': 'its support is fixed to the ship',
-        }
-        for key, section in others.items():
-            if section is not None:
-                remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
-                yield Problem(key, ABSENT, f'does not go with regulator: {why[key]}', remedy)
-        curved = self.support in ('concave', 'convex')
-        if (self.support_radius is None) == curved and self.support != 'cradle':
-            yield Problem(
+        yield from beside_regulator(
+            others,
+            {
+                'trochlea': 'a scene has one regulator',
+                'drag': 'nothing but its support acts on the body',
+                'escapement': 'nothing drives a body on an axle',
+                'suspension': 'its support is fixed to the ship',
+            },
+        )
+        curved, slips = self.support in ('concave', 'convex'), self.friction is not None
+        contact = f'does not go with regulator.contact {self.contact}'
+        yield from wrong(
+            (
+                (self.support_radius is None) == curved and self.support != 'cradle',
                 'regulator.support_radius',
                 ABSENT if curved else self.support_radius,
                 'is missing' if curved else 'does not go with regulator.support plane',
                 'Give the radius of the support [m].'
                 if curved
                 else 'Leave it out, or use support concave or convex.',
-            )
-        if self.support == 'cradle' and self.axle_radius == 0.0:
-            yield Problem(
+            ),
+            (
+                self.support == 'cradle' and self.axle_radius == 0.0,
                 'regulator.axle_radius',
                 self.axle_radius,
                 'is the radius of the rockers of a cradle, and must be above 0',
                 'Give the radius of the rockers [m].',
-            )
-        if (self.friction is None) == (self.contact == 'coulomb'):
-            missing = self.friction is None
-            yield Problem(
+            ),
+            (
+                slips != (self.contact == 'coulomb'),
                 'regulator.friction',
-                ABSENT if self.friction is None else self.friction,
-                'is missing with regulator.contact coulomb'
-                if missing
-                else f'does not go with regulator.contact {self.contact}',
-                'Give a coefficient of friction, such as 0.2.'
-                if missing
-                else 'Leave it out, or use contact coulomb.',
-            )
-        for key in ('release_arc', 'push_speed'):
-            value = getattr(self, key)
-            if value is not None and (
-                self.contact == 'rolling' or (self.contact == 'coulomb' and key == 'release_arc')
-            ):
-                yield Problem(
+                self.friction if slips else ABSENT,
+                contact if slips else 'is missing with regulator.contact coulomb',
+                'Leave it out, or use contact coulomb.'
+                if slips
+                else 'Give a coefficient of friction, such as 0.2.',
+            ),
+            *(
+                (
+                    value is not None and self.contact in contacts,
                     f'regulator.{key}',
                     value,
-                    f'does not go with regulator.contact {self.contact}: an axle that rolls moves '
-                    'as the body turns',
+                    f'{contact}: an axle that rolls moves as the body turns',
                     'Leave it out, or use contact smooth.',
                 )
-        if still and not (
-            self.release_tilt or self.release_arc or self.push_speed or self.push_spin
-        ):
-            yield Problem(
+                for key, value, contacts in (
+                    ('release_arc', self.release_arc, ('rolling', 'coulomb')),
+                    ('push_speed', self.push_speed, ('rolling',)),
+                )
+            ),
+            (
+                still
+                and not (
+                    self.release_tilt or self.release_arc or self.push_speed or self.push_spin
+                ),
                 'regulator.release_tilt',
                 self.release_tilt,
                 'leaves the body at rest for ever on a ship that lies still',
                 'Release it at a tilt other than 0 rad, or give a push_spin.',
-            )
+            ),
+        )
 
     @property
     def released_at(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
@@ -14,10 +14,37 @@ from tauto_core.curves.cam import Pull
 from tauto_core.curves.numerics import gauss_rule
 from tauto_core.machines.heat import OILS, NamedOil
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import Problem, UsageError
+from tauto_core.scene.errors import ABSENT, Problem, UsageError
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
 from tauto_core.scene.times import DAY_S
 from tauto_core.wording import printed
+
+# -----------------------------------------------------------------------------
+# What a scene says is wrong with its parts.
+
+
+def wrong(*checks: tuple[object, str, object, str, str]) -> Iterator[Problem]:
+    """Yield the problems that are there: whether it is, key, value, problem and remedy of each."""
+    for is_there, key, value, problem, remedy in checks:
+        if is_there:
+            yield Problem(key, value, problem, remedy)
+
+
+def beside_regulator(others: Mapping[str, object], why: Mapping[str, str]) -> Iterator[Problem]:
+    """Yield the sections that cannot stand beside a regulator in place of a wheel."""
+    return wrong(
+        *(
+            (
+                section is not None,
+                key,
+                ABSENT,
+                f'does not go with regulator: {why[key]}',
+                f'Leave out {key}, or take a trochlea instead of the regulator.',
+            )
+            for key, section in others.items()
+        )
+    )
+
 
 # -----------------------------------------------------------------------------
 # The base of regulators that stand in place of a wheel.
@@ -322,8 +349,9 @@ class EscapementKind(Kind):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""
-        if self.energy == 0.0 and not self.work > 0.0:
-            yield Problem(
+        return wrong(
+            (
+                self.energy == 0.0 and not self.work > 0.0,
                 'escapement.energy',
                 0.0,
                 'must be greater than 0 J: nothing else drives the wheel, since recoil does so '
@@ -331,6 +359,7 @@ class EscapementKind(Kind):
                 'escapement.angle greater than 0)',
                 'Give the impulse an energy, or both recoil and a positive angle.',
             )
+        )
 
 
 # -----------------------------------------------------------------------------

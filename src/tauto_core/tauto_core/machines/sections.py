@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
-from tauto_core.curves.materials import MATERIALS, NamedMaterial, material
+from tauto_core.curves.materials import MATERIALS, NamedMaterial, as_written, material
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import (
@@ -25,7 +25,15 @@ from tauto_core.machines.heat import (
     thickening_per_s,
     thinning,
 )
-from tauto_core.machines.parts import POWERS, DragKind, EscapementKind, Imbalance, PowerKind
+from tauto_core.machines.parts import (
+    POWERS,
+    DragKind,
+    EscapementKind,
+    Imbalance,
+    PowerKind,
+    beside_regulator,
+    wrong,
+)
 from tauto_core.machines.trochlea import THREADS, Parts, ThreadKind
 from tauto_core.scene.errors import ABSENT, DescentError, Problem, SceneError
 from tauto_core.scene.sections import (
@@ -204,73 +212,81 @@ class Trochlea(Section):
             yield self._not_corrected(gravity)
         yield from self._power_problems()
         yield from self.thread.problems(self.power, drag, escapement)
-        if self.imbalance is not None and self.thread.moves_the_weight:
-            yield Problem(
+        # at rest in the middle only recoil pushes the wheel
+        recoil = 0.0 if escapement is None else escapement.recoil
+        turned = self.parts(gravity, drag, escapement).drag
+        friction = 0.0 if turned is None else turned.coulomb
+        yield from wrong(
+            (
+                self.imbalance is not None and self.thread.moves_the_weight,
                 'trochlea.imbalance.moment',
-                self.imbalance.moment,
+                0.0 if self.imbalance is None else self.imbalance.moment,
                 f'does not go with trochlea.thread.kind {self.thread.kind}, whose wheel is '
                 'balanced in its equations',
                 'Leave out trochlea.imbalance, or use thread kind vertical or hole.',
-            )
+            ),
+        )
         yield from self._heat_problems(drag)
-        if self.plane == 'free' and not self.thread.upright:
-            yield Problem(
+        yield from wrong(
+            (
+                self.plane == 'free' and not self.thread.upright,
                 'trochlea.plane',
                 'free',
                 f'does not go with trochlea.thread.kind {self.thread.kind}, which is guided or '
                 'swings in one plane',
                 'Use vertical (gimbals), or ship.',
-            )
-        # at rest in the middle only recoil pushes the wheel
-        recoil = 0.0 if escapement is None else escapement.recoil
-        drag = self.parts(gravity, drag, escapement).drag
-        friction = 0.0 if drag is None else drag.coulomb
-        if still and self.release_angle == 0.0 and not recoil > friction:
-            yield Problem(
+            ),
+            (
+                still and self.release_angle == 0.0 and not recoil > friction,
                 'trochlea.release_angle',
                 0.0,
                 'leaves the wheel at rest for ever on a ship that lies still',
                 'Release it at an angle other than 0 rad'
                 + (f', or give it a recoil above {friction!r} N m.' if recoil else '.'),
-            )
+            ),
+        )
 
     def _power_problems(self) -> Iterator[Problem]:
         """Yield the problems of the power, or not compatible with a force given by points."""
         yield from self.power.problems()
-        pull = self.power.pull
-        if self.slack == 'fall' and self.thread.moves_the_weight and (pull.law or pull.stiffness):
-            yield Problem(
+        pull, kind = self.power.pull, f'does not go with trochlea.power.kind {self.power.kind}'
+        yield from wrong(
+            (
+                self.slack == 'fall'
+                and self.thread.moves_the_weight
+                and (pull.law or pull.stiffness),
                 'trochlea.slack',
                 'fall',
-                f'does not go with trochlea.power.kind {self.power.kind} on '
-                f'trochlea.thread.kind {self.thread.kind}, whose slack motion has no spring',
+                f'{kind} on trochlea.thread.kind {self.thread.kind}, whose slack motion has no '
+                'spring',
                 'Leave it out: the run ends where the thread goes slack.',
             )
+        )
         if pull.law is None and not (self.thread.grows_alike and pull.stiffness):
             return
-        if self.cam.kind in ('circular_arc', 'synthesised'):
-            yield Problem(
+        own = None if self.thread.grows_alike else self.cam.material
+        why = {
+            'circular_arc': 'its lever arm has a kink at rest',
+            'synthesised': 'it is made of polynomials, which have no joints',
+        }
+        yield from wrong(
+            (
+                self.cam.kind in why,
                 'trochlea.cam.kind',
                 self.cam.kind,
-                f'does not go with trochlea.power.kind {self.power.kind}: '
-                + (
-                    'its lever arm has a kink at rest'
-                    if self.cam.kind == 'circular_arc'
-                    else 'it is made of polynomials, which have no joints'
-                ),
+                f'{kind}: {why.get(self.cam.kind)}',
                 'Use cam kind force_table_corrected, involute, hole, table or measured.',
-            )
-        if self._heat(None).cam:
-            own = None if self.thread.grows_alike else self.cam.material
-            yield Problem(
+            ),
+            (
+                self._heat(None).cam,
                 'trochlea.material' if own is None else 'trochlea.cam.material',
                 material(self.material if own is None else own).expansion,
-                f'1/K does not go with trochlea.power.kind {self.power.kind}, whose force is that '
-                'on a cam that does not grow',
+                f'1/K {kind}, whose force is that on a cam that does not grow',
                 'Leave it out.'
                 if self.thread.grows_alike
                 else 'Give cam.material: {expansion: 0.0}.',
-            )
+            ),
+        )
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:
         """Yield the problems of temperature and materials."""
@@ -290,32 +306,32 @@ class Trochlea(Section):
                 meant if COLDEST <= kelvin <= HOTTEST else 'Give the temperature in °C.',
             )
             return
-        spring = getattr(self.power, 'material', None)
-        if spring is not None and material(spring).modulus is None:
-            known = (name for name, each in MATERIALS.items() if each.modulus is not None)
-            yield Problem(
+        spring, cam = getattr(self.power, 'material', None), self.cam.material
+        known = (name for name, each in MATERIALS.items() if each.modulus is not None)
+        heat, kind = self._heat(drag), f'does not go with trochlea.thread.kind {self.thread.kind}'
+        yield from wrong(
+            (
+                spring is not None and material(spring).modulus is None,
                 'trochlea.power.material',
-                spring if isinstance(spring, str) else spring.model_dump(exclude_none=True),
+                as_written(spring),
                 'has no modulus: how the force of a spring changes is not known',
                 f'Use {", ".join(known)}, or mapping: expansion, modulus.',
-            )
-        heat, cam = self._heat(drag), self.cam.material
-        if self.thread.grows_alike and heat.wheel != heat.cam:
-            yield Problem(
+            ),
+            (
+                self.thread.grows_alike and heat.wheel != heat.cam,
                 'trochlea.cam.material',
-                cam if cam is None or isinstance(cam, str) else cam.model_dump(exclude_none=True),
-                f'does not go with trochlea.thread.kind {self.thread.kind}, whose wheel, cam and '
-                'lever grow alike',
+                as_written(cam),
+                f'{kind}, whose wheel, cam and lever grow alike',
                 'Leave it out, and give trochlea.material for all of them.',
-            )
-        if self.compensation is not None and not self.thread.compensable:
-            yield Problem(
+            ),
+            (
+                kept is not None and not self.thread.compensable,
                 'trochlea.compensation',
-                self.compensation.model_dump(exclude_none=True),
-                f'does not go with trochlea.thread.kind {self.thread.kind}, which the weight '
-                'alone pulls',
+                as_written(kept),
+                f'{kind}, which the weight alone pulls',
                 'Leave it out, or use thread kind vertical, hole or lever.',
-            )
+            ),
+        )
 
     def _not_corrected(self, gravity: float) -> Problem:
         """Return the problems of a power for which the cam was not made."""
@@ -518,73 +534,73 @@ class FluidTautochroneRegulator(Section):
         self, others: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
         """Yield its problems, and the sections and ships that cannot stand beside it."""
-        why = {
-            'trochlea': 'a scene has one regulator',
-            'drag': 'the fluid is the drag',
-            'escapement': 'nothing drives a body in a fluid',
-            'suspension': 'a fluid does not turn with its vessel',
-        }
-        for key, section in others.items():
-            if section is not None:
-                remedy = f'Leave out {key}, or take a trochlea instead of the regulator.'
-                yield Problem(key, ABSENT, f'does not go with regulator: {why[key]}', remedy)
-        if not still:
-            yield Problem(
+        yield from beside_regulator(
+            others,
+            {
+                'trochlea': 'a scene has one regulator',
+                'drag': 'the fluid is the drag',
+                'escapement': 'nothing drives a body in a fluid',
+                'suspension': 'a fluid does not turn with its vessel',
+            },
+        )
+        kind, missing = f'regulator.curve {self.curve}', self.of is None
+        joined = self.ascent_length is not None or self.curve not in ('euler', 'cycloid')
+        yield from wrong(
+            (
+                not still,
                 'ship.kind',
                 ship,
                 'does not go with regulator: a fluid does not turn with its vessel, so that its '
                 'resistance on a ship that rolls is not that of its speed on the curve',
                 'Use ship kind still.',
-            )
-        if (self.of is not None) != (self.curve == 'companion'):
-            missing = self.of is None
-            yield Problem(
+            ),
+            (
+                missing == (self.curve == 'companion'),
                 'regulator.of',
                 ABSENT if self.of is None else self.of.kind,
                 'is missing: the branch whose companion is sought'
                 if missing
-                else f'does not go with regulator.curve {self.curve}, which is whole',
+                else f'does not go with {kind}, which is whole',
                 'Write of: {kind: circle, radius: 1.0}, or kind cycloid or points.'
                 if missing
                 else 'Leave it out, or use curve companion.',
-            )
-        if self.given == 'ascent' and self.curve != 'companion':
-            yield Problem(
+            ),
+            (
+                self.given == 'ascent' and self.curve != 'companion',
                 'regulator.given',
                 self.given,
-                f'does not go with regulator.curve {self.curve}, of which no branch is given',
+                f'does not go with {kind}, of which no branch is given',
                 'Leave it out.',
-            )
-        if self.ascent_length is not None and self.curve != 'euler':
-            yield Problem(
+            ),
+            (
+                self.ascent_length is not None and self.curve != 'euler',
                 'regulator.ascent_length',
                 self.ascent_length,
-                f'does not go with regulator.curve {self.curve}: branches of two lengths are '
-                "Euler's",
+                f"does not go with {kind}: branches of two lengths are Euler's",
                 'Leave it out, or use curve euler.',
-            )
-        if self.friction and self.curve == 'companion':
-            yield Problem(
+            ),
+            (
+                self.friction and self.curve == 'companion',
                 'regulator.friction',
                 self.friction,
                 'does not go with regulator.curve companion, which is found without friction',
                 'Leave it out, or use curve euler, which allows for it.',
-            )
-        joined = self.ascent_length is not None or self.curve not in ('euler', 'cycloid')
-        if self.viscous and joined:
-            yield Problem(
+            ),
+            (
+                self.viscous and joined,
                 'regulator.viscous',
                 self.viscous,
                 'does not go with a curve whose branches meet in a corner of its curvature',
                 'Leave it out, or use curve euler without ascent_length, or curve cycloid.',
-            )
-        if self.release_arc == 0.0:
-            yield Problem(
+            ),
+            (
+                self.release_arc == 0.0,
                 'regulator.release_arc',
                 0.0,
                 'leaves the body at rest for ever',
                 'Release it at an arc other than 0 m.',
-            )
+            ),
+        )
 
     @property
     def immersed(self) -> ImmersedBody:

@@ -21,7 +21,14 @@ from numpy.typing import ArrayLike
 from tauto_core.curves.cam import Cam, CamKind, Setting, possible_cam
 from tauto_core.curves.numerics import bracketed_newton, gauss_sums, integrate, root_of
 from tauto_core.machines.heat import NO_HEAT, Heat
-from tauto_core.machines.parts import DragKind, EscapementKind, Imbalance, PowerKind, Regulator
+from tauto_core.machines.parts import (
+    DragKind,
+    EscapementKind,
+    Imbalance,
+    PowerKind,
+    Regulator,
+    wrong,
+)
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, Problem, SceneError, TautoError
 from tauto_core.scene.sections import Kind
@@ -540,49 +547,56 @@ class ThreadKind(Kind):
         """Yield the parts that cannot go with a thread that moves its weight."""
         if not self.moves_the_weight:
             return
-        if not power.pull.pulling_mass:
-            if not self.takes_a_force:
-                yield Problem(
-                    'trochlea.power.kind',
-                    power.kind,
-                    f'does not go with trochlea.thread.kind {self.kind}, which carries a weight',
-                    'Use power kind weight or weight_and_spring, or thread kind vertical or hole: '
-                    'a thread without mass is straight between cam and hole, where it may be '
-                    'anchored.',
-                )
-        elif not power.pull.carried_mass:
-            yield Problem(
-                'trochlea.power.massless',
-                True,
-                f'does not go with trochlea.thread.kind {self.kind}, where the weight moves the '
-                'thread',
-                'Leave it out, or use thread kind vertical.',
-            )
-        elif power.pull.stiffness and not self.takes_a_spring:
-            yield Problem(
+        pull, kind = power.pull, f'does not go with trochlea.thread.kind {self.kind}'
+        yield from wrong(
+            (
+                not (pull.pulling_mass or self.takes_a_force),
                 'trochlea.power.kind',
                 power.kind,
-                f'does not go with trochlea.thread.kind {self.kind}: weight and spring together '
-                'are not in its equations',
+                f'{kind}, which carries a weight',
+                'Use power kind weight or weight_and_spring, or thread kind vertical or hole: '
+                'a thread without mass is straight between cam and hole, where it may be '
+                'anchored.',
+            ),
+            (
+                pull.pulling_mass and not pull.carried_mass,
+                'trochlea.power.massless',
+                True,
+                f'{kind}, where the weight moves the thread',
+                'Leave it out, or use thread kind vertical.',
+            ),
+            (
+                pull.pulling_mass
+                and pull.carried_mass
+                and pull.stiffness
+                and not self.takes_a_spring,
+                'trochlea.power.kind',
+                power.kind,
+                f'{kind}: weight and spring together are not in its equations',
                 'Use power kind weight or spring, or thread kind vertical.',
-            )
-        frictions = {
-            'drag.coulomb': 0.0 if drag is None else drag.coulomb,
-            'escapement.rest.friction': 0.0 if escapement is None else escapement.friction,
-        }
-        if escapement is not None and escapement.ebb is not None:
-            yield Problem(
+            ),
+            (
+                escapement is not None and escapement.ebb is not None,
                 'escapement.kind',
-                escapement.kind,
-                f'with impulses that weaken does not go with trochlea.thread.kind {self.kind}',
+                '' if escapement is None else escapement.kind,
+                f'with impulses that weaken {kind}',
                 'Give impulses that are all the same (fall 0), or use thread kind vertical or '
                 'hole.',
-            )
-        for key, friction in frictions.items():
-            if friction > 0.0:
-                yield Problem(
+            ),
+            *(
+                (
+                    friction > 0.0,
                     key,
                     friction,
-                    f'does not go with trochlea.thread.kind {self.kind}',
+                    kind,
                     'Use viscous or quadratic drag, or thread kind vertical or hole.',
                 )
+                for key, friction in (
+                    ('drag.coulomb', 0.0 if drag is None else drag.coulomb),
+                    (
+                        'escapement.rest.friction',
+                        0.0 if escapement is None else escapement.friction,
+                    ),
+                )
+            ),
+        )

@@ -29,10 +29,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, Strict
 
+from tauto_core.curves.materials import as_written
 from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.machines.heat import NO_HEAT, Heat
-from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
+from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, wrong
 from tauto_core.machines.trochlea import Parts, SlackThreadError, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, Problem, TautoError
@@ -380,14 +381,16 @@ class HangingThread(ThreadKind):
         """Yield what is not compatible with a thread that swings."""
         yield from super().problems(power, drag, escapement)
         made_of = getattr(power, 'material', None)
-        if power.pull.stiffness and made_of is not None:
-            yield Problem(
+        yield from wrong(
+            (
+                power.pull.stiffness and made_of is not None,
                 'trochlea.power.material',
-                made_of if isinstance(made_of, str) else made_of.model_dump(exclude_none=True),
+                as_written(made_of),
                 f'does not go with trochlea.thread.kind {self.kind}, whose spring does not change '
                 'with temperature',
                 'Leave it out.',
             )
+        )
 
     def machine(self, parts: Parts) -> HangingMachine:
         """Return the machine with a thread that swings."""

@@ -30,7 +30,7 @@ from tauto_core.curves.cam import LEAST_POINTS, ForceLaw, Pull, possible_lever
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, MirroredLever
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
-from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind
+from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, wrong
 from tauto_core.machines.trochlea import Parts, ThreadKind
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, CamRangeError, Problem
@@ -403,42 +403,45 @@ class LeverThread(ThreadKind):
     ) -> Iterator[Problem]:
         """Yield what is wrong between its keys, or not compatible with a lever."""
         yield from super().problems(power, drag, escapement)
-        if (self.arm is None) == (self.arc is None):
-            both = self.arm is not None
-            yield Problem(
+        both, is_force, tail = self.arm is not None, not power.pull.pulling_mass, self.tail
+        kind = f'does not go with trochlea.power.kind {power.kind}'
+        yield from wrong(
+            (
+                both == (self.arc is not None),
                 'trochlea.thread.arc' if both else 'trochlea.thread.arm',
                 self.arc if both else ABSENT,
                 'does not go with trochlea.thread.arm' if both else 'is missing, and so is arc',
                 'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
                 'lies on an arc about the fulcrum (Sully).',
-            )
-        if not power.pull.pulling_mass:
-            if self.inertia == 0.0:
-                yield Problem(
-                    'trochlea.thread.inertia',
-                    0.0,
-                    f'does not go with trochlea.power.kind {power.kind}: then only the lever '
-                    'itself has inertia',
-                    "Give the lever's moment of inertia about the fulcrum, such as 1.0e-6.",
-                )
-            if self.tail is not None:
-                yield Problem(
-                    'trochlea.thread.tail.mass',
-                    self.tail.mass,
-                    f'does not go with trochlea.power.kind {power.kind}, which feels no gravity',
-                    'Leave out trochlea.thread.tail, or use power kind weight.',
-                )
+            ),
+            (
+                is_force and self.inertia == 0.0,
+                'trochlea.thread.inertia',
+                0.0,
+                f'{kind}: then only the lever itself has inertia',
+                "Give the lever's moment of inertia about the fulcrum, such as 1.0e-6.",
+            ),
+        )
+        if tail is None:
             return
-        if self.tail is not None:
-            moment = power.pull.carried_mass * self.weight_arm
-            if not self.tail.mass * self.tail.distance < moment:
-                yield Problem(
-                    'trochlea.thread.tail.mass',
-                    self.tail.mass,
-                    f'at {self.tail.distance!r} m outweighs the weight, whose moment is '
-                    f'{moment:.6g} kg m, so that nothing keeps the thread taut',
-                    f'Use less than {moment / self.tail.distance:.4g} kg.',
-                )
+        moment = power.pull.carried_mass * self.weight_arm
+        yield from wrong(
+            (
+                is_force,
+                'trochlea.thread.tail.mass',
+                tail.mass,
+                f'{kind}, which feels no gravity',
+                'Leave out trochlea.thread.tail, or use power kind weight.',
+            ),
+            (
+                not is_force and not tail.mass * tail.distance < moment,
+                'trochlea.thread.tail.mass',
+                tail.mass,
+                f'at {tail.distance!r} m outweighs the weight, whose moment is '
+                f'{moment:.6g} kg m, so that nothing keeps the thread taut',
+                f'Use less than {moment / tail.distance:.4g} kg.',
+            ),
+        )
 
     def machine(self, parts: Parts) -> LeverMachine:
         """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
