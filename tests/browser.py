@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Any
 
 BROWSER = shutil.which('chromium') or shutil.which('chromium-browser')
-DEADLINE_S = 120.0
+DEADLINE_S = 300.0
 CHARTS = 'typeof Bokeh !== "undefined" && Bokeh.documents.length > 0'
 """Finds a page drawn whose charts are."""
 

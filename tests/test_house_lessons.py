@@ -21,7 +21,7 @@ def test_a_lesson_runs_and_shows_its_pictures(lesson: Path, tmp_path: Path) -> N
 
     notebook = nbformat.read(lesson, as_version=4)
     resources = {'metadata': {'path': str(tmp_path)}}
-    NotebookClient(notebook, timeout=120, kernel_name='python3', resources=resources).execute()
+    NotebookClient(notebook, timeout=600, kernel_name='python3', resources=resources).execute()
     outputs = [each for cell in notebook.cells for each in cell.get('outputs', ())]
     assert not [each.text for each in outputs if each.get('name') == 'stderr']
     data = [each.data for each in outputs if 'data' in each]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -27,9 +29,9 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import ShipSource, replay, sail
-from tauto_nodes import NodesError, ParameterError
+from tauto_nodes import NodesError, ParameterError, sources
 from tauto_nodes.mounting import Mounting
-from tauto_nodes.node import assess
+from tauto_nodes.node import TICK_S, assess
 from tauto_nodes.recorder import RecorderNode
 from tauto_nodes.sources import PlayerNode, ShipMotionNode
 from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
@@ -289,16 +291,20 @@ def minute(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_a_played_bag_drives_the_clock_again(bench: Bench, minute: Path, tmp_path: Path) -> None:
+def test_a_played_bag_drives_the_clock_again(
+    bench: Bench, minute: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=(READING,)))
     trochlea = TrochleaNode(**overrides(scene='measured', duration=60.0))
     player = PlayerNode(**overrides(bag=str(minute), rate=30.0, topics=(SHIP_IMU,), wait=20.0))
     bench.add(recorder, trochlea)
     bench.until(lambda: recorder.inputs[READING].matched)
-    began_s = time.monotonic()
+    ticks = count()
+    clock = SimpleNamespace(monotonic=lambda: TICK_S * next(ticks), sleep=lambda _: None)
+    monkeypatch.setattr(sources, 'time', clock)
     bench.add(player)
     bench.until(lambda: player.over)
-    assert time.monotonic() - began_s > 2.0  # a minute thirty times as fast
+    assert next(ticks) * TICK_S >= 2.0  # a minute thirty times as fast
     bench.until(lambda: recorder.inputs[READING].taken == 61)
     recorder.close()
     original = read_bag(minute).samples(READING)

@@ -79,8 +79,8 @@ def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
     sink = bench.add(recorder(tmp_path / 'bag'), stage, TestSource(100, **FLOW))
     assert other_type.topic_name == f'/{SHIP_IMU}'
     bench.until(lambda: sink.count_subscribers(SHIP_IMU) == 3)
-    bench.until(lambda: sink.over, limit_s=60.0)
-    bench.until(lambda: stage.health().get(f'{READING} incompatible_qos') == 1, limit_s=60.0)
+    bench.until(lambda: sink.over)
+    bench.until(lambda: stage.health().get(f'{READING} incompatible_qos') == 1)
     stranger.destroy_node()
     elsewhere.try_shutdown()
     assert sink.counts()[READING] == {'received': 100, 'written': 100, 'lost': 0}
@@ -189,9 +189,7 @@ def test_at_a_pace_a_queue_of_ten_is_never_full(
     came: list[bytes] = []
     bench.add(outsider, source)
     outsider.create_subscription(Imu, SHIP_IMU, came.append, QoSProfile(depth=10), raw=True)
-    monkeypatch.setattr(
-        sources, 'time', SimpleNamespace(monotonic=monotonic, sleep=pauses.append)
-    )
+    monkeypatch.setattr(sources, 'time', SimpleNamespace(monotonic=monotonic, sleep=pauses.append))
     bench.until(lambda: source.outputs[SHIP_IMU].watchers)
     at_once: list[int] = []
     publish = source.outputs[SHIP_IMU].publish

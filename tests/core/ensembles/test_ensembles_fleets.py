@@ -40,7 +40,7 @@ VARY = {
     'trochlea.cam.lever_rate': {'kind': 'normal', 'sigma': 1e-6},
     'trochlea.release_angle': {'kind': 'uniform', 'low': 0.8, 'high': 1.2},
 }
-DEADLINE_S = 60.0
+DEADLINE_S = 300.0
 
 
 def plan(ships=6, vary=VARY, duration=120.0):
