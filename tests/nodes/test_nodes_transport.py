@@ -24,9 +24,8 @@ from std_msgs.msg import String
 from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
 from tauto_core.scene import load_scene
-from tauto_nodes import NodesError
+from tauto_nodes import NodesError, sources
 from tauto_nodes import node as base
-from tauto_nodes import sources
 from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, RUN, WINDOW, End, Report
 from tauto_nodes.node import TICK_S, GraphNode, assess
 from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
