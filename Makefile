@@ -50,11 +50,12 @@ sail: graph  ## ten minutes at sea as a ROS 2 graph, then the passage to Jamaica
 graph: setup  ## the ROS 2 graph alone: SCENE=name or file, SPEED=sea seconds per second or max
 	$(TAUTO) graph $(SCENE) --speed $(SPEED) --out $(OUT) --force
 
-lint: setup-dev  ## format, lint, types, layers
+lint: setup-dev  ## format, lint, types, layers, the text of the pages
 	.venv/bin/ruff format --check .
 	.venv/bin/ruff check .
 	.venv/bin/mypy
 	.venv/bin/lint-imports --no-logo
+	.venv/bin/python -m pytest --quiet tests/lint_prose.py
 
 # Also where the user's Python keeps no bytecode: each of the hundreds of processes that tests start
 # would compile the packages again, and pytest its assertions.

@@ -23,86 +23,10 @@ from tauto_core.wording import figure, with_sigma
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-# lessons are pages that `make docs` makes of notebooks
-PAGES = [
-    ROOT / 'README.md',
-    *(each for each in sorted(DOCS.rglob('*.md')) if each.parent.name != 'lessons'),
-]
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 GLANCE = (DOCS / 'glance.md').read_text(encoding='utf-8')
 TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')
 COMPARE = (DOCS / 'howto' / 'compare.md').read_text(encoding='utf-8')
-
-
-PROSE = [*PAGES, *(ROOT / f'{name}.md' for name in ('CONTRIBUTING', 'CHANGELOG', 'SECURITY'))]
-WIDTH = 120
-
-
-@pytest.mark.parametrize('page', PROSE, ids=lambda page: str(page.relative_to(ROOT)))
-def test_prose_wraps_at_one_width(page: Path) -> None:
-    """Tables, code, HTML, headings, pictures and a line of one link may be wider."""
-    text = re.sub(r'^ *(```+).*?^ *\1', '', page.read_text(encoding='utf-8'), flags=re.M | re.S)
-    for line in text.splitlines():
-        if not line.startswith(('|', '    ', '  <', '<', '#', '![')):
-            words = re.sub(r'`[^`]*`|\[[^\]]*\]\([^)]*\)', 'whole', line).split()
-            assert len(line) <= WIDTH or len(words) < 3, line
-
-
-LARGEST_PICTURE = 400_000
-
-
-def test_pictures_are_light() -> None:
-    """Who reads a page should not wait for it, and a repository keeps every picture for ever."""
-    sizes = {each: each.stat().st_size for each in (DOCS / 'img').rglob('*.*')}
-    assert len(sizes) > 10
-    assert not {each for each, size in sizes.items() if size > LARGEST_PICTURE}
-
-
-@pytest.mark.parametrize('page', PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r'\]\(([^)#]+)', page.read_text(encoding='utf-8')):
-        assert target.startswith('https://') or (page.parent / target).exists(), target
-
-
-def test_the_site_leads_to_every_page() -> None:
-    """In its navigation, and from the first page or that of the theory."""
-    navigation = (ROOT / 'zensical.toml').read_text(encoding='utf-8')
-    linked = {
-        (index.parent / target).resolve()
-        for index in (DOCS / 'index.md', DOCS / 'theory' / 'index.md')
-        for target in re.findall(r'\]\(([^)#]+)', index.read_text(encoding='utf-8'))
-    }
-    for page in PAGES[1:]:
-        assert f'"{page.relative_to(DOCS)}"' in navigation
-        assert page == DOCS / 'index.md' or page in linked, page
-
-
-def test_equations_are_numbered_in_order_and_none_is_without() -> None:
-    theory = DOCS / 'theory'
-    pages = re.findall(r'\]\((\w+\.md)\)', (theory / 'index.md').read_text(encoding='utf-8'))
-    found: dict[str, list[int]] = {}
-    for page in pages:
-        lines = (theory / page).read_text(encoding='utf-8').splitlines()
-        for line in lines:
-            if re.match(r' {4}\S', line):
-                number = re.match(r' {4}\(([A-Z]\d*)\.(\d+)\) ', line)
-                assert number, (page, line)
-                found.setdefault(number[1], []).append(int(number[2]))
-    assert found
-    for part, numbers in found.items():
-        assert numbers == list(range(1, len(numbers) + 1)), part
-
-
-@pytest.mark.parametrize(
-    'page',
-    [*sorted((DOCS / 'theory').glob('*.md')), DOCS / 'euler.md'],
-    ids=lambda page: page.stem,
-)
-def test_formulas_in_sentences_are_marked_for_the_site(page: Path) -> None:
-    """Between two asterisks, by which docs/site.js knows them; Greek letters give them away."""
-    prose = re.sub(r'^(?:    |#).*$', '', page.read_text(encoding='utf-8'), flags=re.MULTILINE)
-    marked = r'`[^`]*`|\*\*.*?\*\*|\*(?:\\\*|[^*])+\*'
-    assert not re.findall(r'.*[α-ωϑΓ-Ω].*', re.sub(marked, '', prose, flags=re.DOTALL))
 
 
 def test_the_table_of_scenes_is_complete() -> None:
@@ -120,14 +44,6 @@ def test_every_command_stands_in_the_table_with_options_that_exist() -> None:
         help_text = CliRunner().invoke(app, [*command, '--help']).stdout
         for option in re.findall(r'--[a-z-]+', line):
             assert option in help_text, line
-
-
-def test_every_make_target_of_the_pages_exists() -> None:
-    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
-    for page in PAGES:
-        text = page.read_text(encoding='utf-8')
-        for target in re.findall(r'(?:^    |`)make ([a-z]+)\b', text, re.MULTILINE):
-            assert re.search(f'^{target}:', makefile, re.MULTILINE), (page.name, target)
 
 
 @pytest.fixture(scope='module')
@@ -224,10 +140,6 @@ def test_the_glossary_explains_each_row_of_a_result() -> None:
             for label, value, _ in rows:
                 known = any(re.search(rf'\b{word}s?\b', f'{name}, {label}') for word in words)
                 assert known or name == 'messages' or not value, (name, label)
-
-
-def test_the_readme_is_short() -> None:
-    assert len(README.split()) <= 700
 
 
 @pytest.mark.parametrize('name', ['voyage', 'voyage_dark'])

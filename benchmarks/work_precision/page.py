@@ -44,7 +44,7 @@ def block(result: Mapping[str, Any]) -> str:
         textwrap.fill(
             f'One core of {machine["processor"]}, Python {machine["python"]}, {machine["date"]}. '
             + _extras(result),
-            width=120,  # that of all pages: tests/test_house_docs.py
+            width=120,  # that of all pages: tests/lint_prose.py
             break_long_words=False,
             break_on_hyphens=False,
         ),

@@ -1,0 +1,94 @@
+"""Checks of the pages' text that run no program: `make lint` runs them, the tests do not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / 'docs'
+# lessons are pages that `make docs` makes of notebooks
+PAGES = [
+    ROOT / 'README.md',
+    *(each for each in sorted(DOCS.rglob('*.md')) if each.parent.name != 'lessons'),
+]
+PROSE = [*PAGES, *(ROOT / f'{name}.md' for name in ('CONTRIBUTING', 'CHANGELOG', 'SECURITY'))]
+WIDTH = 120
+LARGEST_PICTURE = 400_000
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding='utf-8')
+
+
+def test_prose_wraps_at_one_width() -> None:
+    """Tables, code, HTML, headings, pictures and a line of one link may be wider."""
+    wide = []
+    for page in PROSE:
+        text = re.sub(r'^ *(```+).*?^ *\1', '', text_of(page), flags=re.M | re.S)
+        for line in text.splitlines():
+            if not line.startswith(('|', '    ', '  <', '<', '#', '![')):
+                words = re.sub(r'`[^`]*`|\[[^\]]*\]\([^)]*\)', 'whole', line).split()
+                wide += [(page.name, line)] if len(line) > WIDTH and len(words) >= 3 else []
+    assert not wide
+
+
+def test_pictures_are_light() -> None:
+    """Who reads a page should not wait for it, and a repository keeps every picture for ever."""
+    sizes = {each: each.stat().st_size for each in (DOCS / 'img').rglob('*.*')}
+    assert len(sizes) > 10
+    assert not {each for each, size in sizes.items() if size > LARGEST_PICTURE}
+
+
+def test_links_lead_somewhere() -> None:
+    for page in PAGES:
+        for target in re.findall(r'\]\(([^)#]+)', text_of(page)):
+            there = target.startswith('https://') or (page.parent / target).exists()
+            assert there, (page, target)
+
+
+def test_the_site_leads_to_every_page() -> None:
+    """In its navigation, and from the first page or that of the theory."""
+    navigation = text_of(ROOT / 'zensical.toml')
+    linked = {
+        (index.parent / target).resolve()
+        for index in (DOCS / 'index.md', DOCS / 'theory' / 'index.md')
+        for target in re.findall(r'\]\(([^)#]+)', text_of(index))
+    }
+    for page in PAGES[1:]:
+        assert f'"{page.relative_to(DOCS)}"' in navigation
+        assert page == DOCS / 'index.md' or page in linked, page
+
+
+def test_equations_are_numbered_in_order_and_none_is_without() -> None:
+    theory = DOCS / 'theory'
+    found: dict[str, list[int]] = {}
+    for page in re.findall(r'\]\((\w+\.md)\)', text_of(theory / 'index.md')):
+        for line in text_of(theory / page).splitlines():
+            if re.match(r' {4}\S', line):
+                number = re.match(r' {4}\(([A-Z]\d*)\.(\d+)\) ', line)
+                assert number, (page, line)
+                found.setdefault(number[1], []).append(int(number[2]))
+    assert found
+    for part, numbers in found.items():
+        assert numbers == list(range(1, len(numbers) + 1)), part
+
+
+def test_formulas_in_sentences_are_marked_for_the_site() -> None:
+    """Between two asterisks, by which docs/site.js knows them; Greek letters give them away."""
+    marked = r'`[^`]*`|\*\*.*?\*\*|\*(?:\\\*|[^*])+\*'
+    for page in (*sorted((DOCS / 'theory').glob('*.md')), DOCS / 'euler.md'):
+        prose = re.sub(r'^(?:    |#).*$', '', text_of(page), flags=re.MULTILINE)
+        bare = re.findall(r'.*[α-ωϑΓ-Ω].*', re.sub(marked, '', prose, flags=re.DOTALL))
+        assert not bare, (page, bare)
+
+
+def test_every_make_target_of_the_pages_exists() -> None:
+    makefile = text_of(ROOT / 'Makefile')
+    for page in PAGES:
+        for target in re.findall(r'(?:^    |`)make ([a-z]+)\b', text_of(page), re.MULTILINE):
+            assert re.search(f'^{target}:', makefile, re.MULTILINE), (page.name, target)
+
+
+def test_the_readme_is_short() -> None:
+    assert len(text_of(ROOT / 'README.md').split()) <= 700
