@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -14,7 +15,6 @@ from benchmarks.work_precision.figure import draw
 from benchmarks.work_precision.passage import passage as time_passage
 from benchmarks.work_precision.passage import two_at_once
 from benchmarks.work_precision.runner import bench
-from benchmarks.work_precision.table import show
 from tauto_core.cli.terminal import AsJson, Plots, option
 from tauto_core.files import check_plot
 from tauto_core.scene.errors import TautoError, UsageError, spelled
@@ -78,7 +78,16 @@ def main(
     if as_json:
         typer.echo(json.dumps(result, allow_nan=False, indent=1))
     else:
-        show(result)
+        _show(result)
+
+
+def _show(result: Mapping[str, Any]) -> None:
+    """Print the table of the page, and what could not be measured."""
+    typer.echo(speed_page.block(result))
+    for name, keys in result['not_offered'].items():
+        typer.echo(f'{name} cannot express problem {", ".join(keys)}')
+    for failed in result['failed']:
+        typer.echo('{problem}: {program} {setting}: {why}'.format(**failed))
 
 
 def _names(text: str | None) -> list[str] | None:

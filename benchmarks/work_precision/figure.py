@@ -28,32 +28,14 @@ LABELS = {
     'heyoka': 'heyoka (Taylor), plain',
     'heyoka_tuned': 'heyoka, best formulation',
     'heyoka_batch': 'heyoka, a ship of eight',
-    'dop853': 'SciPy DOP853',
     'dop853_compiled': 'DOP853 (numba)',
-    'lsoda': 'SciPy LSODA',
-    'radau': 'SciPy Radau',
-    'diffrax': 'diffrax Dopri8',
-    'cvode': 'CVODE',
-    'mujoco': 'MuJoCo',
-    'verlet': 'Störmer–Verlet (numba)',
-    'yoshida6': 'Yoshida 6 (numba)',
-    'yoshida8': 'Yoshida 8 (numba)',
 }
 _STYLES = {
     'tauto': ('#c1121f', 'o'),
     'heyoka': ('#6a8fc7', 's'),
     'heyoka_tuned': ('#003f88', 's'),
     'heyoka_batch': ('#00a6d6', 's'),
-    'dop853': ('#8fcfab', '^'),
     'dop853_compiled': ('#2a9d5c', '^'),
-    'lsoda': ('#7fb800', 'v'),
-    'radau': ('#8a6d3b', '<'),
-    'diffrax': ('#7b2cbf', 'D'),
-    'cvode': ('#e07a00', 'P'),
-    'mujoco': ('#d45087', 'X'),
-    'verlet': ('#b0b0b0', '>'),
-    'yoshida6': ('#8d8d8d', 'h'),
-    'yoshida8': ('#5c5c5c', 'p'),
 }
 FRONTS = ('tauto', 'heyoka_tuned', 'heyoka_batch')
 """Programs whose settings are of two kinds, and so do not form a curve."""

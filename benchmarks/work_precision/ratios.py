@@ -16,7 +16,7 @@ UNIT_ROUNDING = 2.0**-53
 FAMILIES: Mapping[str, tuple[str, ...]] = {
     'heyoka': ('heyoka', 'heyoka_tuned'),
     'heyoka, 8 ships': ('heyoka_batch',),
-    'dop853': ('dop853', 'dop853_compiled'),
+    'dop853': ('dop853_compiled',),
 }
 """The programs with which a method is compared, the plain formulation first; the best counts.
 

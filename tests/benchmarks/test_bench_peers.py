@@ -12,11 +12,8 @@ from scipy.integrate import solve_ivp
 
 from benchmarks.work_precision.peer import MissingPeerError
 from benchmarks.work_precision.peers import heyoka as heyoka_peers
-from benchmarks.work_precision.peers.cvode import Cvode
-from benchmarks.work_precision.peers.diffrax_dopri8 import Diffrax
 from benchmarks.work_precision.peers.dop853 import CompiledDop853
 from benchmarks.work_precision.peers.heyoka import Heyoka, HeyokaTuned, reference_states
-from benchmarks.work_precision.peers.mujoco_models import Mujoco
 from benchmarks.work_precision.problems import Numbers, Problem, problems
 from benchmarks.work_precision.runner import measure
 from tauto_core.scene.errors import UsageError
@@ -25,16 +22,10 @@ LIBRARIES = {
     Heyoka: ('heyoka', 'heyoka'),
     HeyokaTuned: ('heyoka', 'heyoka'),
     heyoka_peers.HeyokaBatch: ('heyoka', 'heyoka'),
-    Diffrax: ('diffrax', 'diffrax'),
-    Cvode: ('sksundae', 'scikit-sundae'),
-    Mujoco: ('mujoco', 'mujoco'),
 }
 DURATION_S = 6.3
-# What a peer reaches at these settings in six swings, in rad; Dopri8's interpolant is what its
-# events are found on, hence the coarser figure of e.
-SHARP = [(Heyoka, '1e-15', 1e-12), (Diffrax, '1e-12', 1e-10), (Cvode, 'Adams 1e-12', 1e-8)]
-LINEAR = [*SHARP, (Mujoco, 'RK4 2e-3', 1e-8)]
-BOUND_WITH_EVENTS = {Heyoka: 1e-11, Diffrax: 2e-8, Cvode: 2e-8}
+SETTING, BOUND = '1e-15', 1e-12
+"""What plain heyoka reaches in six swings [rad]."""
 
 
 @cache
@@ -139,32 +130,29 @@ def scipy_wheel(key: str) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize('key', ['a', 'd'])
-@pytest.mark.parametrize(('kind', 'setting', 'bound'), LINEAR)
-def test_linear_problems_end_where_the_closed_form_does(kind, setting, bound, key):
-    outcome = peer(kind).solve(problem(key), setting, DURATION_S)
+def test_linear_problems_end_where_the_closed_form_does(key):
+    outcome = peer(Heyoka).solve(problem(key), SETTING, DURATION_S)
     angle, rate = linear_wheel(problem(key).numbers, DURATION_S)
     assert outcome.time_s == DURATION_S
-    assert outcome.angle == pytest.approx(angle, abs=bound)
-    assert outcome.rate == pytest.approx(rate, abs=2 * math.pi * bound)
+    assert outcome.angle == pytest.approx(angle, abs=BOUND)
+    assert outcome.rate == pytest.approx(rate, abs=2 * math.pi * BOUND)
 
 
 @pytest.mark.parametrize('key', ['c', 'e'])
-@pytest.mark.parametrize(('kind', 'setting', 'bound'), SHARP)
-def test_weight_at_sea_ends_where_scipy_does(kind, setting, bound, key):
-    outcome = peer(kind).solve(problem(key), setting, DURATION_S)
+def test_weight_at_sea_ends_where_scipy_does(key):
+    outcome = peer(Heyoka).solve(problem(key), SETTING, DURATION_S)
     angle, rate = scipy_wheel(key)
     # SciPy at 1e-11 with differences for beta' is good to some 1e-9.
-    bound = 5e-9 + (bound if key == 'c' else BOUND_WITH_EVENTS[kind])
+    bound = 5e-9 + (BOUND if key == 'c' else 1e-11)
     assert outcome.angle == pytest.approx(angle, abs=bound)
     assert outcome.rate == pytest.approx(rate, abs=2 * math.pi * bound)
 
 
-@pytest.mark.parametrize(('kind', 'setting', 'bound'), SHARP)
-def test_weight_on_land_ends_where_extended_precision_does(kind, setting, bound):
+def test_weight_on_land_ends_where_extended_precision_does():
     pytest.importorskip('heyoka')
-    outcome = peer(kind).solve(problem('b'), setting, DURATION_S)
+    outcome = peer(Heyoka).solve(problem('b'), SETTING, DURATION_S)
     ((angle, _),) = reference_states(problem('b'), [DURATION_S])
-    assert outcome.angle == pytest.approx(angle, abs=bound)
+    assert outcome.angle == pytest.approx(angle, abs=BOUND)
 
 
 def test_reference_is_the_closed_form_to_rounding():
@@ -173,24 +161,6 @@ def test_reference_is_the_closed_form_to_rounding():
     for at, found in zip(times, reference_states(problem('d'), times), strict=True):
         # The closed form in double precision: omega t rounds to 1e-13 at 60 s.
         assert found == pytest.approx(linear_wheel(problem('d').numbers, at), abs=1e-12)
-
-
-def test_mujoco_keeps_its_fourth_order_under_roll():
-    mujoco, at_sea = peer(Mujoco), problem('d')
-    angle, _ = linear_wheel(at_sea.numbers, DURATION_S)
-    coarse, fine = (
-        abs(mujoco.solve(at_sea, f'RK4 {step}', DURATION_S).angle - angle)
-        for step in ('1e-2', '5e-3')
-    )
-    # A roll held still during a step would make it second order at best.
-    assert math.log2(coarse / fine) == pytest.approx(4.0, abs=0.3)
-
-
-def test_mujoco_says_what_it_cannot_express():
-    mujoco = peer(Mujoco)
-    assert [each.key for each in problems() if mujoco.settings(each)] == ['a', 'd', 'f']
-    with pytest.raises(UsageError, match="problem 'b'"):
-        mujoco.solve(problem('b'), 'RK4 1e-2', 1.0)
 
 
 @pytest.mark.parametrize('kind', LIBRARIES)

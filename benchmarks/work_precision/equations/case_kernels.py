@@ -1,6 +1,6 @@
 """The equations of the suspended case (C in axle.md), once for all peers, and in numba.
 
-`bends` is arithmetic alone, so that it takes floats, heyoka's expressions and JAX's numbers alike.
+`bends` is arithmetic alone, so that it takes floats and heyoka's expressions alike.
 `numbers` is (e, c, k, g); the state is (theta, phi, theta', phi').
 """
 
@@ -50,39 +50,6 @@ def fill_slope(state: FloatArray, numbers: Any, out: FloatArray) -> None:
         (math.sin(theta), math.cos(theta)),
         (math.sin(delta), math.cos(delta)),
     )
-
-
-@njit(cache=True, nogil=True)
-def case_slope(time: float, state: FloatArray, numbers: Any) -> FloatArray:
-    """Return the derivative of the state, shape (4,)."""
-    out = np.empty(STATES)
-    fill_slope(state, numbers, out)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def fill_jacobian(state: FloatArray, numbers: Any, out: FloatArray) -> None:
-    """Fill in the derivatives of `fill_slope` by the state, shape (4, 4).
-
-    With F = -c sin delta/(k^2 + c^2 sin^2 delta) and P what presses, phi'' = F P.
-    """
-    e, c, k, g = numbers
-    delta = state[1] - state[0]
-    s, co = math.sin(delta), math.cos(delta)
-    w, v = state[2], state[3]
-    spread = k * k + c * c * s * s
-    pressed = g * math.cos(state[0]) + e * w * w + c * v * v * co
-    factor, slope = -c * s / spread, -c * co * (k * k - c * c * s * s) / (spread * spread)
-    out[:, :] = 0.0
-    out[0, 2] = out[1, 3] = 1.0
-    out[3, 0] = factor * (c * v * v * s - g * math.sin(state[0])) - slope * pressed
-    out[3, 1] = slope * pressed - factor * c * v * v * s
-    out[3, 2], out[3, 3] = 2.0 * factor * e * w, 2.0 * factor * c * v * co
-    turned = c * (v * v * co + factor * pressed * s)
-    out[2, 0] = (-turned - c * co * out[3, 0] - g * math.cos(state[0])) / e
-    out[2, 1] = (turned - c * co * out[3, 1]) / e
-    out[2, 2] = -c * co * out[3, 2] / e
-    out[2, 3] = c * (2.0 * v * s - co * out[3, 3]) / e
 
 
 @njit(cache=True, nogil=True)

@@ -9,13 +9,11 @@ from benchmarks.work_precision.peer import MissingPeerError, Peer
 from tauto_core.scene.errors import UsageError
 
 
-def _member(module: str, name: str, *arguments: str) -> Callable[[], Peer]:
+def _member(module: str, name: str) -> Callable[[], Peer]:
     """Return the constructor of a peer; its module is imported only then."""
 
     def make() -> Peer:
-        peer: Peer = getattr(import_module(f'benchmarks.work_precision.peers.{module}'), name)(
-            *arguments
-        )
+        peer: Peer = getattr(import_module(f'benchmarks.work_precision.peers.{module}'), name)()
         return peer
 
     return make
@@ -26,16 +24,7 @@ PEERS: dict[str, Callable[[], Peer]] = {
     'heyoka': _member('heyoka', 'Heyoka'),
     'heyoka_tuned': _member('heyoka', 'HeyokaTuned'),
     'heyoka_batch': _member('heyoka', 'HeyokaBatch'),
-    'dop853': _member('scipy_ivp', 'SciPy', 'DOP853'),
     'dop853_compiled': _member('dop853', 'CompiledDop853'),
-    'lsoda': _member('scipy_ivp', 'SciPy', 'LSODA'),
-    'radau': _member('scipy_ivp', 'SciPy', 'Radau'),
-    'diffrax': _member('diffrax_dopri8', 'Diffrax'),
-    'cvode': _member('cvode', 'Cvode'),
-    'mujoco': _member('mujoco_models', 'Mujoco'),
-    'verlet': _member('compositions', 'Symplectic', 'verlet'),
-    'yoshida6': _member('compositions', 'Symplectic', 'yoshida6'),
-    'yoshida8': _member('compositions', 'Symplectic', 'yoshida8'),
 }
 
 
