@@ -26,7 +26,6 @@ import stress_forecast
 import stress_hull
 import stress_live
 import stress_motion
-import stress_search
 from stress_cases import Row
 
 RESULTS = Path(__file__).with_suffix('.json')
@@ -39,28 +38,18 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
     ),
     'land': (
         stress_motion.reversal,
-        stress_motion.tolerances,
         stress_motion.order,
         stress_motion.amplitudes,
-        stress_motion.mass_ratios,
-        stress_motion.springs_and_holes,
         stress_motion.drag,
         stress_motion.escapement,
     ),
-    'sea': (
-        stress_motion.strong_roll,
-        stress_motion.resonance,
-        stress_motion.rates,
-        stress_motion.ratios,
-    ),
+    'sea': (stress_motion.resonance,),
     'forecast': (
         stress_forecast.bounds,
         stress_forecast.accuracies,
         stress_forecast.hours,
         stress_forecast.extrapolations,
     ),
-    'search': (partial(stress_search.search, 200),),
-    'counting': (stress_search.recoil,),
     'hull': (stress_hull.direct_runs,),
     'live': (stress_live.live,),
 }

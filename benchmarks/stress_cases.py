@@ -17,7 +17,7 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import PLANE
 from tauto_core.motion.stepping import TOLERANCE
-from tauto_core.samples import SHIP_IMU, Batches, FloatArray
+from tauto_core.samples import SHIP_IMU, Batches, FloatArray, join
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
 
@@ -118,28 +118,12 @@ def rolling(*components: tuple[float, float, float], **more: Any) -> dict[str, A
     return {'kind': 'components', 'components': roll, 'height': 0.0, **more}
 
 
-def sail(scene: Scene, *, chunk: int | None = None, finer: float | None = None) -> Batches:
-    """Return all output of the trochlea in a scene, fed at once or in chunks of samples.
-
-    With `finer`, the collocation keeps this tolerance, over the pieces of motion of the scene's
-    own.
-    """
+def sail(scene: Scene) -> Batches:
+    """Return all output of the trochlea in a scene."""
     ship, stage = ShipMotion(scene), TrochleaStage(scene)
-    if finer is not None and isinstance(stage._propagator, Collocation):
-        stage._propagator = Collocation(stage._machine, finer)
-    said: list[Batches] = []
-    while len((imu := ship.produce(chunk or ship.total)).stamp_ns):
-        said.append(stage.feed({SHIP_IMU: imu}))
-    said.append(stage.finish())
-    return joined(said)
-
-
-def joined(batches: list[Batches]) -> Batches:
-    """Return batches, one after the other, as one."""
-    from tauto_core.samples import join
-
-    names = {name for batch in batches for name in batch}
-    return {name: join([batch[name] for batch in batches if name in batch]) for name in names}
+    said = [stage.feed({SHIP_IMU: ship.produce(ship.total)}), stage.finish()]
+    names = {name for batch in said for name in batch}
+    return {name: join([batch[name] for batch in said if name in batch]) for name in names}
 
 
 def land(step_s: float, count: int, every: int = 1) -> Forcing:
@@ -174,11 +158,6 @@ def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatAr
         planes[k] = engine._state['planes'][0]
     x, x_rest, y, y_rest = (planes[name].astype(np.longdouble) for name in PLANE.names or ())
     return np.stack([x + x_rest, np.longdouble(engine._omega) * (y + y_rest)], axis=1)
-
-
-def energy(machine: Machine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return M theta'^2/2 + V on land [J]."""
-    return 0.5 * machine.mass(angle) * rate**2 + machine.potential(angle)
 
 
 def exponent(lags: FloatArray, sizes: FloatArray) -> float:

@@ -1,22 +1,19 @@
 """Rows of the stress table against exact answers: on land, at sea, order of the method, drift.
 
-Every row compares the engine with a closed form, with mpmath, or with SciPy's DOP853.
+Every row compares the engine with a closed form or with mpmath.
 """
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from mpmath import mp
-from scipy.integrate import solve_ivp
 from scipy.special import ellipe, ellipeinc
 from stress_cases import (
     FORCE,
-    HOLE_CAM,
     INERTIA,
     LEVER_RATE,
     WELLS,
@@ -31,9 +28,7 @@ from stress_cases import (
     weight,
 )
 
-from tauto_core.machines import Machine, compile_machine
-from tauto_core.motion import events
-from tauto_core.motion.closed_forms import ActionAngle
+from tauto_core.machines import Machine
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import make_work
 from tauto_core.motion.stepping import TOLERANCE
@@ -43,7 +38,7 @@ from tauto_core.scene import ComponentsShip, Scene
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
-# On land: reversal, amplitudes, mass, drag, escapement.
+# On land: reversal, amplitudes, drag, escapement.
 
 SWINGS = 100
 STIFFNESS = FORCE * LEVER_RATE
@@ -91,57 +86,6 @@ def reversal(swings: int = 1000) -> list[Row]:
     return rows
 
 
-def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
-    """Return the quantity that grows as steps shorten: their number, or that between two kinks.
-
-    Between kinks steps are equal, so several tolerances may lead to the same number.
-    """
-    if not machine.cam.kinked:
-        return count
-    half_swing_s = 0.5 * machine.period(machine.release_angle)
-    beyond_s = events.BEYOND / (math.pi / half_swing_s)
-    return math.ceil((half_swing_s + beyond_s) / engine.longest_step_s - events.SPARE)
-
-
-def _error_after(machine: Machine, tolerance: float, swings: int) -> tuple[float, int, int]:
-    """Return the relative distance from the quadrature's motion, the steps, and `_laid_out`."""
-    engine = Collocation(machine, tolerance)
-    # whole nanoseconds, as the closed form needs
-    step = math.floor(engine.longest_step_s * 1e9) * 1e-9
-    # a generic phase
-    count = round((swings + 0.37) * machine.period(machine.release_angle) / step)
-    spans = land(step, count, count)
-    engine.release(spans)
-    found = engine.advance(spans)
-    exact = ActionAngle(machine).advance(spans)
-    away = math.hypot(
-        float(found.angle[0] - exact.angle[0]),
-        float(found.rate[0] - exact.rate[0]) / machine.frequency,
-    )
-    steps = count << int(engine._state['level'])
-    return away / abs(machine.release_angle), steps, _laid_out(machine, engine, steps)
-
-
-def tolerances(finest: int = 15) -> list[Row]:
-    """Return how the error depends on the tolerance, from 1e-4 to 1e-15."""
-    rows = []
-    for name, well in WELLS.items():
-        machine = machine_of(well)
-        asked = [10.0**-k for k in range(4, finest + 1)]
-        found = [_error_after(machine, tolerance, SWINGS) for tolerance in asked]
-        used = [e / (n * tol) for (e, n, _), tol in zip(found, asked, strict=True) if e > 1e-11]
-        # over two decades, since at one tolerance the error may happen to pass through zero
-        pairs = zip(found, found[2:], strict=False)
-        stuck = [b / a for (a, _, few), (b, _, more) in pairs if b > 1e-11 and more > few]
-        setting = f'{name}, {SWINGS} swings'
-        rows += [
-            Row('error per step against the tolerance, largest', setting, max(used), 1.0),
-            Row('error left after two decades of tolerance, most', setting, max(stuck), 1.0),
-            Row(f'error at tolerance 1e-{finest}', setting, found[-1][0], 1e-11),
-        ]
-    return rows
-
-
 def _late(machine: Machine, swings: int = SWINGS) -> tuple[float, float]:
     """Return the relative error of the period after so many swings, and its limit.
 
@@ -180,32 +124,6 @@ def amplitudes() -> list[Row]:
             where = f'{angle:.3g} rad' if part < 0.6 else f'{edge:.4g} rad less 1e-9 of it'
             cases[f'{name}, {where}'] = {**WELLS[name], 'release_angle': angle}
     return _period_rows('amplitude', cases)
-
-
-def mass_ratios() -> list[Row]:
-    """Return errors of the period for m r^2/I from 0 to 10, and for very large values."""
-    ratios = (1e-12, 1e-6, 0.01, 0.1, 1.0, 10.0, 1e4)
-    cases = {f'm r2/I = {ratio:g}, 1 rad': weight(ratio) for ratio in ratios}
-    massless = weight(1.0)
-    massless['power'] = {**massless['power'], 'massless': True}
-    cases['m r2/I = 0 (massless), 1 rad'] = massless
-    return _period_rows('mass', cases)
-
-
-def springs_and_holes() -> list[Row]:
-    """Return errors of the period for springs and holes at both ends of the possible range."""
-
-    def well(stiffness: float, distance: float) -> dict[str, Any]:
-        return {
-            'cam': HOLE_CAM,
-            'thread': {'kind': 'hole', 'distance': distance},
-            'power': {'kind': 'spring', 'force': FORCE, 'stiffness': stiffness},
-        }
-
-    cases = {f'stiffness {k:g} N/m, 1 rad': well(k, 0.08) for k in (0.0, 1e-9, 1.0, 1e3, 1e6)}
-    for distance in (LEVER_RATE * (1.0 + 1e-9), 0.02, 1e3):
-        cases[f'hole at {distance:.10g} m, 1 rad'] = well(5.0, distance)
-    return _period_rows('spring and hole', cases)
 
 
 def _damped(ratio: float, times: FloatArray) -> FloatArray:
@@ -282,10 +200,7 @@ def escapement() -> list[Row]:
 
 
 # -----------------------------------------------------------------------------
-# At sea: strong roll, resonance, sampling rates, mass ratios.
-#
-# A force on a linear lever has an exact response to a sum of cosines. A weight is compared with
-# DOP853 at 1e-13 on the exact roll and apparent vertical, without sampling.
+# At sea: a force on a linear lever has an exact response to a sum of cosines.
 
 GENERAL = {'quadratic': 1e-300}
 """A negligible drag, with which the general engine runs instead of the closed form."""
@@ -319,73 +234,11 @@ def _forced(scene: Scene, times: FloatArray) -> FloatArray:
     return np.asarray(angle)
 
 
-def _felt(scene: Scene, time: float) -> tuple[float, float, float, float, float]:
-    """Return roll, its rate, the apparent vertical, its rate, and the apparent gravity."""
-    ship = _ship(scene)
-    roll = [0.0] * 4
-    heave = [0.0] * 4
-    for parts, sums in ((ship.components, roll), (ship.heave or (), heave)):
-        for part in parts:
-            w = math.tau / part.period
-            for k in range(4):
-                angle = w * time + part.phase + 0.5 * math.pi * k
-                sums[k] += part.amplitude * w**k * math.cos(angle)
-    turning = ship.height * cmath.exp(1j * roll[0])
-    force = turning * 1j * (1j * roll[2] - roll[1] ** 2) + 1j * (scene.g + heave[2])
-    jerk = turning * 1j * (1j * roll[3] - 3 * roll[1] * roll[2] - 1j * roll[1] ** 3)
-    jerk += 1j * heave[3]
-    return roll[0], roll[1], cmath.phase(force / 1j), (jerk / force).imag, abs(force)
-
-
-def _carried(scene: Scene, times: FloatArray) -> FloatArray:
-    """Return theta of a weight on the involute, by DOP853 in x and p = M x' + I gamma'."""
-    machine = compile_machine(scene)
-    inertia, mass = machine.inertia, machine.carried_mass
-    lever = float(machine.cam.lever_rate(0.0))
-
-    def motion(time: float, state: FloatArray) -> list[float]:
-        _, _, _, turning, gravity = _felt(scene, time)
-        x = float(state[0])
-        rate = (float(state[1]) - inertia * turning) / (inertia + mass * (lever * x) ** 2)
-        return [rate, mass * lever * x * (lever * rate * rate - gravity)]
-
-    roll, roll_rate, line, line_rate, _ = _felt(scene, 0.0)
-    x = machine.release_angle + roll - line
-    whole = inertia + mass * (lever * x) ** 2
-    start = [x, whole * (roll_rate - line_rate) + inertia * line_rate]
-    found = solve_ivp(
-        motion, (0.0, times[-1]), start, 'DOP853', times, rtol=1e-13, atol=1e-16, max_step=0.02
-    )
-    tilt = np.array([_felt(scene, float(t)) for t in times])
-    return np.asarray(found.y[0] + tilt[:, 2] - tilt[:, 0])
-
-
 def _away(scene: Scene) -> float:
     """Return the largest error of the angle in a run [rad]."""
     joints = sail(scene)[JOINT_STATES]
     times = (joints.stamp_ns - scene.starts_at_ns) * 1e-9
-    exact = _forced if scene.trochlea.power.kind == 'force' else _carried
-    return float(np.max(np.abs(joints.position[:, 0] - exact(scene, times))))
-
-
-HEAVY = {**weight(0.05), 'inertia': 8e-3}
-HEAVY['power'] = {'kind': 'weight', 'mass': 4.0}
-"""A slower wheel, since DOP853 loses less on fewer swings."""
-
-
-def strong_roll() -> list[Row]:
-    """Return errors under roll of up to 60 degrees."""
-    rows = []
-    for degrees in (1.0, 20.0, 40.0, 60.0):
-        roll = (math.radians(degrees), 9.0, 0.4)
-        name = 'roll, largest error of the angle in 60 s [rad]'
-        for kind, drag in (('forced harmonic', None), ('collocation', GENERAL)):
-            scene = scene_of(ship=rolling(roll), drag=drag)
-            rows.append(Row(name, f'force, {kind}, {degrees:g} degrees', _away(scene), 1e-10))
-        ship = rolling(roll, height=3.0, heave=[{'amplitude': 0.5, 'period': 10.2, 'phase': 0.7}])
-        scene = scene_of(HEAVY, ship=ship)
-        rows.append(Row(name, f'weight 3 m up, heave, {degrees:g} degrees', _away(scene), 1e-8))
-    return rows
+    return float(np.max(np.abs(joints.position[:, 0] - _forced(scene, times))))
 
 
 def resonance() -> list[Row]:
@@ -406,45 +259,6 @@ def resonance() -> list[Row]:
             away = _away(scene_of(ship=ship, drag=drag))
             setting = f'roll {name}, force, {kind}, 60 s at 20 Hz'
             rows.append(Row('resonance, largest error of the angle [rad]', setting, away, 1e-8))
-    return rows
-
-
-RATE_LIMITS = {2.0: 2e-5, 5.0: 1e-9, **dict.fromkeys((10.0, 20.0, 50.0, 200.0, 1000.0), 1e-11)}
-"""Error of the interpolation for a roll of 6 and 8 s; of degree 7, it falls with the rate."""
-
-
-def rates() -> list[Row]:
-    """Return errors against the exact roll from 2 to 1000 samples a second."""
-    rows = []
-    for rate, limit in RATE_LIMITS.items():
-        ship = rolling((0.15, 8.0, 0.4), (0.05, 6.0, -1.0), rate=rate)
-        name = 'sampling, largest error of the angle in 60 s [rad]'
-        for kind, drag in (('forced harmonic', None), ('collocation', GENERAL)):
-            away = _away(scene_of(ship=ship, drag=drag))
-            rows.append(Row(name, f'force, {kind}, {rate:g} Hz', away, limit))
-        scene = scene_of(HEAVY, ship={**ship, 'height': 3.0})
-        rows.append(Row(name, f'weight 3 m up, {rate:g} Hz', _away(scene), 100.0 * limit))
-    return rows
-
-
-def ratios() -> list[Row]:
-    """Return errors for m r^2/I from 1e-6 to 10 under roll and heave."""
-    rows = []
-    for ratio in (1e-6, 0.01, 1.0, 10.0):
-        heave = [{'amplitude': 0.3, 'period': 10.2, 'phase': 0.7}]
-        ship = rolling((0.1, 8.0, 0.4), height=3.0, heave=heave)
-        # omega^2 = g (m r^2/I)/r; with this lever all have small swings of 5 rad/s
-        lever = ratio * 9.80665 / 25.0
-        mass = 8e-3 * ratio / lever**2
-        well = {
-            'cam': {'kind': 'involute', 'base_radius': lever},
-            'thread': {'kind': 'vertical'},
-            'power': {'kind': 'weight', 'mass': mass},
-            'inertia': 8e-3,
-        }
-        scene = scene_of(well, ship=ship, duration=20.0)
-        setting = f'weight at sea, m r2/I = {ratio:g}, 20 s'
-        rows.append(Row('largest error of the angle [rad]', setting, _away(scene), 1e-10))
     return rows
 
 

@@ -50,9 +50,3 @@ def test_roll_at_resonance_and_at_commensurable_frequencies_has_its_exact_answer
     from stress_motion import resonance
 
     assert not broken(resonance())
-
-
-def test_random_scenes_run_the_same_in_chunks_or_are_refused_in_words():
-    from stress_search import search
-
-    assert not broken(search(10, kinds=1))
