@@ -54,7 +54,7 @@ def random_states(n: int) -> np.ndarray:
 
 
 def test_an_oscillation_is_a_small_swing_of_the_slow_mode() -> None:
-    slow = math.sqrt(CASE.gravity / body(CASE).modes.b)
+    slow = math.sqrt(CASE.gravity / body(CASE).modes.h)
     assert math.tau / PROBLEM.period_s == pytest.approx(slow, rel=1e-14)
 
 

@@ -26,21 +26,23 @@ def refused(*arguments: str) -> str:
 
 
 def test_lengths_are_those_of_the_paper() -> None:
-    """§42: e = 0.1 m gives b, b′ = 0.4586475752, 0.0163524248 m (50-digit arithmetic)."""
+    """§42: e = 0.1 m gives h, h′ = 0.4586475752, 0.0163524248 m (50-digit arithmetic)."""
     hollow = ('--support', 'concave', '--support-radius', '0.12', '--axle-radius', '0.02')
     found = json.loads(run(*BODY, *hollow, '--push-spin', '0.02', '--json'))
-    assert found['b_m'] == pytest.approx(0.4586475752, abs=5e-11)
-    assert found['b_prime_m'] == pytest.approx(0.0163524248, abs=5e-11)
+    assert found['h_m'] == pytest.approx(0.4586475752, abs=5e-11)
+    assert found['h_prime_m'] == pytest.approx(0.0163524248, abs=5e-11)
     assert len(found['rows']) == 21
+    # by the names of version 0.2, too
+    assert (found['b_m'], found['b_prime_m']) == (found['h_m'], found['h_prime_m'])
     lines = run(*BODY, *hollow, '--push-spin', '0.02').splitlines()
-    assert lines[0].split() == ['b', '0.458647575', 'm']
+    assert lines[0].split() == ['h', '0.458647575', 'm']
     assert len(lines) == 6 + 1 + 21
 
 
 def test_friction_gives_the_length_that_experience_shows() -> None:
-    """§40: on a smooth plane k²/c; rolling (k² + (c − b₀)²)/c, about that of a knife-edge."""
+    """§40: on a smooth plane k²/c; rolling (k² + (c − b)²)/c, about that of a knife-edge."""
     smooth = json.loads(run(*BODY, '--release-tilt', '0.1', '--json'))
-    assert (smooth['b_m'], smooth['b_prime_m']) == (None, pytest.approx(0.15**2 / 0.3))
+    assert (smooth['h_m'], smooth['h_prime_m']) == (None, pytest.approx(0.15**2 / 0.3))
     rolling = json.loads(
         run(*BODY, '--axle-radius', '0.02', '--contact', 'rolling', '--push-spin', '1', '--json')
     )
@@ -50,8 +52,8 @@ def test_friction_gives_the_length_that_experience_shows() -> None:
 def test_a_body_that_falls_is_followed_until_it_lifts_off() -> None:
     convex = ('--support', 'convex', '--support-radius', '0.2', '--push-spin', '0.02')
     found = json.loads(run(*BODY, *convex, '--json'))
-    assert found['b_prime_m'] < 0.0
-    assert found['b_prime_period_s'] is None
+    assert found['h_prime_m'] < 0.0
+    assert found['h_prime_period_s'] is None
     assert 'lifted off' in found['ends_why']
     assert len(found['rows']) == math.floor(found['ends_s'] / 0.1) + 1
 

@@ -289,11 +289,14 @@ def axle_motion(
         raise UsageError(Argument('every', repr(every), spaced=True), rows)
     clock = body.clock(gravity)
     table = axle_table(clock, duration, every)
+    lengths = body_lengths(clock)
     columns = {
         name: values.tolist() for name, values in asdict(table).items() if name[:5] != 'ends_'
     }
     return {
-        **body_lengths(clock),
+        **lengths,
+        # the names of version 0.2, for one release more
+        **{f'b{name[1:]}': found for name, found in lengths.items() if name.startswith('h')},
         'ends_s': table.ends_s,
         'ends_why': table.ends_why or None,
         'rows': [
@@ -313,7 +316,7 @@ def body_lengths(clock: AxleClock) -> dict[str, float | None]:
         return {'length_m': length, 'period_s': period}
     modes, found = clock.body.modes, {}
     shapes = modes.tilt_per_arc
-    for name, length, shape in (('b', modes.b, shapes[0]), ('b_prime', modes.b_prime, shapes[1])):
+    for name, length, shape in (('h', modes.h, shapes[0]), ('h_prime', modes.h_prime, shapes[1])):
         finite = math.isfinite(length)
         found[f'{name}_m'] = length if finite else None
         found[f'{name}_period_s'] = (

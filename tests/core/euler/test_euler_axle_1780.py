@@ -1,7 +1,5 @@
-"""Every claim of paper C gets the expected verdict."""
+"""Claims of paper C against figures found by hand, and that a wrong formula is seen."""
 
-import math
-import re
 from copy import deepcopy
 
 import pytest
@@ -13,30 +11,8 @@ from tauto_core.euler.edition import read_text
 CLAIMS = claims()
 
 
-@pytest.mark.parametrize('claim', CLAIMS, ids=lambda claim: f'{claim.paragraph}: {claim.claim}')
-def test_the_verdict_is_the_expected_one(claim):
-    assert claim.paper == 'C'
-    assert claim.verdict == claim.expected
-    assert math.isfinite(claim.computed)
-    assert (claim.expected == 'corrected') == bool(claim.because) == bool(claim.must)
-    assert (claim.expected == 'corrected') == (claim.must_value is not None)
-
-
-def test_they_stand_in_the_order_of_the_paper():
-    first = [int(re.match(r'\d+', claim.paragraph).group()) for claim in CLAIMS]
-    assert first == sorted(first)
-
-
-def test_every_formula_that_needs_a_correction_is_there():
-    """Those of `physics.md`, and k² for k⁴ (45, 53), g′ (21) and sin for arc sin (20)."""
-    assert [claim.paragraph for claim in CLAIMS if claim.expected == 'corrected'] == [
-        '5', '15', '17-20', '18-21', '19', '20', '20', '21', '23', '23', '32', '36', '37', '44',
-        '45', '45', '53', '53',
-    ]  # fmt: skip
-
-
 def test_the_formula_without_c_gives_the_negative_length_it_was_caught_by():
-    (slow,) = [claim for claim in CLAIMS if claim.stands.startswith('b = ekk/(kk + cf − √')]
+    (slow,) = [claim for claim in CLAIMS if claim.stands.startswith('h = ekk/(kk + cf − √')]
     assert slow.value == pytest.approx(-0.0150, abs=5e-5)
     assert slow.computed == pytest.approx(0.458647575161926656834875439639, rel=1e-14)
 

@@ -236,7 +236,7 @@ def _small_swings(e: float, c: float, k: float) -> FloatArray:
 )
 def test_lengths_of_both_modes_are_those_of_the_eigenvalues(name: str, side: float) -> None:
     for (e, c, k), says, _ in _shown(_figure('C', name)):
-        found = sorted(float(each) for each in re.findall(r'b′? = (-?\d+\.\d{5}) m', says))
+        found = sorted(float(each) for each in re.findall(r'h′? = (-?\d+\.\d{5}) m', says))
         squares = np.linalg.eigvals(_small_swings(side * e, c, k)).real
         assert found == pytest.approx(sorted(G / squares), abs=6e-6), (e, c, k)
         assert says.count('falls') == sum(squares < 0.0)

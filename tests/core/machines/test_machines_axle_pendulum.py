@@ -236,7 +236,7 @@ def test_what_falls_says_how_fast_and_what_would_swing():
     for name in ('hollow', 'wide', 'plane'):
         BODIES[name].require_swing()
         assert BODIES[name].growth_rate == 0.0
-    with pytest.raises(UnsteadyAxleError, match=r'b′ = .*hollow of larger radius'):
+    with pytest.raises(UnsteadyAxleError, match=r'h′ = .*hollow of larger radius'):
         BODIES['convex'].require_swing()
     with pytest.raises(UnsteadyAxleError, match=r'0\.3 m below the axle'):
         BODIES['top-heavy'].require_swing()

@@ -20,8 +20,8 @@ def test_small_swings_are_the_modes():
     """E⁻¹ of the linear equations: frequencies to second order in the amplitude, 1e-8 here."""
     size = 1e-4
     for share, length in (
-        (MACHINE.modes.B, MACHINE.modes.b),
-        (MACHINE.modes.B_prime, MACHINE.modes.b_prime),
+        (MACHINE.modes.B, MACHINE.modes.h),
+        (MACHINE.modes.B_prime, MACHINE.modes.h_prime),
     ):
         psi, delta = size, size * MACHINE.base_radius / share
         bends = MACHINE.accelerations(psi, delta, 0.0, 0.0)
@@ -60,7 +60,7 @@ def test_the_wheels_mode_is_the_one_a_release_excites_most():
         slow, fast = machine.modes.B, machine.modes.B_prime
         share = (-fast if machine.wheel_is_fast else slow) / (slow - fast)
         assert share > 0.5
-        lengths = {machine.modes.b, machine.modes.b_prime}
+        lengths = {machine.modes.h, machine.modes.h_prime}
         used = {
             machine.gravity / machine.frequency**2,
             machine.gravity / machine.thread_frequency**2,

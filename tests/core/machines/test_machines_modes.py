@@ -52,8 +52,8 @@ def test_golden_modes(entry):
     slow, fast = found.squared_frequencies(gravity)
     ratios = found.tilt_per_arc
     said = {
-        'b': found.b,
-        'b_prime': found.b_prime,
+        'b': found.h,
+        'b_prime': found.h_prime,
         'B': found.B,
         'B_prime': found.B_prime,
         'T_b_s': math.tau / math.sqrt(slow) if slow > 0.0 else math.inf,
@@ -66,7 +66,7 @@ def test_golden_modes(entry):
     }
     if given_['k'] > 0.0 and 'product_over_ek2c' in expected:
         said['product_over_ek2c'] = (
-            found.b * found.b_prime * given_['c'] / (link(given_) * given_['k'] ** 2)
+            found.h * found.h_prime * given_['c'] / (link(given_) * given_['k'] ** 2)
         )
     elif given_['k'] == 0.0:
         assert expected.pop('product_over_ek2c') == 1.0
@@ -106,7 +106,7 @@ def test_no_machine_cancels(e, e_sign, c, c_sign, k):
         limit = 1e-15 * (4.0 + float(1 / gap))
         wanted = [b, b_prime, tilt, tilt_prime]
         for value, length in zip(
-            [found.b, found.b_prime, found.B, found.B_prime], wanted, strict=True
+            [found.h, found.h_prime, found.B, found.B_prime], wanted, strict=True
         ):
             assert abs(value / length - 1) < limit
     assert found.swings == (e > 0.0 and c > 0.0)
@@ -115,21 +115,21 @@ def test_no_machine_cancels(e, e_sign, c, c_sign, k):
 def test_plane_is_between_hollow_and_convex():
     """As 1/e passes through zero, b grows beyond bounds and comes back as the smaller length."""
     plane, back = modes(math.inf, 0.3, 0.0225), modes(-math.inf, 0.3, 0.0225)
-    assert (plane.b, plane.b_prime, plane.B, plane.B_prime) == (math.inf, 0.075, 0.3, -math.inf)
-    assert (back.b, back.b_prime, back.B, back.B_prime) == (0.075, -math.inf, math.inf, 0.3)
+    assert (plane.h, plane.h_prime, plane.B, plane.B_prime) == (math.inf, 0.075, 0.3, -math.inf)
+    assert (back.h, back.h_prime, back.B, back.B_prime) == (0.075, -math.inf, math.inf, 0.3)
     assert plane.squared_frequencies(9.81)[0] == 0.0
     hollow, convex = modes(1e15, 0.3, 0.0225), modes(-1e15, 0.3, 0.0225)
-    close([hollow.b_prime, hollow.B, convex.b, convex.B_prime], [0.075, 0.3, 0.075, 0.3])
-    assert hollow.b > 1e14
-    assert convex.b_prime < -1e14
-    assert modes(math.inf, -0.3, 0.0225).b_prime == math.inf
+    close([hollow.h_prime, hollow.B, convex.h, convex.B_prime], [0.075, 0.3, 0.075, 0.3])
+    assert hollow.h > 1e14
+    assert convex.h_prime < -1e14
+    assert modes(math.inf, -0.3, 0.0225).h_prime == math.inf
 
 
 def test_knife_edge_and_point_mass():
     edge = modes(0.0, 0.3, 0.0225)
-    close([edge.b, edge.b_prime, edge.B], [(0.0225 + 0.09) / 0.3, 0.0, 0.375])
+    close([edge.h, edge.h_prime, edge.B], [(0.0225 + 0.09) / 0.3, 0.0, 0.375])
     point = modes(0.2, 0.3, 0.0)
-    close([point.b, point.b_prime, point.B, point.B_prime], [0.5, 0.0, 0.3, -0.2])
+    close([point.h, point.h_prime, point.B, point.B_prime], [0.5, 0.0, 0.3, -0.2])
     assert point.squared_frequencies(9.81)[1] == math.inf
 
 

@@ -257,7 +257,7 @@ def test_two_modes_of_nearly_one_length_stay_apart():
     """e c = k² + c²: the lengths are as near as they get; DOP853 agrees."""
     e, c, k = 0.2, 0.1, 0.1
     own = modes(e, c, k * k)
-    assert own.b / own.b_prime < 6.0
+    assert own.h / own.h_prime < 6.0
     swing = AxleModes(e, c, k, G)
     released(swing, 0.02)
     pieces = bearing(rough(40, 0.1))

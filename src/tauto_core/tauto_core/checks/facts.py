@@ -272,7 +272,7 @@ def _and(names: list[str]) -> str:
 def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
     """Return the suspension of the case and its modes, None if it is fixed to the ship.
 
-    The kind, the lengths [m] of the simple pendulums that keep time with its modes (b and b′ of an
+    The kind, the lengths [m] of the simple pendulums that keep time with its modes (h and h′ of an
     axle), their periods [s], whether the full equations run, the step
     of the motion that the clock feels [s], and the departure from the apparent vertical, both in
     rad and over the tilt of the apparent vertical (`Following`).

@@ -144,7 +144,8 @@ def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
         return found
     rows, lines = found['rows'], []
     for name, length in found.items():
-        if isinstance(length, float) and name != 'ends_s':
+        # b and b_prime are the old names of h and h_prime
+        if isinstance(length, float) and name[:2] != 'b_' and name != 'ends_s':
             words, _unit, unit = name.rpartition('_')
             lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
     heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')
@@ -312,7 +313,7 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
         'claim': claim.said,
         'stands': claim.stands or None,
         'value': claim.value if math.isfinite(claim.value) else None,
-        'computed': claim.computed,
+        'computed': claim.computed if math.isfinite(claim.computed) else None,
         'difference': claim.difference if math.isfinite(claim.difference) else None,
         'tolerance': claim.tolerance,
         'verdict': claim.verdict,
@@ -321,6 +322,7 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
         'must_value': claim.must_value,
         'adds': claim.adds or None,
         'because': claim.reason or None,
+        'whose': claim.whose or None,
     }
 
 
@@ -335,9 +337,11 @@ def claim_lines(claim: Claim, width: int) -> list[str]:
         said.append(f'as it must be: {claim.must}')
     if claim.adds:
         said.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
-    said.append(f'computed: {claim.computed:.9g}')
+    if math.isfinite(claim.computed):
+        said.append(f'computed: {claim.computed:.9g}')
     if math.isfinite(claim.difference):
         said.append(f'off by {claim.difference:.1e}')
-    for words in ('; '.join(said), claim.reason):
+    whose = f'whose fault: {claim.whose}' if claim.whose else ''
+    for words in ('; '.join(said), claim.reason, whose):
         lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
     return lines

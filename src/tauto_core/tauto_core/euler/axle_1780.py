@@ -26,7 +26,7 @@ from tauto_core.samples import FloatArray
 # -----------------------------------------------------------------------------
 # Reference values, found without the formulas of the paper.
 #
-# The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are b and b′;
+# The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are h and h′;
 # motions are integrated; Lagrange's equations check Euler's own.
 
 _LETTERS = letters_of('axle')
@@ -41,10 +41,10 @@ SPEED, SPIN, TIME = (_LETTERS[each] for each in 'nνt')
 
 
 class TrueModes(NamedTuple):
-    """b, b′ and B, B′ = cφ/θ of both modes."""
+    """h, h′ and B, B′ = cφ/θ of both modes."""
 
-    b: float
-    b_prime: float
+    h: float
+    h_prime: float
     B: float
     B_prime: float
 
@@ -146,7 +146,7 @@ def pushed_motion(time_s: float) -> FloatArray:
 def pushed_amplitudes() -> FloatArray:
     """Return α and α′ of that motion, its components along the eigenvectors."""
     own = true_modes(E, C, K)
-    slow, fast = math.sqrt(G / own.b), math.sqrt(G / own.b_prime)
+    slow, fast = math.sqrt(G / own.h), math.sqrt(G / own.h_prime)
     shapes = np.array([[C * slow, C * fast], [own.B * slow, own.B_prime * fast]])
     return np.asarray(
         np.linalg.solve(shapes, np.array([(SPEED - C * SPIN) / E, SPIN])), np.float64
@@ -184,8 +184,8 @@ def _of_modes() -> dict[str, float]:
     true, point, far = (true_modes(*body) for body in ((E, C, K), (E, C, 0.0), (1e4, C, K)))
     swings = time_to_rest(true.B), time_to_rest(true.B_prime)
     return {
-        'slow': true.b,
-        'fast': true.b_prime,
+        'slow': true.h,
+        'fast': true.h_prime,
         'slow_tilt': true.B,
         'fast_tilt': true.B_prime,
         'slow_swing': swings[0],
@@ -197,22 +197,22 @@ def _of_modes() -> dict[str, float]:
         'fast_frequency': math.pi / swings[1],
         'simple_length': float(np.max(np.linalg.eigvals(np.array([[0.0, C], [0.0, C]])))),
         'f_of_point': 0.5 * (point.B + point.B_prime),
-        'length_of_point': point.b,
-        'slow_on_flat': far.b,
-        'fast_on_flat': far.b_prime,
+        'length_of_point': point.h,
+        'slow_on_flat': far.h,
+        'fast_on_flat': far.h_prime,
     }
 
 
 def _of_motions() -> dict[str, float]:
     body, true = AxlePendulum(1.0 / E, C, K, G), true_modes(E, C, K)
     after = pushed_motion(TIME)
-    pushes = pushed_amplitudes() * np.sqrt([G / true.b, G / true.b_prime])
+    pushes = pushed_amplitudes() * np.sqrt([G / true.h, G / true.h_prime])
     slow, _ = body.modes.tilt_per_arc
     half = math.pi / math.sqrt(body.modes.squared_frequencies(G)[0])
     in_mode = linear_motion(E, np.array([1e-3, 1e-3 * slow * E, 0.0, 0.0]), half)
     start = np.array([0.02, -0.03, 0.1, 0.2])
     # α sin δ and α cos δ of both modes
-    lengths = np.array([true.b, true.b_prime])
+    lengths = np.array([true.h, true.h_prime])
     shapes, rates = np.stack([[C, C], lengths - E]), np.sqrt(G / lengths)
     sines = np.linalg.solve(shapes, start[:2])
     cosines = np.linalg.solve(shapes, start[2:]) / rates
@@ -236,7 +236,7 @@ def _of_supports() -> dict[str, float]:
     plane, i = AxlePendulum(0.0, C, K, G), 0.5
     swing = on_a_plane(plane, 1.0, 0.4)
     convex = true_modes(-i, C, K)
-    falls = min(convex.b, convex.b_prime)
+    falls = min(convex.h, convex.h_prime)
     rate = 1e-3 * math.sqrt(-G / falls)
     falling = linear_motion(-i, np.array([0.0, 0.0, rate, rate * (falls + i) / C]), TIME)
     e, c, k = 1.2, 0.25, 0.4
@@ -246,15 +246,15 @@ def _of_supports() -> dict[str, float]:
         'tilt_on_plane': float(swing[1]),
         'arc_on_plane': float(swing[0]),
         'drift': float(np.asarray(small_motion(plane, AxleState(0.0, 0.0, 0.2, 0.0), 3.0).arc)),
-        'convex_swings': max(convex.b, convex.b_prime),
+        'convex_swings': max(convex.h, convex.h_prime),
         'convex_falls': falls,
         'share_that_falls': part_that_falls(),
         'falling_contact': float(falling[0]),
         'falling_cradle': float(
             np.min(np.linalg.eigvals(np.array([[e, -c], [e, -c - k * k / c]])))
         ),
-        'slow_cradle': cradle.b,
-        'fast_cradle': cradle.b_prime,
+        'slow_cradle': cradle.h,
+        'fast_cradle': cradle.h_prime,
         'slow_tilt_of_cradle': cradle.B / (c * e),
         'fast_tilt_of_cradle': cradle.B_prime / (c * e),
     }

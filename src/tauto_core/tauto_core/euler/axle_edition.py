@@ -41,7 +41,7 @@ def _swings(e: float, c: float, k: float) -> str:
     """Return the lengths of both modes, and how long a swing takes or how fast the body falls."""
     found = modes(e, c, k * k)
     said = []
-    for name, length in (('*b*', found.b), ('*b′*', found.b_prime)):
+    for name, length in (('*h*', found.h), ('*h′*', found.h_prime)):
         if math.isinf(length):
             said.append(f'{name} is infinite, the axle drifts')
         elif length < 0.0:
@@ -121,7 +121,7 @@ _TIMES = tuple(round(0.04 * k, 2) for k in range(1, 36))
 def _angles(motion: int, seconds: float) -> tuple[float, float]:
     """Return θ and Φ of a motion from equilibrium at a time [rad]."""
     own = modes(E, C, K * K)
-    slow, fast = (math.sqrt(G / length) for length in (own.b, own.b_prime))
+    slow, fast = (math.sqrt(G / length) for length in (own.h, own.h_prime))
     if motion == 0:
         rates = 0.35 * slow / C, 0.0
     elif motion == 1:
@@ -186,11 +186,11 @@ def _figure_6(phi: float, c: float, k: float) -> Shown:
         (axle, 'c', -9.0, 7.0),
         ((axle[0], -AXLE), 'a', -9.0, -8.0),
     )
-    b = k * k / c
+    h = k * k / c
     return Shown(
         drawing,
         f'The axle is at {axle[0]:.4f} m = *−c sin Φ*, *g* in its vertical. A swing takes '
-        f'{math.pi * math.sqrt(b / G):.5f} s, as of a pendulum *kk/c* = {b:.5f} m.',
+        f'{math.pi * math.sqrt(h / G):.5f} s, as of a pendulum *kk/c* = {h:.5f} m.',
     )
 
 
@@ -234,7 +234,7 @@ ROCKER = 0.5
 
 def _figure_v_2(e: float, c: float, k: float) -> Shown:
     found = modes(e, c, k * k)
-    ratio = (found.B if found.b > 0.0 else found.B_prime) / c
+    ratio = (found.B if found.h > 0.0 else found.B_prime) / c
     theta = min(0.22, 0.5 / abs(ratio))
     a = e + ROCKER
     drawing = Drawing(-1.0, 1.0, -1.75, 0.12, 320.0)

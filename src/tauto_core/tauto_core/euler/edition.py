@@ -26,7 +26,7 @@ Paper: TypeAlias = Literal['A', 'B', 'C']
 G = 9.81
 """Gravity of all examples [m/s2]."""
 
-Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added']
+Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added', 'answered']
 
 
 def plain(words: str) -> str:
@@ -47,7 +47,8 @@ class Claim:
             text states it in words, or omits it.
         value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
             it cannot be evaluated.
-        computed: the same quantity, computed independently of it.
+        computed: the same quantity, computed independently of it; NaN for a fault of letters or
+            words, which has no value.
         tolerance: largest difference of the two if the claim holds, relative to `computed`,
             absolute where that is 0.
         must: the formula as it must be; empty where it is right as it stands.
@@ -57,6 +58,10 @@ class Claim:
         adds: what Tauto adds: the formula for a claim in words, or a figure that makes one
             testable.
         euler: false for a claim that is not in the paper.
+        whose: whose fault a correction mends, with the reason where `because` does not say it:
+            'transcription certain', where the text itself has it right or a machine alone reads
+            so; 'print likely', where it is repeated while its neighbours are whole; else 'open'.
+        question: true for a question of the paper; what does not hold is then the answer no.
     """
 
     paper: Paper
@@ -72,6 +77,8 @@ class Claim:
     expected: Verdict = 'holds'
     adds: str = ''
     euler: bool = True
+    whose: str = ''
+    question: bool = False
 
     @property
     def said(self) -> str:
@@ -91,16 +98,18 @@ class Claim:
     @property
     def verdict(self) -> Verdict:
         """`holds` as it stands, `corrected` if only as it must be, `added` if not Euler's."""
+        if self.must and math.isnan(self.computed):
+            return 'corrected'
         if self.difference <= self.tolerance:
             return 'holds' if self.euler else 'added'
         must = self.must_value
         if must is not None and _difference(must, self.computed) <= self.tolerance:
             return 'corrected'
-        return 'fails'
+        return 'answered' if self.question else 'fails'
 
 
 def _difference(value: float, truth: float) -> float:
-    if math.isnan(value):
+    if math.isnan(value) or math.isnan(truth):
         return math.inf
     return abs(value - truth) / (abs(truth) or 1.0)
 
@@ -406,17 +415,19 @@ def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[
                     each.get('paragraphs', paragraph['number']),
                     each['claim'],
                     stands,
-                    _number(value, known, each.get('of', '')),
-                    _number(each['computed'], known),
+                    _number(value, known, each.get('of', '')) if 'computed' in each else math.nan,
+                    _number(each.get('computed', math.nan), known),
                     float(each.get('tolerance', text['tolerance'])),
                     must,
                     _number(each.get('must_value', must), known, each.get('of', ''))
-                    if must
+                    if must and 'computed' in each
                     else None,
                     each.get('because', ''),
                     each.get('expected', 'corrected' if must else 'holds' if euler else 'added'),
                     adds,
                     euler,
+                    each.get('whose', ''),
+                    each.get('question', False),
                 )
             )
     return found

@@ -213,17 +213,19 @@ def _of_cusps() -> dict[str, float]:
     s = zero_of(lambda s: slope(s) - 1.0, 0.1, 1.5)
     t = zero_of(lambda t: slope(-t) + 1.0, 0.1, 4.0)
     down = zero_of(lambda s: slope(s, THIN) - 1.0, 0.1, 1.5)
-    up = zero_of(lambda t: slope(-t, THIN) + 1.0, 0.1, 1.5)
+    up = zero_of(lambda t: slope(-t, THIN, H) + 1.0, 0.1, 1.5)
     bent = derivative(lambda s: math.asin(slope(s)), s - 1e-5, 1e-6)
+    of_h = zero_of(lambda s: slope(s, length=H) - 1.0, 0.1, 1.5)
     return {
         's_cusp': s,
         'x_cusp': height(s),
         'radius_at_cusp': 1.0 / bent,
         'log_at_thin_cusp': THIN * down,
+        'log_factor': (1.0 / GLOBE - height(of_h, length=H)) / (GLOBE * of_h),
         'x_thin_cusp': height(down, THIN),
         't_cusp': t,
         'u_cusp': height(-t),
-        'u_thin_cusp': height(-up, THIN),
+        'u_thin_cusp': height(-up, THIN, H),
         'height_between_cusps': height(-t) - height(s),
         'steepest': -slope(-40.0 / GLOBE, length=3.0),
     }

@@ -20,7 +20,7 @@ _PHRASES = (
     'it is certain', 'by virtual work, with', 'to a tenth of a second a day', 'for any', 'here',
     'by circle and arc tangent, where', 'a drag coefficient of', 'on the section', 'left as it is',
     'punctum flexus contrarii', 'punctum reversionis', 'totus arcus descensus',
-    'totus arcus ascensus', 'constans', 'always', 'with', 'for',
+    'totus arcus ascensus', 'Dicitur unum', 'Dicatur nunc', 'constans', 'always', 'with', 'for',
 )  # fmt: skip
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     'arcsin': math.asin,

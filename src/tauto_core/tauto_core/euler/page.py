@@ -39,9 +39,10 @@ def summary(claims: Sequence[Claim]) -> str:
     count = Counter(claim.verdict for claim in claims)
     return (
         f'{len(claims)} claims: {count["holds"]} hold as they stand, {count["corrected"]} once '
-        f'corrected, {count["fails"]} do not hold; {count["added"]} are additions of Tauto and '
-        'hold. The text is a transcription by machine: which of its faults are in the print, only '
-        'scans can tell, and none were compared'
+        f'corrected, {count["fails"]} do not hold, {count["answered"]} is a question answered no; '
+        f'{count["added"]} are additions of Tauto and hold. The text is a transcription by '
+        'machine: which of its faults are in the print, only scans can tell, and none were '
+        'compared'
     )
 
 
@@ -72,17 +73,24 @@ in words, or a figure that makes one testable; its value then follows its arrow.
 integrating the motion, or by another closed form. *Off by* is the difference of value and computed
 value, relative to the latter, or absolute where that is 0.
 
-A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees: the
-fault may be Euler's, the printer's or the transcription's. It *fails* if the claim itself is
-wrong. A claim that is not in the paper is *added*. Examples are in SI units unless a claim says
-otherwise. Euler writes *xx* for *x²*, and in paper B *l* for the natural logarithm and *c* for its
-base.
+A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees, and
+where a letter or a word is wrong that has no value. It *fails* if the claim itself is wrong. A
+question of the paper is *answered*. A claim that is not in the paper is *added*. The column *whose
+fault* judges the corrections. The transcription's are certain where the text itself has the
+formula right elsewhere, or where only a machine reads so. The print, and perhaps Euler, is likely
+where a fault is repeated while its neighbours are whole. All others are open until scans are
+compared.
+
+The rows are the results of the papers and the faults of our text; many intermediate steps that
+hold have none. Examples are in SI units unless a claim says otherwise. Euler writes *xx* for
+*x²*, and in paper B *l* for the natural logarithm and *c* for its base. In paper C the lengths of
+both pendulums are written *h* and *h′*, where our text has *b* and *b′* but in §53 (see §20).
 
 {summary}
 """
 _COLUMNS = (
-    '| § | claim | as it stands | as it must be | Tauto adds | computed | off by | verdict |\n'
-    '|---|---|---|---|---|---|---|---|'
+    '| § | claim | as it stands | as it must be | Tauto adds | computed | off by | verdict '
+    '| whose fault |\n|---|---|---|---|---|---|---|---|---|'
 )
 
 _RUNS = """## Commands for each paragraph
@@ -98,6 +106,7 @@ _COUNTED: tuple[tuple[Verdict, str], ...] = (
     ('corrected', 'corrected'),
     ('fails', 'fail'),
     ('added', 'added'),
+    ('answered', 'answered'),
 )
 
 
@@ -190,10 +199,11 @@ def _row(claim: Claim) -> str:
         _formula(claim.stands) + (value if claim.stands else ''),
         _formula(claim.must),
         _formula(claim.adds) + ('' if claim.stands else value),
-        seven_digits(claim.computed),
+        '' if math.isnan(claim.computed) else seven_digits(claim.computed),
         off_by(claim),
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
         + (f': {_sentence(claim.because)}' if claim.because else ''),
+        _sentence(claim.whose),
     )
     return f'| {" | ".join(cells)} |'
 

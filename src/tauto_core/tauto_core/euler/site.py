@@ -32,6 +32,7 @@ _VERDICTS = {
     'corrected': 'holds once corrected',
     'fails': 'does not hold',
     'added': 'not in the paper',
+    'answered': 'answered',
 }
 
 
@@ -121,11 +122,13 @@ def _claim(claim: Claim) -> str:
     because = f': {_sentence(claim.because)}' if claim.because else ''
     stands = 'as it stands ' if claim.must else ''
     off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
+    if not math.isnan(claim.computed):
+        formulas += f'<dt>computed</dt><dd>{seven_digits(claim.computed)}{off}</dd>'
+    whose = f'. Whose fault: {_sentence(claim.whose)}' if claim.whose else ''
     return (
         f'<div class="claim {claim.verdict}"><p>{_sentence(claim.claim)}</p>'
-        f'<dl class="formulas">{formulas}<dt>computed</dt>'
-        f'<dd>{seven_digits(claim.computed)}{off}</dd></dl>'
-        f'<p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}</p></div>'
+        f'<dl class="formulas">{formulas}</dl>'
+        f'<p><span class="verdict">{_VERDICTS[claim.verdict]}</span>{because}{whose}</p></div>'
     )
 
 

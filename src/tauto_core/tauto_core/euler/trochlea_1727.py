@@ -263,9 +263,9 @@ def _of_motion() -> dict[str, float]:
     def pendulum(inertia: float | None = None) -> float:
         return G * (period(1.0, inertia=inertia) / math.tau) ** 2
 
-    def ratio(pull: float) -> float:
-        one, small = (period(each, 100.0, pull, carried=pull / G) for each in (1.0, 1e-3))
-        return one / small
+    def ratio(pull: float, large: float = 1.0, small: float = 1e-3) -> float:
+        one, other = (period(each, 100.0, pull, carried=pull / G) for each in (large, small))
+        return one / other
 
     return {
         'ratio_of_periods': period(3.0) / period(0.1),
@@ -274,7 +274,7 @@ def _of_motion() -> dict[str, float]:
         'slope_of_cycloid': cycloid_slope(0.3),
         'pendulum_length': pendulum(),
         'radius_in_scruples': radius_of_pendulum(100.0, 1.0, 3166.0),
-        'ratio_with_weight': ratio(1.0),
+        'ratio_of_sullys_arcs': ratio(1.0, math.pi / 3.0, math.pi / 6.0),
         'pendulum_of_thick_disc': pendulum(thick),
         'pendulum_of_own_disc': pendulum(own),
         'ratio_with_small_weight': ratio(1e-4),
@@ -282,10 +282,13 @@ def _of_motion() -> dict[str, float]:
 
 
 def _of_hole() -> dict[str, float]:
+    turns = 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED)
+    distance = envelope_distance(TURNED, HOLE)
     return {
         'direction_of_arm': direction(TURNED, HOLE),
-        'distance_with_hole': envelope_distance(TURNED, HOLE),
-        'ratio_of_turns': 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED),
+        'distance_with_hole': distance,
+        'ratio_of_turns': turns,
+        'given_ratio': turns / distance,
         'angle_of_hole': angle_of_hole(TURNED),
         'ratio_in_triangles': small_triangles(TURNED),
         'distance_with_far_hole': envelope_distance(TURNED, 1e8),

@@ -45,13 +45,13 @@ from tauto_core.scene.sections import NonNegative, Number, Positive, Section
 #
 #     e θ̈ + c φ̈ + g θ = 0,    k² φ̈ + g c (φ − θ) = 0.
 #
-# Each mode keeps time with a simple pendulum of length b or b′ and has the ratio θ : φ = c : B or
+# Each mode keeps time with a simple pendulum of length h or h′ and has the ratio θ : φ = c : B or
 # c : B′, with
 #
-#     b + b′ = (k² + c² + ce)/c,    b b′ = e k²/c,    B B′ = −ce,    b = e + B,  b′ = e + B′.
+#     h + h′ = (k² + c² + ce)/c,    h h′ = e k²/c,    B B′ = −ce,    h = e + B,  h′ = e + B′.
 #
-# An axle of radius b₀ that lies without friction in a bearing of radius a is such a link with e =
-# a − b₀; on a plane 1/e = 0, on a convex support e < 0. A thread that swings and winds on a wheel
+# An axle of radius b that lies without friction in a bearing of radius a is such a link with e =
+# a − b; on a plane 1/e = 0, on a convex support e < 0. A thread that swings and winds on a wheel
 # is one too: e is its free length, c the cam's base radius, k² = I/m.
 
 DIGITS = 60
@@ -61,22 +61,22 @@ class Modes(NamedTuple):
     """The slow and the fast mode; on a convex support the stable and the unstable one.
 
     Attributes:
-        b: length of the simple pendulum that keeps time with the slow mode [m]; infinite on a
+        h: length of the simple pendulum that keeps time with the slow mode [m]; infinite on a
             plane, where the mode is a steady drift.
-        b_prime: the same for the fast mode [m]; negative where that mode is unstable.
+        h_prime: the same for the fast mode [m]; negative where that mode is unstable.
         B: tilt of the body in the slow mode, θ : φ = c : B [m].
         B_prime: the same for the fast mode [m].
     """
 
-    b: float
-    b_prime: float
+    h: float
+    h_prime: float
     B: float
     B_prime: float
 
     @property
     def swings(self) -> bool:
         """Whether no mode is unstable: both lengths are positive or zero."""
-        return self.b > 0.0 and self.b_prime >= 0.0
+        return self.h > 0.0 and self.h_prime >= 0.0
 
     @property
     def tilt_per_arc(self) -> tuple[float, float]:
@@ -89,9 +89,9 @@ class Modes(NamedTuple):
         return tilt * (c - self.B_prime) / apart, tilt * (self.B - c) / apart
 
     def squared_frequencies(self, gravity: float) -> tuple[float, float]:
-        """Return ω² = g/b of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
-        fast = gravity / self.b_prime if self.b_prime else math.inf
-        return gravity / self.b, fast
+        """Return ω² = g/h of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
+        fast = gravity / self.h_prime if self.h_prime else math.inf
+        return gravity / self.h, fast
 
 
 def modes(e: float, c: float, k_squared: float) -> Modes:
@@ -120,11 +120,11 @@ def modes(e: float, c: float, k_squared: float) -> Modes:
         root = math.hypot(total, 2.0 * math.sqrt(-link * q * k_squared))
     added = total + math.copysign(root, total)
     large, small = _over(added, 2.0 * c * q), 2.0 * p * k_squared / added
-    b, b_prime = (large, small) if total >= 0.0 else (small, large)
+    h, h_prime = (large, small) if total >= 0.0 else (small, large)
     spread = rest + math.copysign(root, rest)
     leading, other = _over(spread, 2.0 * c * q), -2.0 * c * c * p / spread
     tilt, tilt_prime = (leading, other) if rest >= 0.0 else (other, leading)
-    return Modes(b, b_prime, tilt, tilt_prime)
+    return Modes(h, h_prime, tilt, tilt_prime)
 
 
 def _over(above: float, below: float) -> float:
@@ -134,15 +134,15 @@ def _over(above: float, below: float) -> float:
 
 
 def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, Decimal]:
-    """Return b and b′ [m] to some 40 digits, for phases followed through millions of turns.
+    """Return h and h′ [m] to some 40 digits, for phases followed through millions of turns.
 
     For e, c and k² > 0 and finite.
     """
     with localcontext() as context:
         context.prec = DIGITS
         total = k_squared + c * c + c * e
-        b = (total + (total * total - 4 * c * e * k_squared).sqrt()) / (2 * c)
-        return b, e * k_squared / (c * b)
+        h = (total + (total * total - 4 * c * e * k_squared).sqrt()) / (2 * c)
+        return h, e * k_squared / (c * h)
 
 
 def answers(
@@ -158,7 +158,7 @@ def answers(
     `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
     """
     square = frequency**2
-    divisor = np.full_like(square, own.b * own.b_prime * depth)
+    divisor = np.full_like(square, own.h * own.h_prime * depth)
     for mode in own.squared_frequencies(gravity):
         divisor *= off_resonance(mode, square, duration_s)
     theta = gravity * (gravity * depth - k_squared * square) / divisor
@@ -221,9 +221,9 @@ class AxlePendulum:
 
     @property
     def growth_rate(self) -> float:
-        """Growth rate of the unstable mode [1/s], √(g/|b′|) or √(g/|b|); 0 if the body swings.
+        """Growth rate of the unstable mode [1/s], √(g/|h′|) or √(g/|h|); 0 if the body swings.
 
-        b b′ = e k²/c, so one of them is negative on every convex support (§45–47), and wherever
+        h h′ = e k²/c, so one of them is negative on every convex support (§45–47), and wherever
         the centre of gravity lies above the axle's centre (§49).
         """
         return math.sqrt(max(0.0, *(-w for w in self.modes.squared_frequencies(self.gravity))))
@@ -233,7 +233,7 @@ class AxlePendulum:
         if self.growth_rate == 0.0:
             return
         lengths = self.modes
-        name, length = ('b′', lengths.b_prime) if lengths.b > 0.0 else ('b', lengths.b)
+        name, length = ('h′', lengths.h_prime) if lengths.h > 0.0 else ('h', lengths.h)
         remedies = []
         if self.curvature < 0.0:
             remedies.append('rest the axle in a hollow of larger radius, or on a plane')
@@ -247,9 +247,9 @@ class AxlePendulum:
 
 
 def axle_on(support_radius: float, axle_radius: float) -> float:
-    """Return the curvature 1/e = 1/(a − b₀) of the path of an axle's centre [1/m].
+    """Return the curvature 1/e = 1/(a − b) of the path of an axle's centre [1/m].
 
-    The hollow's radius a is ±inf for a plane, negative for a convex support; b₀ ≥ 0 may be that of
+    The hollow's radius a is ±inf for a plane, negative for a convex support; b ≥ 0 may be that of
     a cradle's rockers. UnsteadyAxleError: an axle that does not fit into its hollow.
     """
     if 0.0 < support_radius <= axle_radius:
@@ -283,7 +283,7 @@ def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> Ax
     """Return the small motion from any state, at times of any shape (§29–36, 43–47).
 
     With r and r′ the ratios φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′)
-    each obey q̈ = −(g/b) q. The solution is a sine, on a plane a steady drift, for an unstable
+    each obey q̈ = −(g/h) q. The solution is a sine, on a plane a steady drift, for an unstable
     mode a sinh.
     """
     slow, fast = body.modes.tilt_per_arc
@@ -343,7 +343,7 @@ class AxleContact:
     """How the axle touches its support.
 
     Attributes:
-        radius: b₀ of the axle, or of a cradle's rockers [m], ≥ 0; without friction it only
+        radius: b of the axle, or of a cradle's rockers [m], ≥ 0; without friction it only
             matters through the curvature of the path.
         rolls: whether the axle rolls without slipping; friction is then as large as rolling needs.
         friction: force along the support over the contact force, signed, where it slides: it
@@ -397,7 +397,7 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
 def rolling_length(body: AxlePendulum, radius: float) -> float:
     """Return the length of the simple pendulum of small swings of an axle that rolls [m].
 
-    (k² + (c − b₀)²)/(c + b₀²/e): with b₀ = 0 that of the same body on a knife-edge. Negative
+    (k² + (c − b)²)/(c + b²/e): with b = 0 that of the same body on a knife-edge. Negative
     where it falls; infinite where it rests at any tilt.
     """
     inertia = body.gyration_radius**2 + (body.depth - radius) ** 2
@@ -407,8 +407,8 @@ def rolling_length(body: AxlePendulum, radius: float) -> float:
 def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float:
     """Return the period of swings of any size of an axle that rolls, T = 4 ∫ dφ/φ̇ [s].
 
-    It turns about its contact: (k² + b₀² + c² − 2b₀c cos δ) φ̇² = 2(V(A) − V(φ)), δ = φ(1 + b₀/e),
-    V = ge(1 − cos(b₀φ/e)) + gc(1 − cos φ). With φ = A sin u the integrand is smooth.
+    It turns about its contact: (k² + b² + c² − 2bc cos δ) φ̇² = 2(V(A) − V(φ)), δ = φ(1 + b/e),
+    V = ge(1 − cos(bφ/e)) + gc(1 − cos φ). With φ = A sin u the integrand is smooth.
     UnsteadyAxleError: an amplitude that is not within 0 < A < π, or from which it does not swing.
     """
     b, c, k, bent = radius, body.depth, body.gyration_radius, body.curvature * radius
@@ -447,7 +447,7 @@ class AxleClock(InPlaceOfWheel):
 
     Attributes:
         body: the body, the curvature of the path of its axle's centre, and gravity.
-        radius: b₀ of the axle, or of a cradle's rockers [m].
+        radius: b of the axle, or of a cradle's rockers [m].
         contact: 'smooth', 'rolling' or 'coulomb'.
         friction: μ, largest force along the support over the contact force; of 'coulomb'.
         mass: M [kg].
@@ -476,7 +476,7 @@ class AxleClock(InPlaceOfWheel):
         elif not 0.0 < self.lengths[0] < math.inf:
             raise UnsteadyAxleError(
                 f'the length of its small swings is {self.lengths[0]:.6g} m: rolling, the body '
-                'falls from its support; to swing, c + b₀²/e must be positive. Hang the centre '
+                'falls from its support; to swing, c + b²/e must be positive. Hang the centre '
                 'of gravity deeper, or turn a convex support wider'
             )
 
@@ -505,7 +505,7 @@ class AxleClock(InPlaceOfWheel):
         """
         if self.contact != 'smooth':
             return (rolling_length(self.body, self.radius),)
-        both = self.body.modes.b, self.body.modes.b_prime
+        both = self.body.modes.h, self.body.modes.h_prime
         return tuple(length for length in both if math.isfinite(length))
 
     @property

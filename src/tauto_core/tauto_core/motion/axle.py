@@ -72,7 +72,7 @@ class AxleLaw(NamedTuple):
         depth: c [m].
         gyration_radius: k [m].
         gravity: g [m/s2].
-        radius: b₀ of the axle [m].
+        radius: b of the axle [m].
         friction: force along the support over the contact force, signed, where it slides.
         rolls: whether it rolls.
     """
@@ -120,7 +120,7 @@ class AxleForces(NamedTuple):
 def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
 
-    With δ = φ − θ, D = b₀ − c cos δ, and A, A⊥ the components along the normal and across it of
+    With δ = φ − θ, D = b − c cos δ, and A, A⊥ the components along the normal and across it of
     the acceleration of that point of the support's frame where C is,
 
         N/M = P + c φ̈ sin δ,   P = g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ,
@@ -128,7 +128,7 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
         s̈ = −g sin θ − A⊥ + F/M − c φ̈ cos δ + c φ̇² sin δ.
 
     F = 0 without friction, F = fN where the axle slides, and where it rolls F follows from
-    s̈ = −b₀(φ̈ − ρ̈).
+    s̈ = −b(φ̈ − ρ̈).
     """
     sigma = law.curvature * at.arc
     theta, half = at.turn + sigma, 0.5 * sigma
@@ -152,7 +152,7 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     pull = law.gravity * sine_theta + b * cosine_theta - a * sine_theta
     lever = law.radius - c * cosine
     if law.rolls:
-        # no slip, s̈ = −b₀(φ̈ − ρ̈), and F eliminated from (C.5)
+        # no slip, s̈ = −b(φ̈ − ρ̈), and F eliminated from (C.5)
         spun = c * sine * swung - pull
         inertia = k * k + (c * sine) * (c * sine) + lever * lever
         turned = lever * (law.radius * at.turn_bend - spun) - c * sine * pressing
@@ -455,7 +455,7 @@ class AxleMotion:
             )
 
     def _slip(self, arc_rate: float, tilt_rate: float, there: SupportMotion) -> float:
-        """Return ṡ + b₀(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
+        """Return ṡ + b(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
         return float(arc_rate + self.clock.radius * (tilt_rate - there.turn_rate))
 
     def _event(

@@ -512,8 +512,8 @@ class AxleSwing(SteppedSwing):
 #     (E3.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
 #
 # With θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`) each mode is an independent oscillator,
-# q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/b, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
-# same holds of q′ with B′ and b′.
+# q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/h, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
+# same holds of q′ with B′ and h′.
 
 
 class _Mode(NamedTuple):

@@ -233,7 +233,7 @@ def felt_parts(scene: Scene) -> int:
         scene.name,
         'suspension.gyration_radius',
         hung.gyration_radius,
-        f'makes the fast mode of the case turn {fast:.6g} rad/s (b′ = '
+        f'makes the fast mode of the case turn {fast:.6g} rad/s (h′ = '
         f'{scene.g / fast**2:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
         f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
     )

@@ -233,14 +233,14 @@ class HangingMachine:
         For a long thread it tends to √(m g r/I), that of the ideal vertical thread.
         """
         return math.sqrt(
-            self.gravity / (self.modes.b_prime if self.wheel_is_fast else self.modes.b)
+            self.gravity / (self.modes.h_prime if self.wheel_is_fast else self.modes.h)
         )
 
     @property
     def thread_frequency(self) -> float:
         """Angular frequency of small swings in the other mode, the thread's, on land [rad/s]."""
         return math.sqrt(
-            self.gravity / (self.modes.b if self.wheel_is_fast else self.modes.b_prime)
+            self.gravity / (self.modes.h if self.wheel_is_fast else self.modes.h_prime)
         )
 
     @property

@@ -96,7 +96,7 @@ class SuspensionKind(Kind):
             yield Problem(
                 'suspension.gyration_radius',
                 self.gyration_radius,
-                'must be greater than 0: a case without extent turns in no time (b′ = 0)',
+                'must be greater than 0: a case without extent turns in no time (h′ = 0)',
                 f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
             )
 
@@ -169,7 +169,7 @@ class AxleSuspension(SuspensionKind):
                 'suspension.support_radius',
                 self.support_radius,
                 f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
-                'bearing that is not hollow b′ is negative, and the case falls from it',
+                'bearing that is not hollow h′ is negative, and the case falls from it',
                 f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
             )
         yield from super().problems(still=still)
