@@ -32,6 +32,11 @@ def _body(drawing: Drawing, axle: Place, low: Place, k: float, radius: float = A
     drawing.circle(low, k, 'faint')
 
 
+def _meeting(axle: Place, tilt: float) -> Place:
+    """Return h, where gc, produced backwards, meets the vertical."""
+    return 0.0, axle[1] + axle[0] / math.tan(tilt)
+
+
 def _letters(drawing: Drawing, *places: tuple[Place, str, float, float]) -> None:
     for place, name, right, up in places:
         drawing.letter(place, name, right, up)
@@ -146,23 +151,22 @@ def _figure_5(motion: float, seconds: float) -> Shown:
     drawing.line((0.0, 0.0), touch, look='thin')
     drawing.line((0.0, low[1]), low, look='thin')
     drawing.line((0.0, axle[1]), axle, look='thin')
+    # the letters of the vertical stand on the side that the axle has left
+    side = math.copysign(1.0, theta)
     _letters(
         drawing,
-        ((0.0, 0.0), 'O', -10.0, 4.0),
-        ((0.0, -a), 'A', -9.0, -8.0),
-        ((0.0, -E), 'C', -10.0, 7.0),
-        ((0.0, low[1]), 'p', -9.0, -4.0),
-        ((0.0, axle[1]), 'q', -9.0, -3.0),
-        (axle, 'c', 10.0, 3.0),
-        (touch, 'a', 8.0, -9.0),
-        (low, 'g', 10.0, -5.0),
+        ((0.0, 0.0), 'O', -10.0 * side, 4.0),
+        ((0.0, -a), 'A', -9.0 * side, -8.0),
+        ((0.0, -E), 'C', -10.0 * side, -6.0),
+        ((0.0, low[1]), 'p', -math.copysign(9.0, phi), -4.0),
+        ((0.0, axle[1]), 'q', -9.0 * side, 9.0),
+        (axle, 'c', 10.0 * side, 3.0),
+        (touch, 'a', -8.0 * side, 9.0),
+        (low, 'g', math.copysign(10.0, phi), -5.0),
     )
-    if abs(phi) > 0.02:
-        # where gc, produced backwards, meets the vertical
-        above = axle[1] + axle[0] / math.tan(phi)
-        if -0.55 < above < 0.12:
-            drawing.line(axle, (0.0, above), look='faint')
-            drawing.letter((0.0, above), 'h', 9.0, 5.0)
+    if abs(phi) > 0.02 and -0.55 < (h := _meeting(axle, phi))[1] < 0.12:
+        drawing.line(axle, h, look='faint')
+        drawing.letter(h, 'h', -9.0 * side, -9.0)
     return Shown(
         drawing,
         f'{_MOTIONS[int(motion)]}, {seconds:.2f} s from equilibrium: *θ = AOa* = {theta:.5f}, '
@@ -242,6 +246,7 @@ def _figure_v_2(e: float, c: float, k: float) -> Shown:
     axle, touch = _below((0.0, 0.0), e, theta), _below((0.0, 0.0), a, theta)
     tilt = theta * ratio
     low = _below(axle, c, tilt)
+    drawing.circle(axle, ROCKER, 'thin')
     # the rockers, as far up as the cradle's edge
     drawing.arc(axle, ROCKER, -0.5 * math.pi + tilt - 1.2, -0.5 * math.pi + tilt + 1.2, 'curve')
     drawing.line(*(_below(axle, ROCKER, tilt + side) for side in (-1.2, 1.2)), look='curve')
@@ -249,10 +254,15 @@ def _figure_v_2(e: float, c: float, k: float) -> Shown:
     drawing.line(axle, low, look='curve')
     drawing.line((0.0, 0.05), (0.0, -1.7), look='faint')
     drawing.line((0.0, 0.0), touch, look='thin')
+    h = _meeting(axle, tilt)
+    if -1.7 < h[1] < 0.1:
+        drawing.line(axle, h, look='faint')
+        drawing.letter(h, 'h', -9.0, -2.0)
     _letters(
         drawing,
         ((0.0, 0.0), 'O', -10.0, -2.0),
         ((0.0, -e), 'C', -10.0, 4.0),
+        ((0.0, -e - c), 'G', 9.0, 7.0),
         ((0.0, -a), 'A', -9.0, -9.0),
         (_below((0.0, 0.0), a, -0.6), 'M', -10.0, 3.0),
         (_below((0.0, 0.0), a, 0.6), 'N', 10.0, 3.0),

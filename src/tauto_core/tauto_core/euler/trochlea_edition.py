@@ -167,7 +167,7 @@ def _figure_v(step: float) -> Shown:
         return foot + roll * np.array([-math.cos(roll), math.sin(roll)]), foot
 
     # the drawing's y is the wheel's, downwards: B below, the curve to its right
-    points = [lettered(each) for each in np.linspace(0.0, 2.4, 60)]
+    points = [lettered(each) for each in np.linspace(0.0, 2.2, 60)]
     curve = np.array([each[0] for each in points]).T
     (m_point, t_point), (near, near_foot) = lettered(z), lettered(z + step)
     # the normals meet in R
@@ -180,7 +180,7 @@ def _figure_v(step: float) -> Shown:
     crossing = t_point + first * float(
         (-t_point[0] * foot[1] + t_point[1] * foot[0]) / (first[0] * foot[1] - first[1] * foot[0])
     )
-    drawing = Drawing(-2.15, 1.7, -2.7, 1.15, 330.0)
+    drawing = Drawing(-1.25, 2.25, -1.95, 1.2, 330.0)
     down = np.array([1.0, -1.0])
     drawing.circle((0.0, 0.0), 1.0, 'faint')
     drawing.curve(curve[0], -curve[1], 'curve')
@@ -197,16 +197,16 @@ def _figure_v(step: float) -> Shown:
     ray = near / np.hypot(*near)
     for place, name, right, up in (
         (origin, 'C', 0.0, 9.0),
-        (np.array([0.0, 1.0]), 'B', 8.0, -9.0),
+        (np.array([0.0, 1.0]), 'B', -9.0, -7.0),
         (m_point, 'M', -10.0, -8.0),
-        (near, 'm', -11.0, -4.0),
-        (t_point, 'T', 11.0, 2.0),
-        (near_foot, 't', 10.0, 8.0),
-        (m_point / size, 'S', 9.0, 5.0),
-        (ray, 's', -6.0, 9.0),
-        (ray * size, 'r', -11.0, 5.0),
-        (centre, 'R', 12.0, -8.0),
-        (crossing, 'p', 12.0, 12.0),
+        (near, 'm', 5.0, -13.0),
+        (t_point, 'T', -8.0, -10.0),
+        (near_foot, 't', -8.0, 9.0),
+        (m_point / size, 'S', 10.0, -3.0),
+        (ray, 's', 10.0, 5.0),
+        (ray * size, 'r', -12.0, 4.0),
+        (centre, 'R', 12.0, 1.0),
+        (crossing, 'p', 9.0, 9.0),
     ):
         drawing.letter(place * down, name, right, up)
     off = float(np.linalg.norm(centre - t_point))
@@ -470,7 +470,7 @@ def _figure_xi(step: float) -> Shown:
     cross = np.linalg.solve(np.column_stack([first['normal'], -second['line']]), -first['P'])
     element = first['P'] + float(cross[0]) * first['normal']
     foot = second['M'] + second['line'] * float((first['O'] - second['M']) @ second['line'])
-    drawing = Drawing(-2.5, 1.7, -2.4, 1.35, 360.0)
+    drawing = Drawing(-2.25, 0.5, -2.2, 0.6, 360.0)
     down = np.array([1.0, -1.0])
     drawing.arc((0.0, 0.0), 2.0, -0.5 * math.pi - 1.5, -0.5 * math.pi + 0.15, 'faint')
     x, y = _hung(cam.contact(np.linspace(0.0, 1.75, 60)))
@@ -493,9 +493,9 @@ def _figure_xi(step: float) -> Shown:
         (second['M'], 'm', 9.0, 5.0),
         (first['O'], 'O', 4.0, -12.0),
         (second['O'], 'o', -10.0, -3.0),
-        (first['P'], 'P', -11.0, -5.0),
-        (second['P'], 'p', -9.0, 8.0),
-        (element, 't', 9.0, -6.0),
+        (first['P'], 'P', 10.0, -10.0),
+        (second['P'], 'p', 9.0, 9.0),
+        (element, 't', -9.0, 5.0),
         (first['N'], 'S', 9.0, 3.0),
         (foot, 'n', -2.0, 11.0),
         (centre, 'R', -10.0, 8.0),
