@@ -208,8 +208,7 @@ class Quarter:
         width = np.diff(cuts, axis=1)[..., None]
         r = top[:, None, None] * np.sin(cuts[:, :-1, None] + width * places)
         values = self._spread.on_pieces(r)
-        total: FloatArray = np.sum(values * weights * width, axis=(1, 2)) / (2.0 * self._nodes)
-        return total
+        return np.asarray(np.sum(values * weights * width, axis=(1, 2)) / (2.0 * self._nodes))
 
     def angle_at(self, top: FloatArray, time: FloatArray) -> FloatArray:
         """Return ψ of a time, as `time` has it."""

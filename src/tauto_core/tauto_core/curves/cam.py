@@ -234,7 +234,6 @@ class Cam(ABC):
             mass: the mass whose inertia rides on the thread [kg].
             period: period of small swings [s].
         """
-        del amplitude, mass, period
         return ' or give the cam a wider range'
 
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
@@ -819,7 +818,6 @@ class CamKind(Kind):
         Raises:
             SceneError: a cheek that no thread can wrap, or a table that cannot be used.
         """
-        del setting
         raise self._no_cheek('an ideal thread')
 
     def on_lever(self, lever: LeverSetting) -> LeverLinkage:
@@ -828,7 +826,6 @@ class CamKind(Kind):
         Raises:
             SceneError: a cam that is not compatible with a lever.
         """
-        del lever
         raise self._no_cheek('a lever')
 
     def files(self) -> Iterator[tuple[str, str]]:

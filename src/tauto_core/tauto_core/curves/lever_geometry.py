@@ -261,7 +261,6 @@ class LeverGeometry(LeverLinkage):
 
         A smaller cam winds up less thread; a longer lever or thread may also help.
         """
-        del loads
 
         def holds(**change: float) -> bool:
             return replace(self, **change).range_rad >= amplitude
@@ -280,7 +279,6 @@ class LeverGeometry(LeverLinkage):
 
     def of_inertia(self, inertia: float) -> LeverGeometry:
         """Return itself: an involute does not depend on the wheel."""
-        del inertia
         return self
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -314,7 +312,6 @@ class ArcLeverGeometry(LeverGeometry):
 
     def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
         """Return 1."""
-        del delta
         return np.ones_like(beta)
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:

@@ -607,7 +607,6 @@ class AxleRegulator(Section):
         self, others: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
         """Yield its problems, and the sections that cannot stand beside it."""
-        del ship
         yield from beside_regulator(
             others,
             {

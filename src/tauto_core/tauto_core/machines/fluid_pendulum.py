@@ -289,8 +289,7 @@ def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid)
     waves = np.cos(turns * (0.5 * math.pi / grid.nodes))
     weight = np.full(grid.nodes, 2.0 / grid.nodes)
     weight[0] = 1.0 / grid.nodes
-    total: FloatArray = np.sum(rates[:, None, :] * waves, axis=-1) * weight
-    return total
+    return np.asarray(np.sum(rates[:, None, :] * waves, axis=-1) * weight)
 
 
 def place(
@@ -349,8 +348,7 @@ def _mean(
     length = (far - near)[..., None] * shares
     weighed = np.exp(sign * 2.0 * curve.kappa * length) * weights
     total: FloatArray = np.sum(weighed * curve.slope(near[..., None] + length), axis=-1)
-    mean: FloatArray = total / (2.0 * panels)
-    return mean
+    return np.asarray(total / (2.0 * panels))
 
 
 def _panels(reduced: float) -> int:

@@ -284,7 +284,6 @@ class ResistedWay:
 
     def course(self, start: float, gravity: float) -> Course:
         """Return the half swing from rest at a signed arc [m]."""
-        del gravity
         amplitude = np.array([start - self.zero])
         duration, bend = self._found(amplitude)
         _, way = self._series(bend[0])
@@ -293,7 +292,6 @@ class ResistedWay:
 
     def fall_time(self, start: float, gravity: float) -> float:
         """Return the time from rest at a signed arc [m] to the zero of the force [s]."""
-        del gravity
         duration, bend = self._found(np.array([start - self.zero]))
         speed, way = self._series(bend[0])
         tau = 0.5
@@ -310,7 +308,6 @@ class ResistedWay:
         self, start: FloatArray, time: FloatArray, gravity: float
     ) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and ds/dt [m/s] at times since rest at signed arcs, (n,) each."""
-        del gravity
         arc, rate = np.empty_like(start), np.empty_like(start)
         starts, which = np.unique(start, return_inverse=True)
         rows = max(1, _NUMBERS // len(self._at.tau) ** 2)

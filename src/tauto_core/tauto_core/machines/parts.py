@@ -207,7 +207,6 @@ class DragKind(Kind):
         Args:
             inertia: I of the wheel [kg m2].
         """
-        del inertia
         return None
 
     def thinned(self, factor: float) -> DragKind:

@@ -87,7 +87,6 @@ class CircularArcCam(CamKind):
 
     def made(self, setting: Setting) -> CircularArc:
         """Return the arc; it is the same for any wheel and power."""
-        del setting
         return CircularArc(self.radius, self.root_depth)
 
 

@@ -134,8 +134,7 @@ class WeightCorrected(CorrectedCam):
         """Return ϑ ≥ 0 [rad] where tan χ = t/λ has the value ≥ 0."""
         slope = np.asarray(slope, dtype=np.float64)
         halved = np.arctan(slope) + slope / (1.0 + slope * slope)
-        angle: FloatArray = 0.5 * self.gyration / self.rate * halved
-        return angle
+        return np.asarray(0.5 * self.gyration / self.rate * halved)
 
     def slope(self, angle: ArrayLike) -> FloatArray:
         """Return tan χ = t/λ, odd in ϑ; Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
@@ -183,8 +182,7 @@ class WeightCorrected(CorrectedCam):
     def _rate(self, x: FloatArray) -> FloatArray:
         slope = self._slope(x)
         secant = 1.0 + slope * slope
-        rate: FloatArray = self.rate * (secant * secant)
-        return rate
+        return np.asarray(self.rate * (secant * secant))
 
     def _bend(self, x: FloatArray) -> FloatArray:
         slope = self._slope(x)
@@ -200,8 +198,7 @@ class WeightCorrected(CorrectedCam):
     def _rate_gain(self, x: FloatArray) -> FloatArray:
         slope = self._slope(x)
         square = slope * slope
-        gain: FloatArray = self.rate * square * (2.0 + square)
-        return gain
+        return np.asarray(self.rate * square * (2.0 + square))
 
     def _arm_gain(self, x: FloatArray) -> FloatArray:
         slope = self._slope(x)
@@ -312,7 +309,6 @@ class SpringCorrected(CorrectedCam):
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 
 
@@ -399,7 +395,6 @@ class ForceTableCorrected(CorrectedCam):
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        del mass, period
         if amplitude <= self._edge:
             return farther(float(self._arm(np.linspace(0.0, amplitude, _PROBES)).max()))
         needed = 0.5 * self._stiffness * amplitude * amplitude

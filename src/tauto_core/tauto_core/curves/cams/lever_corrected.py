@@ -122,8 +122,7 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
         """Return t, the distance of the thread from the axle, with the sign of θ [m]."""
-        arm: FloatArray = self._line(tau).arm
-        return arm
+        return np.asarray(self._line(tau).arm)
 
     def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
         """Return R of the cheek that the thread leaves [m]; negative where that is hollow.
@@ -235,7 +234,6 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
 
     def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
         """Return 1."""
-        del delta
         return np.ones_like(beta)
 
     @np.errstate(invalid='ignore', divide='ignore')

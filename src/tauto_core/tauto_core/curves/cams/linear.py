@@ -122,7 +122,6 @@ class Hole(LinearCam):
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        del mass, period
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 
 
@@ -138,7 +137,6 @@ class InvoluteCam(CamKind):
 
     def made(self, setting: Setting) -> Involute:
         """Return the involute; it is the same for any wheel and power."""
-        del setting
         return Involute(self.base_radius)
 
     def on_lever(self, lever: LeverSetting) -> LeverGeometry:

@@ -88,8 +88,7 @@ class Synthesis:
             return self._share(top * np.sin(v)) * (top * np.cos(v))
 
         until = np.arcsin(np.minimum(arc / top, 1.0))
-        found: FloatArray = integrate(rate, np.zeros_like(until), until) / root
-        return found
+        return np.asarray(integrate(rate, np.zeros_like(until), until) / root)
 
     def ratio(self, arc: FloatArray) -> FloatArray:
         """Return dy/dϑ at the arc s ≥ 0; where y is a lift it is the lever arm t."""
@@ -126,8 +125,7 @@ class Synthesis:
     def _share(self, arc: FloatArray) -> FloatArray:
         """Return √I dϑ/ds = √(1 − M (ω²s/F)²)."""
         rate = _speed(self.train, self.frequency, arc)
-        share: FloatArray = np.sqrt(np.maximum((1.0 - rate) * (1.0 + rate), 0.0))
-        return share
+        return np.asarray(np.sqrt(np.maximum((1.0 - rate) * (1.0 + rate), 0.0)))
 
 
 def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis:
@@ -201,8 +199,7 @@ def synthesised_cam(
 def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
     """Return √M ω²s/F: the share of the train in the speed along the arc."""
     place = train.place(0.5 * (frequency * arc) ** 2)
-    speed: FloatArray = np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place)
-    return speed
+    return np.asarray(np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place))
 
 
 class SynthesisedCam(CamKind):

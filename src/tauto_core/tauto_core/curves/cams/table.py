@@ -318,8 +318,7 @@ def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
     """Return the piece that contains an angle, as a polynomial in h of start + way·h."""
     x, c = whole.x, whole.c
     k = int(np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2))
-    found: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
-    return found
+    return np.asarray(Polynomial(c[::-1, k])(Polynomial([start - x[k], way])))
 
 
 class TableCam(CamKind):

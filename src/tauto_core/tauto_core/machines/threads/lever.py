@@ -174,7 +174,6 @@ class LeverMachine:
 
     def felt_angle(self, angle: float, tilt: float) -> float:
         """Return the angle that `range_rad` bounds: θ, since the lever is fixed in the case."""
-        del tilt
         return angle
 
     def wider_range(self, amplitude: float) -> str:
