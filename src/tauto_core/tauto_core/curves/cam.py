@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
@@ -40,7 +40,7 @@ from tauto_core.curves.numerics import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError, SceneError, TautoError
-from tauto_core.scene.sections import Kind
+from tauto_core.scene.sections import Kind, Positive
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
@@ -421,18 +421,21 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
     if at is not None or not (rate > 0.0 or (rate == 0.0 and cam.kinked)):
         where = 'at rest' if at is None else f'at {angles[at]:.6g} rad'
         what = 'of 0 a radian' if at is None else f'of {arms[at]:.6g} m'
-        problem = f'has a lever arm {what} {where}, which does not drive the wheel back'
-        raise _impossible(kind, problem, 'Make the lever arm rise from rest, and end before 0.')
+        raise _impossible(
+            kind,
+            f'has a lever arm {what} {where}, which does not drive the wheel back',
+            'Make the lever arm rise from rest, and end before 0.',
+        )
     # the range is rounded, and the lever arm is steep there
     allowed = cam.hole_distance + arm_rounding(angles, arms, cam.lever_rate(angles))
     at = _first(~(arms <= allowed))
     if at is not None:
-        problem = (
+        raise _impossible(
+            kind,
             f'has a lever arm of {arms[at]:.6g} m at {angles[at]:.6g} rad, longer than the hole '
-            f'is away, trochlea.thread.distance = {cam.hole_distance!r} m'
+            f'is away, trochlea.thread.distance = {cam.hole_distance!r} m',
+            f'End the cam before {angles[at]:.6g} rad{farther(float(arms.max()))}.',
         )
-        sooner = f'End the cam before {angles[at]:.6g} rad{farther(float(arms.max()))}.'
-        raise _impossible(kind, problem, sooner)
     stretch = hollow(cam, edge)
     if stretch is not None:
         problem = (
@@ -840,6 +843,15 @@ class CamKind(Kind):
             f'does not go with {thread}',
             'See which cams go with which threads in docs/scenes.md.',
         )
+
+
+class PeriodCam(CamKind):
+    """A cam that is made for one period."""
+
+    threads: ClassVar[tuple[str, ...]] = ('vertical', 'hole')
+    starter: ClassVar[Mapping[str, object]] = {'period': 1.0}
+
+    period: Positive = Field(description='period of every swing on land [s]')
 
 
 def rate_for_period(setting: Setting, period: float) -> float:

@@ -74,8 +74,11 @@ def by_name(what: str, table: Mapping[str, object]) -> WrapValidator:
         near = difflib.get_close_matches(value, list(table), 1)
         said = f'is an unknown {what}'
         said += f'; did you mean {near[0]}?' if near else ''
-        names = {'said': said, 'known': ', '.join(sorted(table))}
-        raise PydanticCustomError('unknown', '{said} (there are {known})', names)
+        raise PydanticCustomError(
+            'unknown',
+            '{said} (there are {known})',
+            {'said': said, 'known': ', '.join(sorted(table))},
+        )
 
     return WrapValidator(known)
 

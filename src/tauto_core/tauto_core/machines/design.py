@@ -107,8 +107,9 @@ _WORDS = {
 def _check_size(value: float, named: str | Argument) -> None:
     """Refuse a quantity outside the limits of a design, in any unit."""
     if not LEAST_SIZE <= value <= LARGEST_SIZE:
-        limits = f': must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. Give another'
-        raise UsageError(named, limits)
+        raise UsageError(
+            named, f': must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. Give another'
+        )
 
 
 @dataclass(frozen=True)
@@ -139,11 +140,15 @@ class WheelDesign:
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
     """Return the units of a design in metres and newtons; UsageError for one that is not known."""
     if length_unit not in LENGTH_UNITS_M:
-        given = Argument('length_unit', repr(length_unit), spaced=True)
-        raise UsageError(given, f': use one of {", ".join(LENGTH_UNITS_M)}')
+        raise UsageError(
+            Argument('length_unit', repr(length_unit), spaced=True),
+            f': use one of {", ".join(LENGTH_UNITS_M)}',
+        )
     if weight_unit not in ('N', *WEIGHT_UNITS_KG):
-        given = Argument('weight_unit', repr(weight_unit), spaced=True)
-        raise UsageError(given, f': use one of N, {", ".join(WEIGHT_UNITS_KG)}')
+        raise UsageError(
+            Argument('weight_unit', repr(weight_unit), spaced=True),
+            f': use one of N, {", ".join(WEIGHT_UNITS_KG)}',
+        )
     newtons = 1.0 if weight_unit == 'N' else WEIGHT_UNITS_KG[weight_unit] * gravity
     return LENGTH_UNITS_M[length_unit], newtons
 
@@ -196,8 +201,12 @@ def wheel_design(
         ('inertia', 'disc_radius'),
     ):
         if known[name] is not None and known[other] is not None:
-            same = ' say the same thing twice. Leave one out'
-            raise UsageError(Argument(name), ' and ', Argument(other), same)
+            raise UsageError(
+                Argument(name),
+                ' and ',
+                Argument(other),
+                ' say the same thing twice. Leave one out',
+            )
     length, moment = known['pendulum'], known['inertia']
     time = known['period'] if length is None else 2.0 * half_period(length, gravity)
     weight, radius = known['disc_weight'], known['disc_radius']

@@ -149,8 +149,9 @@ def drawn_kind(file: str | Path) -> str:
     """Return what a file is by its ending: csv, svg or dxf; UsageError for another one."""
     kind = Path(file).suffix.lower().removeprefix('.')
     if kind not in DRAWN:
-        ending = ': must end in .csv, .svg or .dxf. Name another file'
-        raise UsageError(Argument('file', file), ending)
+        raise UsageError(
+            Argument('file', file), ': must end in .csv, .svg or .dxf. Name another file'
+        )
     return kind
 
 
@@ -318,8 +319,9 @@ def _cheeks(
         except UsageError as error:
             if not thread_mm:
                 raise
-            thick = Argument('thread_mm', f'{thread_mm:g} mm', spaced=True)
-            raise UsageError(thick, ': ', error.message) from None
+            raise UsageError(
+                Argument('thread_mm', f'{thread_mm:g} mm', spaced=True), ': ', error.message
+            ) from None
         right = Cheek(-left.angle, -left.x, left.y)
         angle = np.linspace(0.0, reach, points)
         curve = (*cam.contact(angle), cam.radius_of_curvature(angle))

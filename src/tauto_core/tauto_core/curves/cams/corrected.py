@@ -19,13 +19,12 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import Field
 
 from tauto_core.curves.cam import (
     ROOT_ROUNDING,
     Cam,
-    CamKind,
     ForceLaw,
+    PeriodCam,
     Setting,
     SmoothLever,
     SpringLever,
@@ -46,7 +45,6 @@ from tauto_core.curves.numerics import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.sections import Positive
 
 STEEPEST_THREAD = 1000.0
 """tan χ at the edge of a weight's cam on a vertical thread, where t grows without bound."""
@@ -578,16 +576,13 @@ def wider_points(
 # The kinds.
 
 
-class WeightCorrectedCam(CamKind):
+class WeightCorrectedCam(PeriodCam):
     """The isochronous cam for a weight that has inertia, made for one period (D in cams.md)."""
 
-    threads = ('vertical', 'hole')
     corrects = 'weight'
     rank = 5
-    starter = {'period': 1.0}
 
     kind: Literal['weight_corrected'] = 'weight_corrected'
-    period: Positive = Field(description='period of every swing on land [s]')
 
     def made(self, setting: Setting) -> WeightCorrected:
         """Return the cam for the wheel and its weight."""
@@ -595,16 +590,13 @@ class WeightCorrectedCam(CamKind):
         return WeightCorrected(rate, setting.pull.carried_mass / setting.inertia, setting.distance)
 
 
-class SpringCorrectedCam(CamKind):
+class SpringCorrectedCam(PeriodCam):
     """The isochronous cam for a spring with stiffness, made for one period (D in cams.md)."""
 
-    threads = ('vertical', 'hole')
     corrects = 'spring'
     rank = 6
-    starter = {'period': 1.0}
 
     kind: Literal['spring_corrected'] = 'spring_corrected'
-    period: Positive = Field(description='period of every swing on land [s]')
 
     def made(self, setting: Setting) -> SpringCorrected:
         """Return the cam for the wheel and its spring; SceneError: a cheek that is hollow."""
@@ -636,16 +628,13 @@ class SpringCorrectedCam(CamKind):
         )
 
 
-class ForceTableCorrectedCam(CamKind):
+class ForceTableCorrectedCam(PeriodCam):
     """The isochronous cam for a force given by a table, made for one period (D in cams.md)."""
 
-    threads = ('vertical', 'hole')
     corrects = 'force_table'
     rank = 10
-    starter = {'period': 1.0}
 
     kind: Literal['force_table_corrected'] = 'force_table_corrected'
-    period: Positive = Field(description='period of every swing on land [s]')
 
     def made(self, setting: Setting) -> ForceTableCorrected:
         """Return the cam for the wheel and its force; SceneError: a cheek that is hollow."""

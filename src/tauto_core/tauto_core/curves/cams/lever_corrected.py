@@ -27,14 +27,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
-from tauto_core.curves.cam import CamKind
+from tauto_core.curves.cam import PeriodCam
 from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Pose, clear
 from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
-from tauto_core.scene.sections import Positive
 
 # Imaginary part of τ that gives derivatives: nothing is subtracted, so it may be tiny.
 _COMPLEX_STEP = 1e-30
@@ -248,15 +246,13 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
         return ThreadLine(ratio, bend, beta, delta, turns, self.arm * ratio, p, reach)
 
 
-class LeverCorrectedCam(CamKind):
+class LeverCorrectedCam(PeriodCam):
     """The isochronous cam for Sully's lever machine, made for one period (D in cams.md)."""
 
     threads = ('lever',)
     rank = 7
-    starter = {'period': 1.0}
 
     kind: Literal['lever_corrected'] = 'lever_corrected'
-    period: Positive = Field(description='period of every swing on land [s]')
 
     def on_lever(self, lever: LeverSetting) -> CorrectedLeverGeometry:
         """Return the cam for the wheel, and the lever with its weight.
@@ -281,8 +277,13 @@ class LeverCorrectedCam(CamKind):
             ),
         ):
             if wrong:
-                problem = f'does not go with cam kind {self.kind}, which is made for {made_for}'
-                raise SceneError('trochlea', key, given, problem, remedy)
+                raise SceneError(
+                    'trochlea',
+                    key,
+                    given,
+                    f'does not go with cam kind {self.kind}, which is made for {made_for}',
+                    remedy,
+                )
         made = CorrectedArcLeverGeometry if lever.on_arc else CorrectedLeverGeometry
         return made(
             inertia=lever.inertia,

@@ -21,8 +21,8 @@ import numpy as np
 from pydantic import Field
 
 from tauto_core.curves.cam import (
-    CamKind,
     FitError,
+    PeriodCam,
     Setting,
     hollow,
     rate_for_period,
@@ -202,19 +202,17 @@ def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place))
 
 
-class SynthesisedCam(CamKind):
+class SynthesisedCam(PeriodCam):
     """The isochronous cam for any power, made for one period and a range of angles (D in cams.md).
 
     For a weight alone it equals weight_corrected, for a spring alone spring_corrected, which have
     closed forms.
     """
 
-    threads = ('vertical', 'hole')
     rank = 9
     starter = {'period': 1.0, 'range': 2.0}
 
     kind: Literal['synthesised'] = 'synthesised'
-    period: Positive = Field(description='period of every swing on land [s]')
     range: Positive = Field(description='largest angle that the cam is made for [rad]')
 
     def made(self, setting: Setting) -> Fitted:

@@ -137,9 +137,12 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     name, rows = str(path), _read_rows(path)
     for line, *first in rows[:1]:
         if first != [0.0, 0.0]:
-            remedy = 'Begin at rest; negative angles are the mirror image and are not tabulated.'
             raise SceneError(
-                name, f'line {line}', tuple(first), 'the first row is not 0,0', remedy
+                name,
+                f'line {line}',
+                tuple(first),
+                'the first row is not 0,0',
+                'Begin at rest; negative angles are the mirror image and are not tabulated.',
             )
     _check_rows(path, rows)
     angles, arms = np.array([row[1:] for row in rows]).T
@@ -147,8 +150,13 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     try:
         spline = make_interp_spline(everywhere, np.concatenate([-arms[:0:-1], arms]), k=5)
     except (ValueError, np.linalg.LinAlgError) as error:
-        problem = f'no spline goes through these rows: {error}'
-        raise SceneError(name, '', None, problem, 'Space the angles more evenly.') from error
+        raise SceneError(
+            name,
+            '',
+            None,
+            f'no spline goes through these rows: {error}',
+            'Space the angles more evenly.',
+        ) from error
     whole = PPoly.from_spline(spline.tck)
     knots = np.unique(whole.x[whole.x >= 0.0])
     pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
@@ -164,8 +172,9 @@ def _read_rows(path: Path) -> list[tuple[int, float, float]]:
     try:
         text = read_data(path).decode('utf-8-sig')
     except (OSError, UnicodeDecodeError) as error:
-        problem = f'cannot be read as text: {error}'
-        raise SceneError(name, '', None, problem, 'Give a readable CSV file.') from error
+        raise SceneError(
+            name, '', None, f'cannot be read as text: {error}', 'Give a readable CSV file.'
+        ) from error
     lines = csv.reader(text.splitlines())
     header = next(lines, [])
     if tuple(cell.strip() for cell in header) != TABLE_COLUMNS:
@@ -178,16 +187,18 @@ def _read_rows(path: Path) -> list[tuple[int, float, float]]:
             continue
         line, values = lines.line_num, []
         if len(cells) != len(TABLE_COLUMNS):
-            problem = f'{len(cells)} columns instead of 2'
-            raise SceneError(name, f'line {line}', ','.join(cells), problem, _FORM)
+            raise SceneError(
+                name, f'line {line}', ','.join(cells), f'{len(cells)} columns instead of 2', _FORM
+            )
         for column, cell in zip(TABLE_COLUMNS, cells, strict=True):
             try:
                 values.append(float(cell))
             except ValueError:
                 values.append(math.nan)
             if not math.isfinite(values[-1]):
-                place = f'line {line}, {column}'
-                raise SceneError(name, place, cell, 'not a finite number', _FORM)
+                raise SceneError(
+                    name, f'line {line}, {column}', cell, 'not a finite number', _FORM
+                )
         angle, arm = values
         rows.append((line, angle, arm))
     return rows
@@ -197,17 +208,30 @@ def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
     """Refuse too few rows, angles that do not increase, and arms that are not positive."""
     name = str(path)
     if len(rows) < LEAST_ROWS:
-        problem = f'a quintic spline needs at least {LEAST_ROWS} rows'
-        raise SceneError(name, 'number of rows', len(rows), problem, 'Tabulate more angles.')
+        raise SceneError(
+            name,
+            'number of rows',
+            len(rows),
+            f'a quintic spline needs at least {LEAST_ROWS} rows',
+            'Tabulate more angles.',
+        )
     for (_, before, _), (line, angle, arm) in pairwise(rows):
         if angle <= before:
-            problem = f'angles must strictly increase, and the row before has {before!r}'
-            remedy = 'Sort the rows and remove duplicates.'
-            raise SceneError(name, f'line {line}, {TABLE_COLUMNS[0]}', angle, problem, remedy)
+            raise SceneError(
+                name,
+                f'line {line}, {TABLE_COLUMNS[0]}',
+                angle,
+                f'angles must strictly increase, and the row before has {before!r}',
+                'Sort the rows and remove duplicates.',
+            )
         if arm <= 0.0:
-            problem = 'the lever arm must be > 0, or nothing drives the wheel back'
-            remedy = 'End the table before the arm vanishes.'
-            raise SceneError(name, f'line {line}, {TABLE_COLUMNS[1]}', arm, problem, remedy)
+            raise SceneError(
+                name,
+                f'line {line}, {TABLE_COLUMNS[1]}',
+                arm,
+                'the lever arm must be > 0, or nothing drives the wheel back',
+                'End the table before the arm vanishes.',
+            )
 
 
 def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
@@ -228,23 +252,33 @@ def _check_spline(path: Path, table: Table) -> None:
     name, arm = str(path), table.splines.arm
     slope = float(table.lever_rate(0.0))
     if not slope > 0.0:
-        problem = 'the spline through the rows must rise from rest'
-        remedy = 'Tabulate more angles near 0.'
-        raise SceneError(name, 'lever rate at 0', slope, problem, remedy)
+        raise SceneError(
+            name,
+            'lever rate at 0',
+            slope,
+            'the spline through the rows must rise from rest',
+            'Tabulate more angles near 0.',
+        )
     extremes = table.splines.rate.roots(extrapolate=False)
     angles = np.append(extremes[np.isfinite(extremes)], table.range_rad)
     lowest, highest = (float(angles[pick(arm(angles))]) for pick in (np.argmin, np.argmax))
     if not arm(lowest) > 0.0:
-        problem = f'the spline through the rows falls to this lever arm at {lowest!r} rad'
-        remedy = 'Tabulate more angles near there.'
-        raise SceneError(name, TABLE_COLUMNS[1], float(arm(lowest)), problem, remedy)
-    if not arm(highest) <= table.distance:
-        problem = (
-            f'the lever arm at {highest!r} rad is longer than the distance of the hole, '
-            f'thread.distance = {table.distance!r} m'
+        raise SceneError(
+            name,
+            TABLE_COLUMNS[1],
+            float(arm(lowest)),
+            f'the spline through the rows falls to this lever arm at {lowest!r} rad',
+            'Tabulate more angles near there.',
         )
-        remedy = 'End the table before that angle or move the hole away.'
-        raise SceneError(name, TABLE_COLUMNS[1], float(arm(highest)), problem, remedy)
+    if not arm(highest) <= table.distance:
+        raise SceneError(
+            name,
+            TABLE_COLUMNS[1],
+            float(arm(highest)),
+            f'the lever arm at {highest!r} rad is longer than the distance of the hole, '
+            f'thread.distance = {table.distance!r} m',
+            'End the table before that angle or move the hole away.',
+        )
 
 
 def _wrappable(path: Path, table: Table) -> Table:
@@ -318,7 +352,8 @@ def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
     """Return the piece that contains an angle, as a polynomial in h of start + way·h."""
     x, c = whole.x, whole.c
     k = int(np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2))
-    return np.asarray(Polynomial(c[::-1, k])(Polynomial([start - x[k], way])))
+    found: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
+    return found
 
 
 class TableCam(CamKind):
@@ -378,14 +413,22 @@ class MeasuredCam(CamKind):
             rows = rows[1:]  # the point at rest is part of every cam
         _check_rows(path, rows)
         if len(rows) > _MOST_ROWS:
-            problem = f'more than {_MOST_ROWS} points take minutes to smooth'
-            remedy = 'Take the means of neighbouring points.'
-            raise SceneError(str(path), 'number of rows', len(rows), problem, remedy)
+            raise SceneError(
+                str(path),
+                'number of rows',
+                len(rows),
+                f'more than {_MOST_ROWS} points take minutes to smooth',
+                'Take the means of neighbouring points.',
+            )
         line, angle, _ = rows[0]
         if angle <= 0.0:
-            problem = 'a point at rest or on the other cheek does not describe this one'
-            remedy = 'Give the points of one cheek, at angles greater than 0.'
-            raise SceneError(str(path), f'line {line}, {TABLE_COLUMNS[0]}', angle, problem, remedy)
+            raise SceneError(
+                str(path),
+                f'line {line}, {TABLE_COLUMNS[0]}',
+                angle,
+                'a point at rest or on the other cheek does not describe this one',
+                'Give the points of one cheek, at angles greater than 0.',
+            )
         angles, arms = np.array([row[1:] for row in rows]).T
         largest = _LARGEST_SHARE * float(arms.max())
         if self.tolerance > largest:
