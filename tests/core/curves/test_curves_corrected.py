@@ -1,13 +1,12 @@
 """The cams corrected for a weight's inertia and a spring's stiffness (D in cams.md)."""
 
-import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+from golden_numbers import GOLDEN
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,7 +15,6 @@ from tauto_core.curves.cam import FitError, hollow, smooth_lever, too_sharp
 from tauto_core.machines import Machine
 from tauto_core.scene.errors import CamRangeError
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 POINTS = [entry for entry in GOLDEN if entry['id'].startswith('D-cam')]
 
 

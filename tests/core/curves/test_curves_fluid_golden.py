@@ -1,25 +1,17 @@
 """Euler's curve in a fluid against the golden numbers (50-digit arithmetic of another program)."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from golden_numbers import entries
 
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import abscissa, radius_of_curvature
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 # Golden asks 1e-13; the formulas lose a few roundings. R near a cusp is the square root of what is
 # left to 1, by which the rounding of s grows.
 TIGHT, CURVATURE = 1e-15, 5e-15
-
-
-def entries(prefix):
-    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
-    assert chosen
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
 
 
 def curve_of(entry):

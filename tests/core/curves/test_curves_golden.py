@@ -1,27 +1,13 @@
 """Euler's curves against the golden numbers (50-digit arithmetic of an independent program)."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from golden_numbers import entries, numbers
 
 from tauto_core.curves import Hole, Involute
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 # The papers' two formulas are asked for to 1e-14 relative; so, then, is all that follows.
 TIGHT = 1e-14
-
-
-def entries(prefix):
-    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
-    assert chosen
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
-
-
-def numbers(entry):
-    given = {key: float(item['value']) for key, item in entry['params'].items()}
-    return given, {key: float(value) for key, value in entry['expected'].items()}
 
 
 def close(actual, expected):

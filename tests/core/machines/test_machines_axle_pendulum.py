@@ -1,11 +1,10 @@
 """The pendulum on a cylindrical axle against golden numbers, DOP853, energy and closed forms."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from golden_numbers import entries, numbers
 from scipy.integrate import solve_ivp
 
 from tauto_core.machines.axle_pendulum import (
@@ -20,27 +19,9 @@ from tauto_core.machines.axle_pendulum import (
 )
 from tauto_core.motion.axle import forces
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 TIGHT = 1e-13
 BY_ODE = 2e-12
 """DOP853 at its tightest over a second or so, against 20 digits."""
-
-
-def entries(prefix):
-    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
-    assert chosen
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
-
-
-def numbers(entry):
-    def value(text):
-        try:
-            return float(text)
-        except ValueError:
-            return text
-
-    given = {key: value(item['value']) for key, item in entry['params'].items()}
-    return given, {key: float(each) for key, each in entry['expected'].items()}
 
 
 def close(actual, expected, rtol=TIGHT, atol=1e-300):

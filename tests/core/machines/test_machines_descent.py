@@ -1,11 +1,10 @@
 """Motion along Euler's curve in closed form, against golden numbers and integrated motion."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from golden_numbers import entries
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
@@ -27,16 +26,9 @@ from tauto_core.machines.fluid_pendulum import (
 from tauto_core.machines.sections import ImmersedBody
 from tauto_core.scene.errors import DescentError
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 G = 9.81
 TIGHT = 1e-15
 OIL = FluidTautochrone(0.75, 0.9, 1.0)
-
-
-def entries(prefix):
-    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
-    assert chosen
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
 
 
 def close(actual, expected, tolerance=TIGHT):

@@ -102,11 +102,6 @@ def test_a_descent_at_the_speed_of_balance(reduced):
     assert found.duration == pytest.approx(run.t[-1], rel=1e-10)
 
 
-def test_without_resistance_a_cycloid_gives_back_the_arc():
-    found = half_swing(Cycloid(0.0, 1.0, 4.0), 1.0, 3.0)
-    assert found == pytest.approx((2.0 * math.pi, 3.0), rel=1e-15)
-
-
 def test_what_a_half_swing_cannot_do_is_refused():
     curve = FluidTautochrone(0.5, 1.0, 1.0)
     with pytest.raises(DescentError, match=r'start = 1\.5 m: .* 1\.38'):

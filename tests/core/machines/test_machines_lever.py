@@ -1,16 +1,13 @@
 """Sully's lever machine against 50-digit references and its own definition."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from golden_numbers import GOLDEN
 
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import LeverMachine, isochronism
 from tauto_core.scene.errors import CamRangeError, UsageError
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 ENTRIES = {each['id']: each for each in GOLDEN if each['id'].startswith('A5-lever')}
 TOLERANCE = 1e-13
 
@@ -147,9 +144,9 @@ def test_beyond_the_geometry_is_refused():
 
 
 def test_the_lever_always_falls_fast_enough():
-    """β″ > 0 in two hundred geometries of lengths from 3 mm to 1 m: no free swing is slack."""
+    """β″ > 0 in sixty geometries of lengths from 3 mm to 1 m: no free swing is slack."""
     rng = np.random.default_rng(1726)
-    for lengths in 10.0 ** rng.uniform(-2.5, 0.0, (200, 3)):
+    for lengths in 10.0 ** rng.uniform(-2.5, 0.0, (60, 3)):
         geometry = LeverGeometry(*lengths.tolist())
         bend = geometry.slopes(np.linspace(*geometry.edges, 201))[1]
         assert np.min(bend) > 0.0

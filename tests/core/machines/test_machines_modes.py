@@ -3,33 +3,23 @@
 Tolerance: 1e-14 relative, a tenth of that of the golden numbers.
 """
 
-import json
 import math
 from decimal import Decimal
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+from golden_numbers import entries, numbers
 from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core.machines.axle_pendulum import exact_lengths, modes
 
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 TIGHT = 1e-14
 
 
-def entries(*prefixes):
-    # large swings are those of the axle pendulum
-    chosen = [e for e in GOLDEN if e['id'].startswith(prefixes) and 'large' not in e['id']]
-    assert len(chosen) >= len(prefixes)
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
-
-
-def numbers(entry):
-    given_ = {key: float(item['value']) for key, item in entry['params'].items()}
-    return given_, {key: float(value) for key, value in entry['expected'].items()}
+# large swings are those of the axle pendulum
+LINKS = [each for each in entries('C42', 'C45', 'C53', 'C38') if 'large' not in each.id]
 
 
 def close(actual, expected):
@@ -44,7 +34,7 @@ def link(given_):
     )
 
 
-@pytest.mark.parametrize('entry', entries('C42', 'C45', 'C53', 'C38'))
+@pytest.mark.parametrize('entry', LINKS)
 def test_golden_modes(entry):
     given_, expected = numbers(entry)
     found = modes(link(given_), given_['c'], given_['k'] ** 2)

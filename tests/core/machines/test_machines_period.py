@@ -1,11 +1,10 @@
 """Periods against golden numbers, elliptic integrals, and a plain integrator of the motion."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
+from golden_numbers import entries, numbers
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 from scipy.special import ellipe
@@ -13,19 +12,6 @@ from scipy.special import ellipe
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
 from tauto_core.machines import Machine, SlackThreadError, rate_s_per_day
 from tauto_core.scene.errors import CamRangeError
-
-GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
-
-
-def entries(prefix):
-    chosen = [entry for entry in GOLDEN if entry['id'].startswith(prefix)]
-    assert chosen
-    return [pytest.param(entry, id=entry['id']) for entry in chosen]
-
-
-def numbers(entry):
-    given = {key: float(item['value']) for key, item in entry['params'].items()}
-    return given, {key: float(value) for key, value in entry['expected'].items()}
 
 
 def machine(
@@ -57,16 +43,6 @@ def test_weight_with_inertia(entry):
     loss = -rate_s_per_day(period, regulator.small_period)
     # a difference, as the excess
     assert loss == pytest.approx(expected['loss_s_per_day'], abs=86400 * 1e-14)
-
-
-@pytest.mark.parametrize('entry', entries('D-period-amp'))
-def test_involute_beside_the_corrected_cam(entry):
-    given, expected = numbers(entry)
-    rate = given['omega'] ** 2 * given['I'] / (given['m'] * given['g'])
-    regulator = machine(Involute(rate), given['I'], mass=given['m'], gravity=given['g'])
-    ratio = regulator.period(expected['amplitude_rad']) / regulator.small_period
-    assert ratio == pytest.approx(expected['T_ratio_involute_same_r'], rel=1e-14)
-    assert ratio - 1 == pytest.approx(expected['involute_excess'], abs=1e-14)
 
 
 @pytest.mark.parametrize('amplitude', [1e-9, 1e-3, 1.0, 6.0, 300.0])

@@ -273,19 +273,6 @@ def test_an_unbalanced_wheel_swings_between_two_different_angles(machine, direct
         assert abs(halved) < 0.35 * abs(full) + 1e-9
 
 
-def test_an_unbalanced_swing_takes_the_time_of_its_period() -> None:
-    """Time and energy along W, of the quadrature that steady swings use."""
-    for direction in (0.7, -1.2, math.pi):
-        this = hung(HEAVY, direction)
-        w = (np.arange(400) + 0.5) * math.pi / 400
-        angle, slowness = this.uneven_swing(0.9, w)
-        assert 2.0 * math.pi * float(np.mean(slowness)) == pytest.approx(
-            this.period(0.9), rel=1e-11
-        )
-        wanted = float(this.raised(np.array([0.9]))[0]) * np.cos(w) ** 2
-        np.testing.assert_allclose(this.raised(angle), wanted, rtol=1e-12)
-
-
 def test_a_pendulum_has_a_steady_swing() -> None:
     """The wheel that hangs straight down of `clock_pendulum`, with its drag and escapement."""
     machine = compile_machine(load_scene('clock_pendulum'))

@@ -1,13 +1,12 @@
 """The machine's functions, its construction from a scene, design formulas, isochronism."""
 
-import json
 import math
 from itertools import pairwise
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
+from golden_numbers import GOLDEN, entries, numbers
 from numpy.polynomial.legendre import leggauss
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
@@ -21,10 +20,7 @@ from tauto_core.machines.design import (
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.scene.loader import Scene
 
-GOLDEN = {
-    entry['id']: entry
-    for entry in json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
-}
+NAMED = {entry['id']: entry for entry in GOLDEN}
 TABLE = Table(
     'two pieces',
     TableLever(
@@ -191,10 +187,9 @@ def test_release_at_the_edge_and_where_the_sea_decides():
     compile_machine(scene(**ARC, release_angle=3.2, power=WEIGHT, ship=ROLLING))
 
 
-@pytest.mark.parametrize('name', [name for name in GOLDEN if name.startswith('A19-21-L')])
-def test_pendulum_length_of_a_disc(name):
-    given = {key: float(item['value']) for key, item in GOLDEN[name]['params'].items()}
-    expected = {key: float(value) for key, value in GOLDEN[name]['expected'].items()}
+@pytest.mark.parametrize('entry', entries('A19-21-L'))
+def test_pendulum_length_of_a_disc(entry):
+    given, expected = numbers(entry)
     g, pull, r = given['g'], given['P'], given['r']
     inertia = disc_inertia(given['Q'], given['a'], g)
     length = equivalent_pendulum_length(inertia, pull, r, g)
@@ -208,7 +203,7 @@ def test_pendulum_length_of_a_disc(name):
 
 
 def test_base_circle_of_paragraph_20():
-    expected = {key: float(value) for key, value in GOLDEN['A20-BC']['expected'].items()}
+    _, expected = numbers(NAMED['A20-BC'])
     radius = base_radius_of_disc(100.0, 1.0, 3166.0)
     assert radius == pytest.approx(expected['BC_scruple'], rel=1e-15)
     # the printed 63 scruples make a shorter pendulum
@@ -240,7 +235,7 @@ def test_isochronism():
 def test_rate_is_what_the_dial_gains():
     # a clock that makes 86401 nominal seconds in a day of 86400
     assert rate_s_per_day(86400 / 86401, 1.0) == pytest.approx(1.0, rel=1e-10)
-    golden = GOLDEN['A20-weight-inertia-PQ0.1-A1']['expected']
+    golden = NAMED['A20-weight-inertia-PQ0.1-A1']['expected']
     rate = rate_s_per_day(float(golden['T_s']), float(golden['T0_s']))
     assert rate == pytest.approx(-float(golden['loss_s_per_day']), rel=1e-12)
 
