@@ -161,7 +161,7 @@ class Summary:
         """Return the dial's reading since the start, its error and its mean rate.
 
         `rate_standard_error_s_per_day` is None where the run alone cannot show it: see
-        `RateScatter` and `forgets_its_start`.
+        `RateScatter` and `forgets_its_start`. Both rates are None of a clock that stopped.
         """
         error = self._rate_error()
         if self._first_reading is None or self._last_reading is None or error is None:
@@ -170,9 +170,17 @@ class Summary:
         return {
             'reading_s': (dial_end - dial_start) / NS_PER_S,
             'error_s': (dial_end - end) / NS_PER_S,
-            'rate_s_per_day': _rate(self._first_reading, self._last_reading),
-            'rate_standard_error_s_per_day': error.standard_error_s_per_day,
+            'rate_s_per_day': None
+            if self._has_stopped
+            else _rate(self._first_reading, self._last_reading),
+            'rate_standard_error_s_per_day': None
+            if self._has_stopped
+            else error.standard_error_s_per_day,
         }
+
+    @property
+    def _has_stopped(self) -> bool:
+        return self._swings.result().get('stopped_s') is not None
 
     def _rate_error(self) -> RateError | None:
         if self._error is None and self._scatter is not None:
@@ -263,6 +271,8 @@ class Summary:
         if found is None:
             return {}
         clock, estimate, error = self.clock(), self.drift(), self._rate_error()
+        if self._has_stopped:
+            return {**found, 'projection': [], 'not_projected': 'the clock stopped'}
         tried = found['unchecked_days'] >= LEAST_UNCHECKED_DAYS
         if tried or not clock or not estimate or error is None:
             return {**found, 'projection': [], 'not_projected': None}
@@ -403,11 +413,15 @@ SIGNS = (
 
 
 def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
-    """Return the groups of a result: name and rows; those without a section are left out."""
+    """Return the groups of a result: name and rows; those without a section are left out.
+
+    Of a clock that stopped there is no drift.
+    """
+    stopped = (result.get('trochlea') or {}).get('stopped_s') is not None
     return [
         (name, rows(content))
         for name, section, rows in _GROUPS
-        if (content := result.get(section))
+        if (content := result.get(section)) and not (stopped and section == 'drift')
     ]
 
 
@@ -475,10 +489,10 @@ _COEFFICIENT = '_coefficient'
 
 
 def _clock_rows(clock: _Section) -> list[_Row]:
-    return [
-        ('error of the dial', figure(clock['error_s'], 's', signed=True), 's'),
-        ('rate', figure(clock['rate_s_per_day'], 's/day', signed=True), 's/day'),
-    ]
+    rows = [('error of the dial', figure(clock['error_s'], 's', signed=True), 's')]
+    if clock['rate_s_per_day'] is not None:
+        rows.append(('rate', figure(clock['rate_s_per_day'], 's/day', signed=True), 's/day'))
+    return rows
 
 
 def _drift_rows(drift: _Section) -> list[_Row]:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from tauto_core.clockwork import SwingTally, TrochleaStage
 from tauto_core.machines import LeverMachine, Machine, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
+from tauto_core.results import groups
 from tauto_core.samples import JOINT_STATES, PHASE, JointSamples, join, scalars, take
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
@@ -101,6 +102,33 @@ def test_friction_stops_a_clock_and_the_summary_says_when():
     assert report['answer'].startswith(
         f'The clock stopped after {span(report["trochlea"]["stopped_s"])}:'
     )
+
+
+@pytest.mark.parametrize(
+    ('name', 'keys'),
+    [
+        ('globe_in_oil', {'regulator.friction': 0.02}),
+        ('ideal', {'drag': {'coulomb': 0.02 * STIFFNESS}}),
+    ],
+)
+def test_of_a_clock_that_stopped_for_good_no_rate_is_stated(name, keys):
+    """A globe whose fluid is tenacious (B 35) comes to rest as a wheel in rough pivots does."""
+    report = sail(load_scene(name, duration=120.0, **{'log.interval': 0.5}, **keys)).result
+    assert report['answer'].startswith('The clock stopped after')
+    assert 0.0 < report['trochlea']['stopped_s'] < 60.0
+    assert report['trochlea']['stopped_why'] in (
+        'from then on the body did not pass the middle',
+        'its swing had died away',
+    )
+    assert report['clock']['rate_s_per_day'] is None
+    assert report['longitude']['projection'] == []
+    assert report['longitude']['not_projected'] == 'the clock stopped'
+    assert not any(unit == 's/day' for _, rows in groups(report) for *_, unit in rows)
+
+
+@pytest.mark.parametrize('name', ['globe_in_oil', 'axle_at_sea'])
+def test_a_body_in_place_of_a_wheel_that_swings_has_not_stopped(name):
+    assert sail(load_scene(name, duration=30.0)).result['trochlea']['stopped_s'] is None
 
 
 def test_a_swing_that_no_longer_reaches_the_impulse_has_stopped():

@@ -594,6 +594,11 @@ SILENCE_PERIODS = 2.0
 which a clock counts as stopped. A swing beats twice a period.
 """
 
+BODY_SILENCE_PERIODS = 4.0
+"""The same for a body in place of a wheel, over the period of small swings: wide swings on an axle
+take longer.
+"""
+
 THERMAL_ENERGY_J = 1.380649e-23 * 293.0
 """Mean energy of a wheel that only the warmth of a room moves, k_B T [J]; the swing of a clock
 with less has died away.
@@ -632,7 +637,9 @@ class SwingTally:
             self._beats = float(beats[-1])
             self._last_ns = max(self._last_ns, int(phase.stamp_ns[-1]))
         machine = self._machine
-        if isinstance(wheel, JointSamples) and len(wheel.stamp_ns) and machine is not None:
+        if isinstance(machine, InPlaceOfWheel):
+            return
+        if isinstance(wheel, JointSamples) and len(wheel.stamp_ns):
             angle, rate = wheel.position[:, 0], wheel.velocity[:, 0]
             if self._first_ns is None:
                 self._begin(int(wheel.stamp_ns[0]))
@@ -649,14 +656,18 @@ class SwingTally:
             self._last_ns = max(self._last_ns, int(wheel.stamp_ns[-1]))
 
     def result(self) -> dict[str, float | str | None]:
-        """Return the figures; none for a body in a fluid, or if no sample came.
+        """Return the figures; none if no sample came.
 
-        Keys: `amplitude_rad` of the last swings; `stopped_s`, time from the start of the last
-        logged instant at which the clock still went, and `stopped_why`, the reason as a clause.
-        These two are None if it still runs.
+        Keys: `amplitude_rad` of the last swings of a wheel; `stopped_s`, time from the start of
+        the last logged instant at which the clock still went, and `stopped_why`, the reason as a
+        clause. These two are None if it still runs.
         """
         machine = self._machine
-        if machine is None or not len(self._angle):
+        if isinstance(machine, InPlaceOfWheel):
+            silent = self._silent(BODY_SILENCE_PERIODS * machine.small_period, 'body')
+            stopped_s, why = self._since_start(silent)
+            return {} if self._first_ns is None else {'stopped_s': stopped_s, 'stopped_why': why}
+        if not len(self._angle):
             return {}
         energy = swing_energy(machine, self._angle, self._rate)
         energy = energy + recoil_energy(machine, self._angle, self._rate)
@@ -665,9 +676,8 @@ class SwingTally:
         return {'amplitude_rad': amplitude, 'stopped_s': stopped_s, 'stopped_why': why}
 
     @cached_property
-    def _machine(self) -> AnyMachine | None:
-        machine = self._built or compile_machine(self._scene)
-        return None if isinstance(machine, InPlaceOfWheel) else machine
+    def _machine(self) -> AnyMachine | InPlaceOfWheel:
+        return self._built or compile_machine(self._scene)
 
     @cached_property
     def _needed(self) -> float:
@@ -676,7 +686,7 @@ class SwingTally:
         It reaches the impulse on either side, and exceeds the thermal energy.
         """
         escapement = self._scene.escapement
-        if self._machine is None or escapement is None:
+        if isinstance(self._machine, InPlaceOfWheel) or escapement is None:
             return THERMAL_ENERGY_J
         sides = np.array([escapement.angle, -escapement.angle])
         return max(
@@ -693,9 +703,7 @@ class SwingTally:
         times that of small swings.
         """
         allowed_s = SILENCE_PERIODS * nearest_period(machine, amplitude)
-        ends: list[tuple[int, str]] = []
-        if (self._last_ns - self._beat_ns) / NS_PER_S > allowed_s:
-            ends.append((self._beat_ns, 'from then on the wheel did not pass the middle'))
+        ends = self._silent(allowed_s, 'wheel')
         # The counter shows a beat wherever it lies between two logged instants. The energy is
         # known at logged instants alone, so that a single one with too little proves nothing.
         short_ns = self._last_ns if self._short_ns is None else self._short_ns
@@ -706,6 +714,16 @@ class SwingTally:
                 angle = significant(escapement.angle)
                 why = f'its swing had become too small to reach the impulse, at {angle} rad'
             ends.append((self._reach_ns, why))
+        return self._since_start(ends)
+
+    def _silent(self, allowed_s: float, what: str) -> list[tuple[int, str]]:
+        """Return the last beat, where none has come for so long."""
+        if (self._last_ns - self._beat_ns) / NS_PER_S <= allowed_s:
+            return []
+        return [(self._beat_ns, f'from then on the {what} did not pass the middle')]
+
+    def _since_start(self, ends: list[tuple[int, str]]) -> tuple[float | None, str | None]:
+        """Return the first of several ends, from the start [s], and why; None without any."""
         if not ends:
             return None, None
         went_ns, why = min(ends)
