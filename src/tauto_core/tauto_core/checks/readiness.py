@@ -262,11 +262,9 @@ def check_known(scene: Scene) -> None:
     found = [*beyond_known(scene)] or _overdamped(scene)
     if found:
         anyway = (' To sail it all the same, say ', Argument('anyway', value=True), '.')
-        first, *further = (
-            replace(problem, remedy=ArgumentText(problem.remedy, *anyway)) for problem in found
-        )
-        raise SceneError(
-            scene.name, first.key, first.value, first.problem, first.remedy, further=further
+        raise SceneError.of(
+            scene.name,
+            (replace(each, remedy=ArgumentText(each.remedy, *anyway)) for each in found),
         )
 
 

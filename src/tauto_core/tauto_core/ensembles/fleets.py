@@ -180,10 +180,7 @@ def as_draws(
                 )
                 problems.append(Problem(full, value, problem, remedy))
     if problems:
-        first, *further = problems
-        raise SceneError(
-            origin, first.key, first.value, first.problem, first.remedy, further=further
-        )
+        raise SceneError.of(origin, problems)
     return draws
 
 

@@ -160,6 +160,12 @@ class SceneError(TautoError):
         lines = [part for each in self.problems for part in ('\n', f'{file}: ', each.text)]
         super().__init__(*lines[1:])
 
+    @classmethod
+    def of(cls, file: str, problems: Iterable[Problem]) -> SceneError:
+        """Return the error of all problems of a scene, of which there is one at least."""
+        first, *further = problems
+        return cls(file, first.key, first.value, first.problem, first.remedy, further=further)
+
 
 @contextmanager
 def naming(file: str, name: str) -> Iterator[None]:
@@ -169,10 +175,7 @@ def naming(file: str, name: str) -> Iterator[None]:
     except SceneError as error:
         if error.file != name:
             raise
-        first, *further = error.problems
-        raise SceneError(
-            file, first.key, first.value, first.problem, first.remedy, further=further
-        ) from None
+        raise SceneError.of(file, error.problems) from None
 
 
 class UsageError(TautoError):

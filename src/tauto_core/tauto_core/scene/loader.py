@@ -697,7 +697,7 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
         remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
         found.append(Problem('voyage.sails_at', voyage.sails_at, said, remedy))
     if found:
-        raise _scene_error(origin, tuple(found))
+        raise SceneError.of(origin, tuple(found))
     return loaded
 
 
@@ -849,12 +849,7 @@ def checked_scene(
         if path is not None:
             said = f"{each.problem} ({path} is given, in place of the scene's)"
             found[index] = Problem(each.key, each.value, said, each.remedy)
-    raise _scene_error(origin, tuple(found))
-
-
-def _scene_error(origin: str, found: tuple[Problem, ...]) -> SceneError:
-    first, *further = found
-    return SceneError(origin, first.key, first.value, first.problem, first.remedy, further=further)
+    raise SceneError.of(origin, found)
 
 
 def _read(file: Path, origin: str) -> str:

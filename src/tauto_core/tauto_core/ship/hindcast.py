@@ -138,7 +138,6 @@ class Voyaging(Surroundings, Protocol):
     @property
     def starts_at(self) -> float:
         """Stamp of the first sample [s]."""
-        ...
 
 
 def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) -> dict[str, Any]:

@@ -261,10 +261,7 @@ def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
                 kept = asked.model_dump(include={'harbour_days', 'longest_gap_days'})
                 return {**voyage, 'log': {**passage.section(), **kept}}
             origin = asked.path
-    first, *further = found
-    raise SceneError(
-        origin, first.key, first.value, first.problem, first.remedy, further=further
-    ) from None
+    raise SceneError.of(origin, found) from None
 
 
 def find_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
@@ -295,10 +292,7 @@ def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> L
     found = find_passage(path, name, winds=winds)
     problems = list(found.problems())
     if problems:
-        first, *further = problems
-        raise SceneError(
-            path, first.key, first.value, first.problem, first.remedy, further=further
-        )
+        raise SceneError.of(path, problems)
     return found
 
 

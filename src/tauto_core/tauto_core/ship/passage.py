@@ -47,12 +47,10 @@ class Leg(Protocol):
     @property
     def length_m(self) -> float:
         """Length of the leg [m]."""
-        ...
 
     @property
     def highest_deg(self) -> float:
         """Largest |latitude| on the leg [degrees]."""
-        ...
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return latitudes, and longitudes in [−180, 180), at shares of the leg, both (n,).
@@ -63,11 +61,9 @@ class Leg(Protocol):
         Returns:
             Degrees; the bits of each depend on its own share alone.
         """
-        ...
 
     def course(self, part: float) -> float:
         """Return the course at a share of the leg, from north to the east [rad], 0 to 2π."""
-        ...
 
 
 def wrap_degrees(longitude: FloatArray) -> FloatArray:

@@ -500,7 +500,4 @@ def section_read(
         found = missing_file(f'{prefix}{path}', named, any_size=any_size)
         if not found:
             return reader(asked)
-    first, *further = found
-    raise SceneError(
-        origin, first.key, first.value, first.problem, first.remedy, further=further
-    ) from None
+    raise SceneError.of(origin, found) from None

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import fields
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -226,59 +225,44 @@ class ShipMotion:
             roll, rate = self._roll.between(first, last, 0, 1)
             y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
             return imu_from_roll(stamps, roll, rate, y, z)
-        if self._six is not None:
-            sensed = partial(self._six_sensed, self._six, stamps, first)
-        else:
-            sensed = partial(self._roll_sensed, self._roll, stamps, first)
+
+        def sensed(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+            begin, end, _ = rows.indices(len(stamps))
+            return self._sensed(stamps[begin:end], first + begin, turning, felt)
+
         imu = SpatialImu(stamps, sensed, first)
         return imu if self._is_tame else message(imu)
 
+    def _sensed(self, stamps: IntArray, first: int, turning: bool, felt: bool) -> ImuSamples:
+        """Return samples with the angular velocity and the specific force that are asked for."""
+        last = first + len(stamps)
+        if self._six is None:
+            return self._roll_sensed(stamps, (first, last), turning, felt)
+        turned = [each.between(first, last, *range(1 + turning)) for each in self._six[3:]]
+        angle, *rate = (Turned(*each) for each in zip(*turned, strict=True))
+        force = None
+        if felt:
+            forward, port, up = (each.between(first, last, 2)[0] for each in self._six[:3])
+            force = forward, port, up
+        gravity = self._weighs(stamps) if felt else 0.0
+        return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
+
     def _roll_sensed(
-        self,
-        roll: SampledHarmonics | SampledFades,
-        stamps: IntArray,
-        first: int,
-        turning: bool,
-        felt: bool,
-        rows: slice,
+        self, stamps: IntArray, span: tuple[int, int], turning: bool, felt: bool
     ) -> ImuSamples:
-        """Return samples of a ship that rolls and heaves, with the force where it is asked for."""
-        begin, end, _ = rows.indices(len(stamps))
-        stamps, first, last = stamps[begin:end], first + begin, first + end
+        """Return the same of a ship that rolls and heaves."""
+        assert self._roll is not None
         height, gravity = self._scene.ship.height, self._scene.g
-        bends = felt and height != 0.0
-        orders = (0, 1, 2) if bends else (0, 1) if turning else (0,)
-        angle, rate, bend, *_ = (*roll.between(first, last, *orders), None, None)
-        up = self._heave.between(first, last, 2)[0] if felt and self._heave is not None else None
+        highest = 2 if felt and height != 0.0 else int(turning)
+        roll, rate, bend, *_ = (*self._roll.between(*span, *range(1 + highest)), None, None)
+        up = self._heave.between(*span, 2)[0] if felt and self._heave is not None else None
         if felt and self._gravity is not None:
             # gravity that changes on the way is a slow acceleration beside the heave
             more = self._weighs(stamps) - gravity
             up = more if up is None else up + more
         return imu_samples(
-            stamps, angle, rate, bend, up, height, gravity, turning=turning, felt=felt
+            stamps, roll, rate, bend, up, height, gravity, turning=turning, felt=felt
         )
-
-    def _six_sensed(
-        self,
-        six: Sequence[SampledHarmonics | SampledFades],
-        stamps: IntArray,
-        first: int,
-        turning: bool,
-        felt: bool,
-        rows: slice,
-    ) -> ImuSamples:
-        """Return samples with the angular velocity and the specific force that are asked for."""
-        begin, end, _ = rows.indices(len(stamps))
-        stamps, first, last = stamps[begin:end], first + begin, first + end
-        orders = (0, 1) if turning else (0,)
-        turned = [each.between(first, last, *orders) for each in six[3:]]
-        angle, *rate = (Turned(*each) for each in zip(*turned, strict=True))
-        force = None
-        if felt:
-            forward, port, up = (each.between(first, last, 2)[0] for each in six[:3])
-            force = forward, port, up
-        gravity = self._weighs(stamps) if felt else 0.0
-        return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
 
     def _weighs(self, stamps: IntArray) -> FloatArray:
         """Return gravity, less Eötvös' term, at some stamps [m/s²]."""

@@ -89,12 +89,10 @@ class AirySurroundings(Surroundings, Protocol):
     @property
     def air(self) -> AirKind | None:
         """The air; None: no temperature is simulated."""
-        ...
 
     @property
     def starts_at(self) -> float:
         """Stamp of the first sample [s]; stamp 0 is midnight at Greenwich."""
-        ...
 
 
 def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntArray:

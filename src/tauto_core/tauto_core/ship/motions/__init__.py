@@ -61,37 +61,30 @@ class Surroundings(Protocol):
     @property
     def name(self) -> str:
         """Name of the scene, for error messages."""
-        ...
 
     @property
     def seed(self) -> int:
         """Seed of all random numbers."""
-        ...
 
     @property
     def g(self) -> float:
         """Acceleration of gravity at the start [m/s2]."""
-        ...
 
     @property
     def duration(self) -> float:
         """Length of the scene [s]."""
-        ...
 
     @property
     def duration_ns(self) -> int:
         """Length of the scene [ns]."""
-        ...
 
     @property
     def log_interval_ns(self) -> int:
         """Time between logged samples [ns], of which the length is a whole number."""
-        ...
 
     @property
     def voyage(self) -> Itinerary | None:
         """The voyage from port to port; None: the ship stays in one place."""
-        ...
 
 
 @dataclass(frozen=True)

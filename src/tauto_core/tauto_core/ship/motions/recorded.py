@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
@@ -204,31 +204,8 @@ class Recorded(Section):
     )
 
 
-@dataclass(frozen=True)
-class RecordedMotion:
-    """Measured motion within the pass-band; t = 0 at the record's first sample.
-
-    Attributes:
-        roll: [rad], starboard down positive.
-        heave: upwards [m]; None where not measured.
-        force_y: measured specific force along the ship's y [m/s2]; None for a CSV.
-        force_z: measured specific force along the ship's z [m/s2]; None for a CSV.
-        length_s: length of the record.
-        gaps: number of gaps bridged by interpolation.
-        warnings: anything unusual about the file.
-    """
-
-    roll: Harmonics
-    heave: Harmonics | None
-    force_y: Harmonics | None
-    force_z: Harmonics | None
-    length_s: float
-    gaps: int
-    warnings: tuple[str, ...]
-
-
-def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
-    """Read a measured motion and resample it within its pass-band.
+def recorded_motion(scene: Surroundings, recorded: Recorded) -> Channels:
+    """Read a measured motion and resample it within its pass-band; t = 0 at the first sample.
 
     For a CSV file the means are dropped unless the pass-band includes 0 Hz. For a bag the means of
     roll and specific force are kept, so that the apparent vertical stays where it was measured;
@@ -271,13 +248,20 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> RecordedMotion:
         for name, values in record.values.items()
         if name != 'time'
     }
-    return RecordedMotion(
+    metadata = {
+        'path': recorded.path,
+        'passband_hz': list(recorded.passband),
+        'components': len(harmonics['roll'].amplitude),
+        'record_s': length_s,
+        'gaps_interpolated': gaps,
+        'scale': recorded.scale,
+    }
+    return Channels(
         harmonics['roll'],
         harmonics.get('heave'),
         harmonics.get('force_y'),
         harmonics.get('force_z'),
-        length_s,
-        gaps,
+        metadata,
         warnings,
     )
 
@@ -426,22 +410,7 @@ class RecordedShip(ShipKind):
 
     def channels(self, scene: Surroundings) -> Channels:
         """Return the measured motion within its pass-band."""
-        motion = recorded_motion(scene, self.recorded)
-        return Channels(
-            motion.roll,
-            motion.heave,
-            motion.force_y,
-            motion.force_z,
-            {
-                'path': self.recorded.path,
-                'passband_hz': list(self.recorded.passband),
-                'components': len(motion.roll.amplitude),
-                'record_s': motion.length_s,
-                'gaps_interpolated': motion.gaps,
-                'scale': self.recorded.scale,
-            },
-            motion.warnings,
-        )
+        return recorded_motion(scene, self.recorded)
 
     def files(self) -> Iterator[tuple[str, str, bool]]:
         """Yield the record, which may be a folder if it is a bag."""
