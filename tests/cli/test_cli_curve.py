@@ -12,7 +12,6 @@ import pytest
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.scene import load_scene
 
 
 def run(*arguments: str | Path) -> str:
@@ -43,30 +42,6 @@ def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
     rows = run('cam', 'involute_weight_at_sea', '--reach', '1').splitlines()
     angle, lever = (float(word) for word in rows[-1].split()[:2])
     assert (angle, lever) == (1.0, 5.0)
-
-
-def test_a_file_that_cannot_be_written_is_an_error_not_a_traceback(tmp_path: Path) -> None:
-    for option in ('--svg', '--csv', '--dxf'):
-        result = CliRunner().invoke(app, ['cam', 'ideal', option, str(tmp_path / 'no' / 'f')])
-        assert result.exit_code == 2
-        assert result.stderr.startswith('tauto: ')
-
-
-def test_isochronism_of_an_ideal_cam_is_perfect_at_every_amplitude() -> None:
-    printed = json.loads(run('isochronism', 'ideal', '--amplitudes', '0.1,0.5,1', '--json'))
-    scene = load_scene('ideal')
-    trochlea = scene.trochlea
-    pull = trochlea.power.force * trochlea.cam.lever_rate
-    period = math.tau * math.sqrt(trochlea.inertia / pull)
-    assert printed['nominal_period_s'] == scene.clock.nominal_period
-    assert [row['amplitude_rad'] for row in printed['rows']] == [0.1, 0.5, 1.0]
-    for row in printed['rows']:
-        assert row['period_s'] == pytest.approx(period, rel=1e-14)
-
-
-def test_isochronism_table_has_a_row_for_each_amplitude() -> None:
-    lines = run('isochronism', 'cheek_before_euler', '--amplitudes', '0.5,1').splitlines()
-    assert [float(line.split()[0]) for line in lines[2:]] == [0.5, 1.0]
 
 
 def test_isochronism_ends_at_the_nanosecond_and_json_has_all_digits() -> None:

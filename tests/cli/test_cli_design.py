@@ -31,17 +31,6 @@ def test_paragraph_20_in_scruples():
     assert back['pendulum_m'] == pytest.approx(3150 * 0.31385e-3, rel=1e-12)
 
 
-@pytest.mark.parametrize('left_out', ['period', 'inertia', 'pull', 'base-radius'])
-def test_three_of_four(left_out):
-    given = {'period': 1.0, 'inertia': 4e-4, 'pull': 2.0}
-    given['base-radius'] = 4e-4 * math.tau**2 / 2.0
-    keys = {'period': 'period_s', 'inertia': 'inertia_kg_m2', 'pull': 'pull_n'}
-    expected = given.pop(left_out)
-    options = [word for name, value in given.items() for word in (f'--{name}', repr(value))]
-    found = facts(*options)
-    assert found[keys.get(left_out, 'base_radius_m')] == pytest.approx(expected, rel=1e-14)
-
-
 def test_a_disc_and_what_it_lacks():
     """L = Q a²/(2 P r) (XXI), solved for each of its letters."""
     q, a, p, r, g = 3.0, 0.04, 0.2, 0.01, 9.81

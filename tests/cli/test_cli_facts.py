@@ -322,14 +322,6 @@ def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
     assert 'could not be tried: the thread went slack' in warning
 
 
-def test_without_covariates_no_coefficient_is_told(tmp_path: Path) -> None:
-    found = facts(tmp_path, ship=ROLL)
-    assert 'covariates' not in found
-    said = StringIO()
-    Console(file=said, width=200).print(facts_table(found))
-    assert 'coefficient' not in said.getvalue()
-
-
 def test_the_sea_that_decides_is_told() -> None:
     found = tauto.check('portsmouth_jamaica', **{'ship.rate': 2.5})
     sea, wave_s = found['expected']['decided_by'], found['expected']['shortest_wave_s']

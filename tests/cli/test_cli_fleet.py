@@ -86,19 +86,6 @@ def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
     assert (out / 'ships.parquet').exists()
 
 
-def test_json_has_the_same_numbers(vary):
-    said = fleet('--ships', '10', '--vary', str(vary), '--json')
-    found = json.loads(said.stdout)
-    assert found['ships'] == 10
-    assert found['within'] is None  # a minute is no trial
-    assert found['unchecked_days'] == [60.0 / 86_400.0] * 2
-    assert len(found['quantiles_nmi']['corrected']) == 5
-    # the dial's period decides how far it is off after a minute
-    ranks = {each['key']: each['raw'] for each in found['influences']}
-    assert set(ranks) == {'clock.nominal_period', 'trochlea.cam.lever_rate'}
-    assert found['failures'] == {}
-
-
 @pytest.mark.parametrize(
     ('drawn', 'differ'),
     [
@@ -120,10 +107,6 @@ def test_it_is_said_what_differs_between_ships_in_the_same_motion(vary, drawn, d
     same = 'all ships meet the same motion, since ship.kind is recorded'
     assert (same in said) == bool(differ)
     assert differ in said
-
-
-def test_ships_in_seas_of_their_own_are_no_copies():
-    assert 'the same motion' not in fleet('--ships', '2').stderr
 
 
 def test_a_fleet_is_drawn_and_the_file_named(tmp_path):

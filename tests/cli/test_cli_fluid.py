@@ -50,18 +50,6 @@ def test_the_printed_rows_end_at_the_cusp() -> None:
     assert (slope, radius) == (1.0, 0.0)
 
 
-def test_isochronism_tells_descents_and_periods_by_metres() -> None:
-    found = json.loads(run('isochronism', OIL, '--amplitudes', '0.01,0.4', '--json'))
-    assert found['nominal_period_s'] == pytest.approx(2.0, rel=2e-6)
-    first, second = found['rows']
-    assert (first['amplitude_m'], second['amplitude_m']) == (0.01, 0.4)
-    assert second['descent_s'] == pytest.approx(first['descent_s'], rel=1e-13)
-    assert second['period_s'] > first['period_s'] > 2.0
-    lines = run('isochronism', OIL, '--amplitudes', '0.01,0.4').splitlines()
-    assert lines[1].split()[:2] == ['amplitude', 'm']
-    assert [float(line.split()[0]) for line in lines[2:]] == [0.01, 0.4]
-
-
 def test_check_names_curve_range_and_what_runs() -> None:
     facts = json.loads(run('scene', 'check', OIL, '--json'))
     assert facts['propagator'] == 'half_swings'
@@ -73,14 +61,3 @@ def test_check_names_curve_range_and_what_runs() -> None:
     assert facts['expected']['steps_a_swing'] is None
     low, high = facts['curve_range_m']
     assert f'−{-low:.4g} m to {high:.4g} m of arc' in run('scene', 'check', OIL)
-
-
-def test_sail_reports_metres_and_its_bag_replays_to_the_same(tmp_path: Path) -> None:
-    found = json.loads(run('sail', OIL, '--duration', '60', '--out', tmp_path / 'bag', '--json'))
-    assert found['propagator'] == 'half_swings'
-    assert set(found['trochlea']) == {'period_s', 'arc_m', 'speed_m_s', 'phase_rad', 'beats'}
-    assert 0.0 < abs(found['trochlea']['arc_m']) < 0.05
-    # swings to and fro lose
-    assert -0.1 < found['clock']['error_s'] < -0.02
-    again = json.loads(run('replay', tmp_path / 'bag', '--json'))
-    assert again['clock'] == found['clock']

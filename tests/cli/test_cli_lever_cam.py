@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from pathlib import Path
 
 import numpy as np
@@ -32,15 +31,6 @@ def run(*arguments: object, code: int = 0) -> str:
     return result.stderr if code else result.stdout
 
 
-def test_its_period_is_the_one_asked_for_where_an_involute_loses(own_cam: str) -> None:
-    amplitudes = ('--amplitudes', '0.01,0.5,1.8', '--json')
-    rows = json.loads(run('isochronism', own_cam, *amplitudes))['rows']
-    for row in rows:
-        assert row['period_s'] == pytest.approx(1.0, abs=1e-12)
-    plain = json.loads(run('isochronism', 'sully_lever_at_sea', *amplitudes))['rows']
-    assert plain[2]['period_s'] / plain[0]['period_s'] > 1.09
-
-
 def test_both_cheeks_are_written_for_themselves(own_cam: str, tmp_path: Path) -> None:
     files = [tmp_path / f'cam.{kind}' for kind in ('csv', 'svg', 'dxf')]
     run('cam', own_cam, '--reach', 1.5, '--csv', files[0], '--svg', files[1], '--dxf', files[2])
@@ -56,14 +46,6 @@ def test_both_cheeks_are_written_for_themselves(own_cam: str, tmp_path: Path) ->
     drawn = np.array(list(left.get_points('xy')))
     np.testing.assert_allclose(drawn[-1], [x[-1], y[-1]], rtol=0, atol=1e-9)
     assert files[1].read_text(encoding='utf-8').startswith('<?xml')
-
-
-def test_the_printed_arm_grows_to_the_reach(own_cam: str) -> None:
-    header, *lines = run('cam', own_cam, '--reach', 1.5).splitlines()
-    assert header.split()[:2] == ['angle_rad', 'lever_arm_mm']
-    table = np.array([[float(word) for word in line.split()] for line in lines])
-    assert table[-1, 0] == pytest.approx(1.5, abs=1e-6)
-    assert np.all(np.diff(table[:, 1]) > 0.0)
 
 
 def test_what_cannot_be_drawn_is_refused(own_cam: str, tmp_path: Path) -> None:

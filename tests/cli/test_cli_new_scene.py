@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 from urllib.parse import urlparse
@@ -27,12 +26,6 @@ def test_a_new_scene_is_written_named_and_sails(tmp_path: Path) -> None:
     assert load_scene(file).name == 'mine'
     assert load_scene(file).trochlea.thread.kind == 'hole'
     assert tauto('sail', file, '--duration', '20').exit_code == 0
-
-
-def test_without_a_file_it_is_printed() -> None:
-    printed = tauto('scene', 'new')
-    assert printed.exit_code == 0
-    assert '\ntrochlea:\n' in printed.stdout
 
 
 def test_nothing_is_replaced(tmp_path: Path) -> None:
@@ -77,7 +70,3 @@ def test_the_first_line_leads_editors_to_the_schema() -> None:
     comment, _, uri = first.partition('$schema=')
     assert comment == '# yaml-language-server: '
     assert Path(url2pathname(urlparse(uri).path)) == FILE
-
-
-def test_the_schema_is_printed() -> None:
-    assert json.loads(tauto('scene', 'schema').stdout)['title'] == 'Scene of Tauto'

@@ -14,7 +14,6 @@ from ezdxf import path as dxf_path
 from ezdxf.filemanagement import readfile
 from typer.testing import CliRunner
 
-import tauto_core
 from tauto_core.cli.app import app
 from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
@@ -174,42 +173,6 @@ def test_a_plate_larger_than_the_paper_is_refused_before_anything_is_written(
     assert 'mm is larger than the 180 × 177 mm of a sheet of A4' in result.stderr
     assert 'Print the drawing to scale, --svg, in parts' in result.stderr
     assert not list(tmp_path.iterdir())
-
-
-def test_python_makes_the_plate_of_the_command(tmp_path: Path) -> None:
-    drawn, by_python = tmp_path / 'command.dxf', tmp_path / 'python.dxf'
-    sizes = ('--thread', '0.4mm', '--bore', '2', '--reach', '1', '--set')
-    facts = json.loads(
-        run(
-            'cam',
-            '--plate',
-            'measured',
-            '--dxf',
-            drawn,
-            '--json',
-            *sizes,
-            'trochlea.cam.base_radius=6 mm',
-        )
-    )
-    made = tauto_core.plate(
-        'measured',
-        dxf=by_python,
-        thread_mm=0.4,
-        bore_mm='2 mm',
-        reach_rad=1.0,
-        trochlea__cam__base_radius=0.006,
-    )
-    assert made.facts() == facts
-    assert made.files == (by_python,)
-    entities = [
-        [(each.dxftype(), each.dxf.layer) for each in readfile(file).modelspace()]
-        for file in (drawn, by_python)
-    ]
-    assert entities[0] == entities[1]
-    with pytest.raises(tauto_core.TautoError, match=r'cutter_mm = 1 mm: the cutter'):
-        tauto_core.plate('measured', cutter_mm=1.0)
-    with pytest.raises(tauto_core.TautoError, match=r"bore_mm = '2 s': must be a length"):
-        tauto_core.plate('measured', bore_mm='2 s')
 
 
 @pytest.mark.parametrize(

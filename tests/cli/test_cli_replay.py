@@ -40,11 +40,6 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / 'bag'
 
 
-def test_what_is_not_asked_for_is_not_told(bag: Path) -> None:
-    told = json.loads(tauto('replay', bag, '--json').stdout)
-    assert 'stability' not in told
-
-
 def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
     figure = tmp_path / 'stability.svg'
     run = tauto('replay', bag, '--stability', '--plot', figure, '--json')
@@ -101,12 +96,3 @@ def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) 
         assert run.exit_code == 0
         assert 'drift: 1 observation beyond drift.gate = 5 sigmas had to be believed' in run.stderr
         assert 'drift.prior_rate_sigma = 0.1 s/day' in run.stderr
-
-
-def test_too_short_a_bag_has_no_stability(tmp_path: Path) -> None:
-    scene = tmp_path / 'short.yaml'
-    scene.write_text(SCENE.replace('10.0}', '600.0}'), encoding='utf-8')
-    assert tauto('sail', scene, '--out', tmp_path / 'bag').exit_code == 0
-    run = tauto('replay', tmp_path / 'bag', '--stability')
-    assert run.exit_code == 1
-    assert '5 readings are too few' in run.stderr
