@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -173,9 +173,7 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
     together = math.ceil(len(states) / ROWS)
     title = 'weather' if together == 1 else f'weather, {together} states a row'
     caption = 'heading: direction the waves run to, from the bow to port; 0 following'
-    table = WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
-    for heading in ('from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'):
-        table.add_column(heading, justify='right')
+    table = _squared(title, ('from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'), caption)
     for first in range(0, len(states), together):
         row = states[first : first + together]
         headings = (state['heading_rad'] for state in row)
@@ -710,12 +708,8 @@ def hull_page(facts: Facts) -> RenderableType:
         f'{printed(ship["centre_of_gravity_m"], "+.2g")} m from the waterline; '
         f'{ship["speed_m_s"]:g} m/s',
     )
-    peaks = _squared('largest motions, per metre of wave')
-    waves = (
-        name for motion in ('heave, m', 'roll, °', 'pitch, °') for name in (motion, 'wave, s')
-    )
-    for title in ('heading, °', *waves):
-        peaks.add_column(title, justify='right')
+    heads = ('heading, °', 'heave, m', 'wave, s', 'roll, °', 'wave, s', 'pitch, °', 'wave, s')
+    peaks = _squared('largest motions, per metre of wave', heads)
     for each in facts['operators']:
         at = {
             name: '–' if (period := each[f'{name}_at_s']) is None else f'{period:.1f}'
@@ -731,14 +725,13 @@ def hull_page(facts: Facts) -> RenderableType:
     height, period = sea['significant_wave_height_m'], sea['peak_period_s']
     table = _squared(
         f'a weight in a Bretschneider sea of {height} m, {period:g} s: s/day',
-        caption='heading: direction the waves run to, from the bow to port; 180 head seas',
+        (
+            *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
+            *('plane kept vertical', 'leaning freely', 'plane pitches with her'),
+        ),
+        'heading: direction the waves run to, from the bow to port; 180 head seas',
     )
     parts = ('heave', 'athwart', 'fore_and_aft', 'kept_vertical', 'leaning_freely', 'pitching')
-    for title in (
-        *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
-        *('plane kept vertical', 'leaning freely', 'plane pitches with her'),
-    ):
-        table.add_column(title, justify='right')
     for rate in facts['rates_s_per_day']:
         table.add_row(
             f'{math.degrees(rate["heading_rad"]):.0f}',
@@ -748,5 +741,9 @@ def hull_page(facts: Facts) -> RenderableType:
     return Group(*map(Text, lines), Text(''), peaks, Text(''), table)
 
 
-def _squared(title: str, caption: str | None = None) -> Table:
-    return WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
+def _squared(title: str, columns: Iterable[str], caption: str | None = None) -> Table:
+    """Return a table without rows, all of whose columns hold figures."""
+    table = WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
+    for name in columns:
+        table.add_column(name, justify='right')
+    return table
