@@ -17,9 +17,8 @@ from typing import Any
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from tauto_core.ensembles.answers import QUANTILES
-from tauto_core.ensembles.rows import Store
-from tauto_core.ensembles.trial_answers import (
+from tauto_core.ensembles.answers import (
+    QUANTILES,
     ClockAnswers,
     Part,
     Prize,
@@ -27,8 +26,9 @@ from tauto_core.ensembles.trial_answers import (
     answers_of,
     size_nmi,
 )
-from tauto_core.ensembles.trials import Choice, Rules, Sailed, Trial, TriedClock, trial_schema
-from tauto_core.plots.tracks import draw_trial
+from tauto_core.ensembles.rows import Store
+from tauto_core.ensembles.trials import COLUMNS, Choice, Rules, Sailed, Trial, TriedClock
+from tauto_core.plots.ensembles import draw_trial
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship.logbook import read_passages
 from tauto_core.wording import counted, figure, place
@@ -61,7 +61,7 @@ def read_trial(folder: Path, logs: str) -> tuple[Sailed, int]:
     """
     file = folder / 'fleet.yaml'
     identity = read_mapping(file.read_text('utf-8'), str(file))
-    store = Store(folder, identity, trial_schema)
+    store = Store(folder, identity, COLUMNS)
     with store.opened():
         rows = store.rows
     sensed = {row['clock'] for row in rows if row['sensed_error_nmi'] is not None}

@@ -73,7 +73,6 @@ def test_tests_share_modules_by_names_that_no_library_has() -> None:
 
 
 KNOWN_CIRCLES: set[frozenset[str]] = {
-    frozenset({'tauto_core.ensembles.' + n for n in ('answers', 'fleets')}),
     frozenset({'tauto_core.motion.' + n for n in ('slack_wheel', 'wheel')}),
     frozenset({'tauto_core.ship.' + n for n in ('imu', 'kernels')}),
 }

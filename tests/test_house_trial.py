@@ -48,7 +48,7 @@ def rows_of(rules: Rules, sailing: Sailing, _: object) -> list[dict[str, Any]]:
     """Return made-up rows of a passage."""
     return [
         {
-            **dict.fromkeys(trials.trial_schema().names),
+            **dict.fromkeys(trials.COLUMNS),
             'ship': sailing.number * len(rules.clocks) + place,
             'clock': each.name,
             'passage': sailing.passage.name,

@@ -12,8 +12,9 @@ from typer.testing import CliRunner, Result
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import comparison
-from tauto_core.ensembles.comparison import Comparison, Row, Stop, draw_comparison, side_by_side
+from tauto_core.ensembles.comparison import Comparison, Row, Stop
 from tauto_core.ensembles.workers import Ended, WorkerError
+from tauto_core.plots.ensembles import draw_comparison, side_by_side
 
 P = '17700101-1'
 

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import fleet_tables
-from tauto_core.ensembles import fleets, workers
+from tauto_core.ensembles import workers
 from tauto_core.ensembles.answers import Answers, Within
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.files import one_writer
@@ -123,7 +123,7 @@ def test_a_lost_ship_gives_no_answer_and_exit_code_1(tmp_path, monkeypatch):
         yield from others
         yield Ended(first.place, None, WorkerError('its process died'))
 
-    monkeypatch.setattr(fleets, 'run_each', lost)
+    monkeypatch.setattr('tauto_core.ensembles.rows.run_each', lost)
     words = ('--ships', '3', '--out', str(tmp_path / 'rows'), '--json')
     ended = fleet(*words)
     assert (ended.exit_code, ended.stdout) == (1, '')

@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import trial_tables
-from tauto_core.ensembles.trial_answers import (
+from tauto_core.ensembles.answers import (
     ClockAnswers,
     Part,
     Prize,

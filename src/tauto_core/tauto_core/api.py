@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.bags import Recovered, Soundness
+    from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
-    from tauto_core.ensembles.trial_answers import TrialAnswers
     from tauto_core.euler import Claim
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
@@ -750,7 +750,7 @@ def logbook(
         if drawn:  # only a map needs all entries at once
             passages.append(each)
     if passages:
-        from tauto_core.plots.tracks import draw_passages
+        from tauto_core.plots.ensembles import draw_passages
 
         for picture in drawn:
             draw_passages(passages, picture)
@@ -963,7 +963,9 @@ def compare(
     )
     found = comparison.compare(entries, jobs=whole('jobs', jobs), progress=progress)
     for each in drawn:
-        comparison.draw_comparison(found, each)
+        from tauto_core.plots.ensembles import draw_comparison
+
+        draw_comparison(found, each)
     return found
 
 
@@ -1011,7 +1013,6 @@ def fleet(
             processes that cannot be started.
     """
     from tauto_core.ensembles import fleets
-    from tauto_core.ensembles.answers import draw_fleet
     from tauto_core.ensembles.workers import Crew
 
     drawn, crew = _plots(plot), Crew(whole('jobs', jobs), scheduler)
@@ -1028,6 +1029,8 @@ def fleet(
         _tell(warning)
     found = fleets.sail_fleet(plan, crew, where, _counted(progress, count), anyway=anyway)
     for each in drawn:
+        from tauto_core.plots.ensembles import draw_fleet
+
         draw_fleet(found, each)
     return found
 
@@ -1098,7 +1101,7 @@ def trial(
             row, or arguments out of range.
     """
     from tauto_core.ensembles import trials
-    from tauto_core.ensembles.trial_answers import answers_of, check_local_time
+    from tauto_core.ensembles.answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
 
     logbook, drawn = str(path('logs', logs)), _plots(plot)
@@ -1133,7 +1136,7 @@ def trial(
     sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
     answers = answers_of(sailed, local_time)
     for each in drawn:
-        from tauto_core.plots.tracks import draw_trial
+        from tauto_core.plots.ensembles import draw_trial
 
         draw_trial(sailed, answers, each)
     return answers

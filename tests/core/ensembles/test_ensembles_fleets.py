@@ -14,24 +14,22 @@ from functools import partial
 from pathlib import Path
 
 import dask
-import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
 from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
 from tauto_core.ensembles import rows as stored
-from tauto_core.ensembles.answers import draw_fleet, figure_of, statistics_of
+from tauto_core.ensembles.answers import statistics_of
 from tauto_core.ensembles.fleets import (
-    FIGURES,
     Plan,
     as_draws,
-    row_schema,
     sail_fleet,
     sail_ship,
 )
-from tauto_core.ensembles.rows import FleetError, Store
+from tauto_core.ensembles.rows import FIGURES, FleetError, Store
 from tauto_core.ensembles.workers import Crew, Ended, WorkerError
+from tauto_core.plots.ensembles import draw_fleet, fleet_figure
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
 
@@ -90,11 +88,11 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     sail_fleet(plan(2), Crew(1), folder)
     sailed = []
 
-    def counted(plan, number, progress):
+    def counted(plan, number, progress, **how):
         sailed.append(number)
         if number == 4:
             raise KeyboardInterrupt
-        return sail_ship(plan, number, progress)
+        return sail_ship(plan, number, progress, **how)
 
     monkeypatch.setattr(fleets, 'sail_ship', counted)
     with pytest.raises(KeyboardInterrupt):
@@ -108,7 +106,7 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     assert pq.read_table(folder / 'ships.parquet').num_rows == 6
 
 
-def killed_once(folder, plan, number, progress):
+def killed_once(folder, plan, number, progress, **how):
     """Sail a ship; of number 3 the process is killed halfway, once."""
 
     def tell(share):
@@ -118,7 +116,7 @@ def killed_once(folder, plan, number, progress):
             os.kill(os.getpid(), signal.SIGKILL)
         progress(share)
 
-    return sail_ship(plan, number, tell)
+    return sail_ship(plan, number, tell, **how)
 
 
 def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
@@ -147,7 +145,7 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
         return sail(scene, **further)
 
     sail = voyage.sail
-    monkeypatch.setattr(fleets, 'run_each', without_3)
+    monkeypatch.setattr(stored, 'run_each', without_3)
     monkeypatch.setattr(voyage, 'sail', without_4)
     with (
         pytest.warns(TautoWarning) as said,
@@ -164,23 +162,6 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
     run_s = [{row['ship']: row['run_s'] for row in fleet.rows} for fleet in (alone, whole)]
     assert all(each[ship] is not None for each in run_s for ship in range(6))
 
-
-def test_lost_ships_that_an_older_version_entered_as_failed_sail_again(alone, tmp_path):
-    folder = tmp_path / 'fleet'
-    sail_fleet(plan(), Crew(1), folder)
-    rows = pq.read_table(folder / 'ships.parquet').to_pylist()
-    for row, why in zip(rows[2:5], (LET_GO, DIED, CLOSED), strict=True):
-        row |= {**dict.fromkeys(FIGURES), 'failure': why, 'run_s': None}
-    pq.write_table(pa.Table.from_pylist(rows, schema=row_schema(plan())), folder / 'ships.parquet')
-    with pytest.warns(TautoWarning, match='3 ships in it .*sail again'):
-        again = sail_fleet(plan(), Crew(1), folder)
-    assert lasting(again.rows) == lasting(alone.rows)
-    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
-
-
-LET_GO = 'the scheduler let go of it. See what its own log says'
-DIED = 'its process died four times, for want of memory perhaps. Use fewer: --jobs 1'
-CLOSED = 'in <TCP (closed) ConnectionPool.gather local=tcp://127.0.0.1:1>: Stream is closed'
 
 KILLED_AT_A_NAME = """
 import os, signal, sys
@@ -212,18 +193,9 @@ def test_a_fleet_that_is_killed_while_it_writes_goes_on(alone, tmp_path, name):
     assert {file.name for file in folder.iterdir()} == {'fleet.yaml', 'ships.parquet'}
 
 
-def test_drafts_that_an_older_version_left_stop_no_fleet(alone, tmp_path):
-    folder = tmp_path / 'fleet'
-    sail_fleet(plan(3), Crew(1), folder)
-    (folder / 'ships').mkdir()
-    (folder / 'ships' / '.0000000.parquet.32750').write_bytes(b'half')
-    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
-    assert not (folder / 'ships').exists()
-
-
 def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
     folder = tmp_path / 'fleet'
-    late = Store(folder, plan().identity(), partial(row_schema, plan()))
+    late = Store(folder, plan().identity(), plan().columns)
 
     def beside(task, items, crew, progress):
         with pytest.raises(UsageError, match='another process sails a fleet into it'):
@@ -232,7 +204,7 @@ def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
             pass
         yield from workers.run_each(task, items, crew, progress)
 
-    monkeypatch.setattr(fleets, 'run_each', beside)
+    monkeypatch.setattr(stored, 'run_each', beside)
     assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
     with late.opened():
         assert lasting(late.rows) == lasting(alone.rows)
@@ -482,7 +454,7 @@ def row(number, error, **values):
 def test_shares_have_wilsons_interval():
     """Wilson's formula is (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
     rows = [row(k, -float(k)) for k in range(100)] + [row(100, 0.0, failure='lost')]
-    found = statistics_of(plan(vary={}), rows).within['corrected'][0]
+    found = statistics_of(rows).within['corrected'][0]
     n, k, z = 101, 31, 1.959963984540054
     p = k / n
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)
@@ -494,25 +466,25 @@ def test_shares_have_wilsons_interval():
 
 def test_a_voyage_that_the_act_does_not_judge_is_not_judged():
     rows = [row(k, float(k)) for k in range(3)]
-    found = statistics_of(plan(vary={}), rows)
+    found = statistics_of(rows)
     assert found.within is not None
     assert found.unchecked_days == (42.0, 42.0)
-    found = statistics_of(plan(vary={}), [*rows, row(3, 1.0, unchecked_days=41.99)])
+    found = statistics_of([*rows, row(3, 1.0, unchecked_days=41.99)])
     assert found.within is None
     assert found.unchecked_days == (41.99, 42.0)
     assert found.quantiles_nmi['corrected'] is not None
-    found = statistics_of(plan(vary={}), [row(0, 0.0, unchecked_days=None, failure='lost')])
+    found = statistics_of([row(0, 0.0, unchecked_days=None, failure='lost')])
     assert (found.within, found.unchecked_days) == (None, None)
 
 
 def test_the_picture_of_a_fleet_shows_prizes_only_where_it_is_judged(alone):
     def said(fleet):
-        axes = figure_of(fleet).axes[0]
+        axes = fleet_figure(fleet).axes[0]
         return axes.get_title(loc='left'), [text.get_text() for text in axes.texts]
 
     assert said(alone) == ('second_cam_at_sea: 6 ships, 2 minutes unchecked', [])
     rows = [row | {'unchecked_days': 81.0} for row in alone.rows]
-    long = replace(alone, rows=rows, answers=statistics_of(alone.plan, rows))
+    long = replace(alone, rows=rows, answers=statistics_of(rows))
     title, prizes = said(long)
     assert title == 'second_cam_at_sea: 6 ships'
     assert prizes == ['30 nmi: £20,000', '40 nmi: £15,000', '60 nmi: £10,000']
@@ -522,7 +494,7 @@ def test_quantiles_and_influences_are_of_those_that_arrived():
     key = 'trochlea.release_angle'
     rows = [row(k, (-1) ** k * float(k), **{key: math.exp(-k)}) for k in range(101)]
     rows.append(row(101, 0.0, failure='lost', **{key: 5.0}))
-    found = statistics_of(plan(vary={key: VARY[key]}), rows)
+    found = statistics_of(rows, [key])
     assert found.quantiles_nmi['corrected'] == pytest.approx([5.0, 25.0, 50.0, 75.0, 95.0])
     assert found.quantiles_nmi['raw'] == pytest.approx([10.0, 50.0, 100.0, 150.0, 190.0])
     assert [each.key for each in found.influences] == [key]
@@ -537,7 +509,7 @@ def test_a_tolerance_that_turns_the_error_either_way_is_seen():
     """
     key = 'trochlea.release_angle'
     rows = [row(k, 1.5 * (k - 50.0), **{key: 1.0 + 0.01 * k}) for k in range(101)]
-    (found,) = statistics_of(plan(vary={key: VARY[key]}), rows).influences
+    (found,) = statistics_of(rows, [key]).influences
     assert found.raw == found.corrected == pytest.approx(1.0, abs=1e-12)
     assert abs(found.corrected_size) < 0.05
 

@@ -4,8 +4,7 @@ import tracemalloc
 
 import pytest
 
-from tauto_core.ensembles.fleets import FIGURES
-from tauto_core.ensembles.rows import Rows
+from tauto_core.ensembles.rows import FIGURES, Rows
 
 MIXED = [
     {'ship': 2, 'seed': 2**63 - 1, 'error': -0.1, 'failure': None, 'day': None},

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tauto_core.ensembles.trial_answers import answers_of
+from tauto_core.ensembles.answers import answers_of
 from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
 from tauto_core.ship.logbook import LoggedPassage
 

@@ -10,7 +10,7 @@ from trial_examples import CLOCK, LOG, OTHER, clock, write_log
 from tauto_core import voyage
 from tauto_core.ensembles import trials, workers
 from tauto_core.ensembles.comparison import on_passage_of, regulated
-from tauto_core.ensembles.fleets import FIGURES
+from tauto_core.ensembles.rows import FIGURES
 from tauto_core.ensembles.trials import (
     Choice,
     Rules,

@@ -29,9 +29,8 @@ from tauto_core.wording import (
 if TYPE_CHECKING:
     from rich.console import RenderableType
 
-    from tauto_core.ensembles.answers import Answers
+    from tauto_core.ensembles.answers import Answers, ClockAnswers, TrialAnswers
     from tauto_core.ensembles.comparison import Comparison, Row
-    from tauto_core.ensembles.trial_answers import ClockAnswers, TrialAnswers
 
 
 # -----------------------------------------------------------------------------

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
+from itertools import starmap
 from pathlib import Path
 from typing import Any, cast
 
@@ -336,27 +337,16 @@ def account(
     if _ON_LAND in rates:
         on_land['drag, escapement'] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
     at_sea = {cause: whole - rates[cause] for cause in causes}
-    rows = (
-        *(row(cause, rate) for cause, rate in on_land.items()),
-        *(row(cause, rate) for cause, rate in at_sea.items()),
-    )
+    parts: dict[str, FloatArray | float] = {**on_land, **at_sea}
     together = sum(at_sea.values(), np.zeros(len(whole))) + sum(on_land.values())
     open_rows = tuple(
         RoughRow(
             key,
             unit,
             *values,
-            *(
-                float(np.mean(rates[f'{key} = {value:.4g}'] - whole[::THINNED]))
-                for value in values
-            ),
+            *(float(np.mean(rates[f'{key} = {at:.4g}'] - whole[::THINNED])) for at in values),
         )
         for key, unit, values, _ in rough
-    )
-    added, total, left = (
-        row('sum', together),
-        row('whole', whole),
-        row('interaction', whole - together),
     )
     return Budget(
         scene=scene.name,
@@ -365,10 +355,10 @@ def account(
         stretches=len(plan.begins_ns),
         stretch_s=plan.stretch_ns / NS_PER_S,
         settle_s=plan.settle_ns / NS_PER_S,
-        rows=rows,
-        sum=added,
-        interaction=left,
-        whole=total,
+        rows=tuple(starmap(row, parts.items())),
+        sum=row('sum', together),
+        interaction=row('interaction', whole - together),
+        whole=row('whole', whole),
         rough=open_rows,
         rough_s_per_day=math.hypot(*(each.half_range for each in open_rows)),
         fixed_s_per_day=float(np.mean(rates[_FIXED])) if _FIXED in rates else None,
@@ -377,10 +367,6 @@ def account(
 
 
 _ON_LAND, _FIXED = 'on land', 'its suspension'
-
-
-def _without(plan: Job, *names: str) -> Job:
-    return replace(plan, without=names)
 
 
 def _with(plan: Job, **keys: object) -> Job:
@@ -399,11 +385,13 @@ def _causes(
 ) -> dict[str, Job]:
     """Return the runs without each cause."""
     jobs = {
-        ' and '.join(name for name in each if not name.startswith('force')): _without(plan, *each)
+        ' and '.join(name for name in each if not name.startswith('force')): replace(
+            plan, without=each
+        )
         for each in moves
     }
     if plan.scene.gravity == 'normal' and machine.feels_gravity:
-        jobs['gravity'] = _without(plan, 'gravity')
+        jobs['gravity'] = replace(plan, without=('gravity',))
     if heat.varies and heat.feels_temperature:
         jobs['heat'] = _with(plan, air=_steady_air(plan.scene))
     if heat.thickening:

@@ -13,25 +13,23 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, cast
+from typing import Any, ClassVar, Literal, TypeAlias, cast
 
 import numpy as np
 
 from tauto_core import voyage
 from tauto_core.checks.cost import step_ns, work_s
 from tauto_core.checks.readiness import check_known, check_scene
+from tauto_core.ensembles.rows import figures_of
 from tauto_core.ensembles.workers import Crew, WorkerError, run_each
-from tauto_core.files import write_figure
 from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
-from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
-from tauto_core.navigation.regressors import SHAKEN_BY
+from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
 from tauto_core.samples import (
     READING,
     SHIP_IMU,
     Batches,
-    FloatArray,
     Samples,
     TimeSamples,
 )
@@ -50,14 +48,10 @@ from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
-from tauto_core.ship.imu import Sensed, kept
+from tauto_core.ship.imu import Sensed, kept, message
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import counted, figure, least, span
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 # -----------------------------------------------------------------------------
 # The amplitude of a ship's roll, and the same ship in the same waves with another roll.
@@ -261,11 +255,14 @@ def _along(
         if shortened:
             content['duration'] = scene.duration
         found.append((name, checked_scene(content | {'name': scene.name}, name)))
-    rate = max(scene.ship.rate for _, scene in found)
-    return [
-        (name, scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})}))
-        for name, scene in found
-    ]
+    rate_hz = max(scene.ship.rate for _, scene in found)
+    return [(name, with_rate(scene, rate_hz)) for name, scene in found]
+
+
+def with_rate(scene: Scene, rate_hz: float) -> Scene:
+    """Return a scene whose motion has so many samples a second."""
+    ship = scene.ship.model_copy(update={'rate': rate_hz})
+    return scene.model_copy(update={'ship': ship})
 
 
 def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
@@ -375,38 +372,28 @@ class ErrorTrace:
     """Keeps the clock's error at the ends of at most PIECES equal pieces of a scene.
 
     A piece is a whole number of log intervals; a shorter remainder at the end is not used.
+
+    Attributes:
+        piece_s: length of a piece [s].
+        time_s: time from the start at the ends of the pieces, the start itself first [s].
+        error_s: reading less true time then [s].
     """
 
     def __init__(self, scene: Scene) -> None:
         self._starts_at_ns = scene.starts_at_ns
         self._piece_ns = scene.log_interval_ns * math.ceil((scene.log_count - 1) / PIECES)
-        self._stamps: list[int] = []
-        self._errors: list[int] = []
-
-    @property
-    def piece_s(self) -> float:
-        """Length of a piece [s]."""
-        return self._piece_ns / NS_PER_S
+        self.piece_s = self._piece_ns / NS_PER_S
+        self.time_s, self.error_s = list[float](), list[float]()
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of any topics, in order within a topic."""
         reading = batches.get(READING)
         if not isinstance(reading, TimeSamples):
             return
-        kept = (reading.stamp_ns - self._starts_at_ns) % self._piece_ns == 0
-        stamps = reading.stamp_ns[kept]
-        self._stamps += (stamps - self._starts_at_ns).tolist()
-        self._errors += (reading.time_ref_ns[kept] - stamps).tolist()
-
-    @property
-    def time_s(self) -> FloatArray:
-        """Time from the start at the ends of the pieces, the start itself first [s], (n,)."""
-        return np.array(self._stamps, np.int64) / NS_PER_S
-
-    @property
-    def error_s(self) -> FloatArray:
-        """Reading less true time then [s], (n,)."""
-        return np.array(self._errors, np.int64) / NS_PER_S
+        since_ns = reading.stamp_ns - self._starts_at_ns
+        ends = since_ns % self._piece_ns == 0
+        self.time_s += (since_ns[ends] / NS_PER_S).tolist()
+        self.error_s += ((reading.time_ref_ns - reading.stamp_ns)[ends] / NS_PER_S).tolist()
 
     def rate_spread(self) -> float | None:
         """Return the standard deviation of the rates of the pieces [s/day]; None for one piece."""
@@ -553,13 +540,66 @@ def compare(
     return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, in_order)
 
 
+class Sea:
+    """The sea of a voyage, with what its clocks share: the motion of the ship and what they feel.
+
+    It is that of the scene which needs the most samples: a hung case needs some beyond the end.
+    """
+
+    def __init__(self, scenes: Sequence[Scene]) -> None:
+        self._scene = max(scenes, key=lambda scene: scene.samples_beyond_end)
+        self.motion, self.buffers = ShipMotion(self._scene), SharedBuffers()
+        self._integrals: dict[tuple[object, ...], SharedIntegrals] = {}
+
+    def integrals(self, scene: Scene) -> SharedIntegrals:
+        """Return the source of the integrals of a scene's covariates."""
+        key = SharedIntegrals.key(scene)
+        if key not in self._integrals:
+            self._integrals[key] = SharedIntegrals(scene)
+        return self._integrals[key]
+
+    def sail(
+        self,
+        afloat: Sequence[Afloat],
+        began_s: float,
+        progress: Progress | None,
+        *,
+        as_messages: bool = False,
+    ) -> None:
+        """Sail clocks to the end; the sea is sampled once.
+
+        Of the processor time of this thread since `began_s`, each clock has her own and an equal
+        part of the rest; what several feel alike counts for the first of them.
+        """
+        source = voyage.ShipSource(
+            self._scene, self.motion, says_scene=False, as_messages=as_messages
+        )
+        chunk = voyage.CHUNK if as_messages else voyage.QUIET_CHUNK
+        if any(each.scene.suspension is not None for each in afloat):
+            chunk = voyage.HUNG_CHUNK
+        while source.produced < source.total:
+            batches = source.produce(chunk)
+            imu = kept(cast(Sensed, batches[SHIP_IMU]))
+            said = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
+            for integrals in self._integrals.values():
+                integrals.take(said)
+            for each in afloat:
+                each.feed({**batches, SHIP_IMU: imu})
+            if progress is not None:
+                progress(source.produced / source.total)
+        for each in afloat:
+            each.feed(None)
+        shared_s = time.thread_time() - began_s - sum(each.run_s for each in afloat)
+        for each in afloat:
+            each.run_s += shared_s / len(afloat)
+
+
 class Afloat:
     """A clock under way, beside others in one sea.
 
     Args:
         scene: its scene.
-        motion: of the ship, which all share.
-        buffers: what they feel alike.
+        sea: which all share.
         rated: whether the dial is regulated for its start (`regulated`).
 
     Attributes:
@@ -571,15 +611,13 @@ class Afloat:
 
     events: ClassVar[type[TautoError]] = TautoError
 
-    def __init__(
-        self, scene: Scene, motion: ShipMotion, buffers: SharedBuffers, *, rated: bool = False
-    ) -> None:
+    def __init__(self, scene: Scene, sea: Sea, *, rated: bool = False) -> None:
         self.ended: TautoError | None = None
         self.at_end = False
         began = time.thread_time()
-        machine, _ = check_scene(scene, motion)
+        machine, _ = check_scene(scene, sea.motion)
         self.scene = regulated(scene, machine) if rated else scene
-        self._stages = voyage.pipeline(self.scene, machine, buffers)
+        self._stages = voyage.pipeline(self.scene, machine, sea.buffers)
         self.summary = Summary(self.scene, machine)
         self.run_s = time.thread_time() - began
 
@@ -606,54 +644,29 @@ class Afloat:
         raise NotImplementedError
 
 
-def sail_in_one_sea(
-    afloat: Sequence[Afloat],
-    source: voyage.ShipSource,
-    chunk: int,
-    pass_on: Callable[[Batches], Batches],
-    progress: Progress | None,
-) -> None:
-    """Sail clocks to the end; the sea is sampled once, and `pass_on` makes it readable for all."""
-    if any(each.scene.suspension is not None for each in afloat):
-        chunk = voyage.HUNG_CHUNK
-    while source.produced < source.total:
-        batches = pass_on(source.produce(chunk))
-        for each in afloat:
-            each.feed(batches)
-        if progress is not None:
-            progress(source.produced / source.total)
-    for each in afloat:
-        each.feed(None)
-
-
 class _Sailing(Afloat):
     """A clock of a comparison under way, with the trace of its error."""
 
     events = PropagationError
 
-    def __init__(self, entry: Entry, motion: ShipMotion, buffers: SharedBuffers) -> None:
+    def __init__(self, entry: Entry, sea: Sea) -> None:
         self.entry, self.trace = entry, ErrorTrace(entry.scene)
         with naming(entry.origin, entry.scene.name):
-            super().__init__(entry.scene, motion, buffers)
+            super().__init__(entry.scene, sea)
 
     def keep(self, batches: Batches) -> None:
         """Take the error of the clock."""
         self.trace.feed(batches)
 
-    def row(self, shared_s: float) -> Row:
-        """Return the figures; `shared_s` is its share of the time of all clocks together."""
-        entry, scene, trace = self.entry, self.scene, self.trace
-        stopped, report = None, dict[str, Any]()
-        if self.ended is None:
-            report = self.summary.result()
-        else:
-            assert isinstance(self.ended, PropagationError)
+    def row(self) -> Row:
+        """Return the figures."""
+        scene, stopped = self.scene, None
+        report = self.summary.result() if self.ended is None else {}
+        found = figures_of(report)
+        if isinstance(self.ended, PropagationError):
             stopped = Stop(self.ended.time_s, str(self.ended))
-        clock, longitude = report.get('clock', {}), report.get('longitude', {})
-        trochlea = report.get('trochlea', {})
-        went_s = trochlea.get('stopped_s')
-        if went_s is not None:
-            stopped = Stop(went_s, f'after {span(went_s)}: {trochlea["stopped_why"]}')
+        elif (went_s := found['stopped_s']) is not None:
+            stopped = Stop(went_s, f'after {span(went_s)}: {report["trochlea"]["stopped_why"]}')
         if scene.trochlea is not None:
             release = scene.trochlea.release_angle
         else:
@@ -661,47 +674,37 @@ class _Sailing(Afloat):
             release = scene.regulator.released_at
         return Row(
             clock=scene.name,
-            scene=entry.origin,
-            suspended=entry.hung,
-            roll_deg=entry.roll_deg,
+            scene=self.entry.origin,
+            suspended=self.entry.hung,
+            roll_deg=self.entry.roll_deg,
             release=release,
             propagator=self.summary.propagator,
-            rate_s_per_day=clock.get('rate_s_per_day'),
-            rate_spread_s_per_day=trace.rate_spread(),
-            error_s=clock.get('error_s'),
-            raw_error_nmi=longitude.get('raw_error_nmi'),
-            error_nmi=longitude.get('error_nmi'),
-            raw_prize_pounds=longitude.get('raw_prize_pounds'),
-            prize_pounds=longitude.get('prize_pounds'),
+            rate_spread_s_per_day=self.trace.rate_spread(),
+            error_s=found['clock_error_s'],
+            **{name: found[name] for name in _OF_A_ROW},
             stopped=stopped,
-            time_s=trace.time_s.tolist(),
-            trace_s=trace.error_s.tolist(),
-            run_s=self.run_s + shared_s,
+            time_s=self.trace.time_s,
+            trace_s=self.trace.error_s,
+            run_s=self.run_s,
         )
+
+
+_OF_A_ROW = 'rate_s_per_day', 'raw_error_nmi', 'error_nmi', 'raw_prize_pounds', 'prize_pounds'
+"""FIGURES that a row of a comparison has by the same names."""
 
 
 def sail_together(entries: Sequence[Entry], progress: Progress | None = None) -> list[Row]:
     """Run clocks in one sea, which is sampled once; an event that stops one is a result of hers.
 
-    The others go on. `run_s` of a row is her own processor time, and an equal part of that of the
-    sea; what several clocks feel alike counts for the first of them.
+    The others go on.
     """
     began = time.thread_time()
     scenes = [entry.scene for entry in entries]
-    # a hung case needs samples farther beyond the end
-    widest = max(scenes, key=lambda scene: scene.samples_beyond_end)
-    motion, buffers = ShipMotion(widest), SharedBuffers()
+    sea = Sea(scenes)
+    sailing = [_Sailing(entry, sea) for entry in entries]
     shaken = any(name in SHAKEN_BY for each in scenes for name in each.drift.covariates or ())
-    source = voyage.ShipSource(widest, motion, says_scene=False, as_messages=shaken)
-    chunk = voyage.CHUNK if shaken else voyage.QUIET_CHUNK
-    sailing = [_Sailing(entry, motion, buffers) for entry in entries]
-
-    def pass_on(batches: Batches) -> Batches:
-        return {**batches, SHIP_IMU: kept(cast(Sensed, batches[SHIP_IMU]))}
-
-    sail_in_one_sea(sailing, source, chunk, pass_on, progress)
-    shared_s = time.thread_time() - began - sum(each.run_s for each in sailing)
-    return [each.row(shared_s / len(sailing)) for each in sailing]
+    sea.sail(sailing, began, progress, as_messages=shaken)
+    return [each.row() for each in sailing]
 
 
 def _in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[int]]:
@@ -710,107 +713,10 @@ def _in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[int]]:
     Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
     """
     seas: dict[str, list[int]] = {}
-    for place in _dearest_first(entries):
+    # the swing of a suspended case costs more than any kind of thread
+    costs = [(entry.hung, step_ns(entry.scene)) for entry in entries]
+    for place in sorted(range(len(entries)), key=costs.__getitem__, reverse=True):
         seas.setdefault(repr(_passage(entries[place].scene)), []).append(place)
     parts = math.ceil(jobs / len(seas))
     dealt = [places[k::parts] for places in seas.values() for k in range(parts)]
     return [places for places in dealt if places]
-
-
-def _dearest_first(entries: Sequence[Entry]) -> list[int]:
-    """Return the indices by falling cost, so that they can be dealt out evenly.
-
-    The swing of a suspended case costs more than any kind of thread.
-    """
-    return sorted(
-        range(len(entries)),
-        key=lambda index: (entries[index].hung, step_ns(entries[index].scene)),
-        reverse=True,
-    )
-
-
-# -----------------------------------------------------------------------------
-# The comparison as a figure: error against time, or rate against roll, a panel per clock.
-
-NEEDED_S = AWARDS[0][0] / ARCMIN_PER_S
-"""Time in which the earth turns by half a degree: 30 nautical miles at the equator."""
-
-_BAND = '#f4e9cd'
-_STYLES: dict[bool, dict[str, Any]] = {
-    False: {'color': '#003f88', 'linewidth': 1.3, 'label': 'fixed to the ship'},
-    True: {
-        'color': '#c1121f',
-        'linewidth': 1.3,
-        'linestyle': (0, (3, 2)),
-        'label': 'hung on an axle',
-    },
-}
-
-
-def draw_comparison(result: Comparison, path: Path) -> None:
-    """Draw a comparison to an SVG, PNG or PDF file (`files.check_plot`); replaces the file.
-
-    Errors against time where all clocks sail in one sea, with the error that the Act of 1714
-    allows where it judges the voyage; where the roll differs, rates against the roll.
-    """
-    write_figure(lambda: side_by_side(result), path)
-
-
-def side_by_side(result: Comparison) -> Figure:
-    """Return the figure: small panels with common axes."""
-    from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    clocks = list(dict.fromkeys(row.clock for row in result.rows))
-    judged = any(row.prize_pounds is not None for row in result.rows)
-    by_roll = len({row.roll_deg for row in result.rows}) > 1
-    columns = min(4, len(clocks))
-    lines = math.ceil(len(clocks) / columns)
-    figure = Figure(figsize=(2.6 * columns + 0.6, 2.2 * lines + 0.9), layout='constrained')
-    grid = figure.subplots(lines, columns, squeeze=False, sharex=True, sharey=not by_roll)
-    for axes, clock in zip(grid.ravel(), clocks, strict=False):
-        rows = [row for row in result.rows if row.clock == clock]
-        (_rates if by_roll else _errors)(axes, rows)
-        if judged and not by_roll:
-            axes.axhspan(-NEEDED_S, NEEDED_S, color=_BAND, zorder=0, linewidth=0.0)
-        axes.set_title(clock.removeprefix('clock_').replace('_', ' '), fontsize=9.0, loc='left')
-        axes.axhline(0.0, color='#888888', linewidth=0.6, zorder=1)
-        axes.grid(color='#e4e4e4', linewidth=0.5)
-        axes.set_axisbelow(True)
-        for side in ('top', 'right'):
-            axes.spines[side].set_visible(False)
-    for axes in grid.ravel()[len(clocks) :]:
-        axes.set_axis_off()
-    rate = f'mean rate over {span(result.duration_s)} [s/day]'
-    figure.supylabel(rate if by_roll else 'error of the clock [s]', fontsize=9.0)
-    figure.supxlabel('significant roll [degrees]' if by_roll else 'days', fontsize=9.0)
-    shown = sorted({row.suspended for row in result.rows})
-    handles: list[Line2D | Patch] = [Line2D([], [], **_STYLES[hung]) for hung in shown]
-    if judged and not by_roll:
-        handles.append(Patch(color=_BAND, label='within 30 miles at the equator'))
-    figure.legend(handles=handles, loc='outside upper right', frameon=False, ncols=3)
-    return figure
-
-
-def _errors(axes: Axes, rows: Sequence[Row]) -> None:
-    for row in rows:
-        style = _STYLES[row.suspended]
-        axes.plot([time / DAY_S for time in row.time_s], row.trace_s, **style)
-        if row.stopped is not None:
-            last = row.trace_s[-1] if row.trace_s else 0.0
-            axes.plot(row.stopped.at_s / DAY_S, last, 'x', color=style['color'])
-
-
-def _rates(axes: Axes, rows: Sequence[Row]) -> None:
-    """Draw rates on the panel's own scale; those of a force are a millionth of a weight's."""
-    for hung, style in _STYLES.items():
-        shown = sorted(
-            (row.roll_deg, row.rate_s_per_day)
-            for row in rows
-            if row.suspended == hung
-            and row.rate_s_per_day is not None
-            and row.roll_deg is not None
-        )
-        if shown:
-            axes.plot(*zip(*shown, strict=True), **style, marker='o', markersize=3.0)

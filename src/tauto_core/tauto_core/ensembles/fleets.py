@@ -10,13 +10,11 @@ from __future__ import annotations
 
 import copy
 import time
-import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
-from contextlib import closing, nullcontext
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, cast
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 from pydantic import Field, TypeAdapter, ValidationError, model_validator
@@ -26,8 +24,15 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
-from tauto_core.ensembles.rows import Rows, Store
-from tauto_core.ensembles.workers import Crew, WorkerError, run_each, versions
+from tauto_core.ensembles.rows import (
+    FIGURE_TYPES,
+    Columns,
+    Rows,
+    Store,
+    figures_of,
+    sail_left,
+)
+from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
@@ -37,7 +42,6 @@ from tauto_core.scene.errors import (
     Problem,
     SceneError,
     TautoError,
-    TautoWarning,
     UsageError,
     naming,
 )
@@ -52,10 +56,6 @@ from tauto_core.scene.loader import (
 from tauto_core.scene.sections import Number, Positive, Section
 from tauto_core.scene.tables import read_data
 from tauto_core.scene.units import in_unit, misfit, unit_of, unit_table
-from tauto_core.wording import counted
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 # -----------------------------------------------------------------------------
 # The distributions from which a key of the scene is drawn for each ship of a fleet.
@@ -221,17 +221,9 @@ _STREAM = 3
 """Number of the streams of random numbers from the scene's seed for ships and draws."""
 
 
-@dataclass(frozen=True)
-class Ship:
-    """One ship of a fleet.
+class Ship(NamedTuple):
+    """One ship of a fleet: the value of each drawn key, by its path, and her scene."""
 
-    Attributes:
-        number: from 0.
-        drawn: value of each drawn key, by its path.
-        scene: the scene of her voyage.
-    """
-
-    number: int
     drawn: dict[str, _Value]
     scene: Scene
 
@@ -269,6 +261,12 @@ class Plan:
         """The scene's mapping, with all defaults."""
         return read_mapping(scene_yaml(self.scene), self.origin)
 
+    @property
+    def columns(self) -> Columns:
+        """Columns of the rows of a fleet."""
+        drawn = {key: _type_of(draw) for key, draw in self.draws.items()}
+        return {'ship': int, 'seed': int, **drawn, **FIGURE_TYPES, 'failure': str, 'run_s': float}
+
     def identity(self) -> dict[str, Any]:
         """Return all on which the rows of a fleet depend, except the number of ships."""
         return {
@@ -294,8 +292,11 @@ class Plan:
             ),
         )
 
-    def ship(self, number: int) -> Ship:
-        """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError."""
+    def ship(self, number: int, *, anyway: bool = True) -> Ship:
+        """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError.
+
+        So are drawn values beyond all that are known, unless `anyway`.
+        """
         given = copy.deepcopy(self.content)
         drawn: dict[str, _Value] = {}
         for key, draw in self.draws.items():
@@ -309,7 +310,10 @@ class Plan:
         try:
             for key, value in drawn.items():
                 put_value(given, key, value, self.drawn_by)
-            return Ship(number, drawn, checked_scene(given, self.origin))
+            scene = checked_scene(given, self.origin)
+            if drawn and not anyway:
+                check_known(scene)
+            return Ship(drawn, scene)
         except SceneError as error:
             first, *further = error.problems
             raise self._refused(number, first, *further) from None
@@ -327,30 +331,13 @@ class Plan:
             with naming(self.origin, self.scene.name):
                 check_known(self.scene)
         for number in range(min(self.ships, CHECKED_FIRST)):
-            self.known_ship(number, anyway=anyway)
-
-    def known_ship(self, number: int, *, anyway: bool) -> Ship:
-        """Return a ship; one beyond all that are known is refused, too, unless `anyway`."""
-        ship = self.ship(number)
-        if self.draws and not anyway:
-            try:
-                check_known(ship.scene)
-            except SceneError as error:
-                first, *further = error.problems
-                raise self._refused(number, first, *further) from None
-        return ship
+            self.ship(number, anyway=anyway)
 
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'
-        remedy = f'{first.remedy} Narrow what is drawn, or cut it off with low and high.'
-        return SceneError(
-            self.drawn_by,
-            first.key,
-            first.value,
-            said,
-            remedy if self.draws else first.remedy,
-            further=further,
-        )
+        narrow = ' Narrow what is drawn, or cut it off with low and high.' * bool(self.draws)
+        remedy = f'{first.remedy}{narrow}'
+        return SceneError(self.drawn_by, first.key, first.value, said, remedy, further=further)
 
 
 _OF_THE_MOTION = {
@@ -369,6 +356,11 @@ _NOISES = {'clock.white_fm', 'clock.random_walk_fm'}
 _CENTRE = 'Give the mean, or low and high.'
 
 
+def _type_of(draw: Normal | Uniform | OneOf) -> type:
+    kinds = {type(value) for value in draw.values} if isinstance(draw, OneOf) else {float}
+    return kinds.pop() if len(kinds) == 1 else float
+
+
 def _stream(seed: int, *which: int) -> np.random.SeedSequence:
     return np.random.SeedSequence(seed, spawn_key=(_STREAM, *which))
 
@@ -378,29 +370,6 @@ def _stream(seed: int, *which: int) -> np.random.SeedSequence:
 #
 # A voyage that physics ends is an observation, and a row. One that never ended, for want of
 # memory or of a file, is none: its error is raised, and she sails again.
-
-FIGURES: dict[str, tuple[str, str]] = {
-    'clock_error_s': ('clock', 'error_s'),
-    'rate_s_per_day': ('clock', 'rate_s_per_day'),
-    'estimated_rate_s_per_day': ('drift', 'rate_s_per_day'),
-    'estimated_rate_sigma_s_per_day': ('drift', 'rate_sigma_s_per_day'),
-    'raw_error_nmi': ('longitude', 'raw_error_nmi'),
-    'error_nmi': ('longitude', 'error_nmi'),
-    'sigma_nmi': ('longitude', 'sigma_nmi'),
-    'judged_at_s': ('longitude', 'at_s'),
-    'unchecked_days': ('longitude', 'unchecked_days'),
-    'raw_prize_pounds': ('longitude', 'raw_prize_pounds'),
-    'prize_pounds': ('longitude', 'prize_pounds'),
-    'worst_raw_error_nmi': ('longitude', 'worst_raw_error_nmi'),
-    'worst_raw_at_s': ('longitude', 'worst_raw_at_s'),
-    'worst_error_nmi': ('longitude', 'worst_error_nmi'),
-    'worst_at_s': ('longitude', 'worst_at_s'),
-    'stopped_s': ('trochlea', 'stopped_s'),
-}
-"""Columns of a row, and their place in the result of `voyage.sail`. They belong to the sample by
-which a voyage is judged, the last one before the landfall or the end (`navigation.tally`), and are
-positive to the east.
-"""
 
 
 def sail_ship(
@@ -413,9 +382,9 @@ def sail_ship(
     to do with her voyage, such as a MemoryError, is raised; so is the SceneError of a ship that
     was not checked before (`Plan.check`).
     """
-    checked = anyway or number < CHECKED_FIRST
-    ship, began, failure = plan.known_ship(number, anyway=checked), time.thread_time(), None
+    ship = plan.ship(number, anyway=anyway or number < CHECKED_FIRST)
     report: Mapping[str, Any] = {}
+    began, failure = time.thread_time(), None
     try:
         report = voyage.sail(
             ship.scene,
@@ -432,39 +401,10 @@ def sail_ship(
         'ship': number,
         'seed': ship.scene.seed,
         **ship.drawn,
-        **{column: report.get(section, {}).get(key) for column, (section, key) in FIGURES.items()},
+        **figures_of(report),
         'failure': failure,
         'run_s': time.thread_time() - began,
     }
-
-
-def row_schema(plan: Plan) -> pa.Schema:
-    """Return the columns of a fleet's rows, with their types."""
-    import pyarrow as pa
-
-    pounds = {'raw_prize_pounds', 'prize_pounds'}
-    return pa.schema(
-        [
-            ('ship', pa.int64()),
-            ('seed', pa.int64()),
-            *((key, _type_of(draw)) for key, draw in plan.draws.items()),
-            *((name, pa.int64() if name in pounds else pa.float64()) for name in FIGURES),
-            ('failure', pa.string()),
-            ('run_s', pa.float64()),
-        ]
-    )
-
-
-def _type_of(draw: Normal | Uniform | OneOf) -> pa.DataType:
-    import pyarrow as pa
-
-    values = draw.values if isinstance(draw, OneOf) else (0.5,)
-    if all(isinstance(value, bool) for value in values):
-        return pa.bool_()
-    if all(isinstance(value, str) for value in values):
-        return pa.string()
-    whole = all(isinstance(value, int) for value in values)
-    return pa.int64() if whole else pa.float64()
 
 
 @dataclass(frozen=True, repr=False)
@@ -504,123 +444,19 @@ def sail_fleet(
     another process writes, a UsageError; one that cannot be used a FleetError. It is a WorkerError
     if there are no processes, or if ships were lost with them.
     """
-    store = None if out is None else Store(out, plan.identity(), partial(row_schema, plan))
+    store = None if out is None else Store(out, plan.identity(), plan.columns)
     plan.check(anyway=anyway)
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
         check_scene(first)
-    # columns that are not needed are not sent: a task goes to every worker
-    task = partial(sail_ship, plan, anyway=True) if anyway else partial(sail_ship, plan)
-    ships = range(plan.ships)
     rows = sail_left(
-        task,
-        ships,
-        ships,
+        partial(sail_ship, plan, anyway=anyway),
+        range(plan.ships),
         crew,
         store,
         progress,
+        number=int,
         cost_s=lambda _: work_s(first),
         name=lambda number: f'ship {number}',
     )
-    return Fleet(plan, rows, statistics_of(plan, rows))
-
-
-_Voyages = TypeVar('_Voyages')
-
-
-def sail_left(
-    task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
-    voyages: Sequence[_Voyages],
-    numbers: Collection[int],
-    crew: Crew,
-    store: Store | None,
-    progress: Callable[[float], None] | None,
-    *,
-    cost_s: Callable[[_Voyages], float],
-    name: Callable[[_Voyages], str],
-    clocks: int = 1,
-) -> Rows:
-    """Sail the voyages that have no rows in the store, and return the rows of all in order.
-
-    Args:
-        task: returns the row of a voyage, or the rows of several clocks that sail together.
-        voyages: its arguments.
-        numbers: of the voyages; `ship` of their rows, divided by `clocks`.
-        crew: where.
-        store: keeps the rows as voyages end; None: nothing does.
-        progress: called with the number of rows that are done, parts of voyages included.
-        cost_s: processor time of a voyage [s].
-        name: how a voyage is called that is lost.
-        clocks: number of rows of a voyage.
-    """
-    with nullcontext() if store is None else store.opened():
-        rows = Rows() if store is None else store.rows
-        there = {ship // clocks for ship in rows.column('ship')}.intersection(numbers)
-        left = [each for number, each in zip(numbers, voyages, strict=True) if number not in there]
-        total = clocks * len(voyages)
-
-        def tell(share: float) -> None:
-            if progress is not None:
-                progress(total - clocks * len(left) * (1.0 - share))
-
-        if left:
-            crew = crew.for_work([clocks * cost_s(left[0])] * len(left))
-            _gather(task, left, crew, store, rows, tell, name, clocks * len(there), total)
-        if store is not None:
-            store.close()
-    rows.sort()
-    if len(rows) > total:
-        return Rows(row for row in rows if row['ship'] // clocks in numbers)
-    return rows
-
-
-def _gather(
-    task: Callable[[_Voyages, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
-    left: Sequence[_Voyages],
-    crew: Crew,
-    store: Store | None,
-    rows: Rows,
-    tell: Callable[[float], None],
-    name: Callable[[_Voyages], str],
-    before: int,
-    total: int,
-) -> None:
-    """Add the rows of the voyages that are left, to the store or to `rows`, as they end.
-
-    Of `total` rows there are `before` already.
-    """
-    lost: list[str] = []
-    new = 0
-    try:
-        with closing(run_each(task, left, crew, tell)) as ended:
-            for each in ended:
-                if isinstance(each.error, SceneError):  # of a ship that no check had seen
-                    raise each.error
-                if each.result is None:
-                    why = str(each.error) or type(each.error).__name__
-                    lost.append(f'{name(left[each.place])}: {why}')
-                    warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
-                    continue
-                came = each.result if isinstance(each.result, list) else [each.result]
-                new += len(came)
-                if store is None:
-                    rows.extend(came)
-                else:
-                    store.add(*came)
-        if lost:
-            more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
-            count = counted(len(lost), 'ship')
-            raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
-    except WorkerError as error:
-        if before + new == 0:
-            raise
-        kept = (
-            ('with ', Argument('out'), ' they would be kept, and the same command would sail the ')
-            if store is None
-            else ('they are kept, and the same command sails the ',)
-        )
-        many = f'. {before + new:,} of {counted(total, "ship")} came in; '
-        raise WorkerError(error.message, many, *kept, 'others') from None
-    finally:
-        if store is not None:
-            store.flush()
+    return Fleet(plan, rows, statistics_of(rows, plan.draws))

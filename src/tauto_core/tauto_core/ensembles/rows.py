@@ -1,4 +1,4 @@
-"""The rows of a fleet or a trial: in memory by columns, and on disk as Parquet."""
+"""The rows of a fleet or a trial: in memory by columns, on disk as Parquet, and how they come."""
 
 from __future__ import annotations
 
@@ -8,19 +8,31 @@ import time
 import warnings
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
 
 import numpy as np
 
+from tauto_core.ensembles.workers import Crew, WorkerError, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
-from tauto_core.scene.errors import Argument, TautoError, TautoWarning, UsageError, install
+from tauto_core.scene.errors import (
+    Argument,
+    SceneError,
+    TautoError,
+    TautoWarning,
+    UsageError,
+    install,
+)
 from tauto_core.scene.loader import read_mapping, write_mapping
 from tauto_core.wording import counted
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+
+Columns: TypeAlias = Mapping[str, type]
+"""Names of columns with the type of their values, `list` for a list of numbers."""
 
 
 class Rows(Sequence[dict[str, Any]]):
@@ -65,18 +77,19 @@ class Rows(Sequence[dict[str, Any]]):
             moved = [column[place] for place in order]
             self._columns[name] = array('d', moved) if isinstance(column, array) else moved
 
-    def table(self, schema: pa.Schema) -> pa.Table:
-        """Return them as a table of Arrow."""
+    def table(self, columns: Columns) -> pa.Table:
+        """Return these columns as a table of Arrow."""
+        schema = schema_of(columns)
         import pyarrow as pa
 
         return pa.table(
             [
                 pa.array(
                     np.array(column) if isinstance(column, array) else column,
-                    schema.field(name).type,
+                    kind,
                     from_pandas=isinstance(column, array),
                 )
-                for name in schema.names
+                for name, kind in zip(schema.names, schema.types, strict=True)
                 for column in (self._columns.get(name, []),)
             ],
             schema,
@@ -101,6 +114,15 @@ class Rows(Sequence[dict[str, Any]]):
 
 def _told(value: Any) -> Any:
     return None if value != value else value  # noqa: PLR0124 - NaN stands for None in a column
+
+
+def schema_of(columns: Columns) -> pa.Schema:
+    """Return columns as a schema of Arrow."""
+    import pyarrow as pa
+
+    whole, number = pa.int64(), pa.float64()
+    kinds = {int: whole, float: number, str: pa.string(), bool: pa.bool_(), list: pa.list_(number)}
+    return pa.schema([(name, kinds[kind]) for name, kind in columns.items()])
 
 
 # -----------------------------------------------------------------------------
@@ -142,7 +164,7 @@ class Store:
     Args:
         folder: made if it does not exist.
         identity: all on which the rows depend, except their number.
-        schema: returns the columns of the rows.
+        columns: of the rows.
 
     Attributes:
         rows: the stored rows in the order of the ships, while it is opened.
@@ -153,11 +175,9 @@ class Store:
         FleetError: its contents cannot be read.
     """
 
-    def __init__(
-        self, folder: Path, identity: Mapping[str, Any], schema: Callable[[], pa.Schema]
-    ) -> None:
+    def __init__(self, folder: Path, identity: Mapping[str, Any], columns: Columns) -> None:
         need_parquet()
-        self._folder, self._identity, self._schema = folder, identity, schema
+        self._folder, self._identity, self._columns = folder, identity, columns
         self._waiting = Rows()
         self._written_s = time.monotonic()
         self.rows = Rows()
@@ -183,7 +203,7 @@ class Store:
             with _saying(self._folder):
                 write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
                 parts.mkdir(exist_ok=True)
-                for drafts in (self._folder.glob(DRAFTS), parts.glob('.*')):
+                for drafts in (self._folder.glob(DRAFTS), parts.glob(DRAFTS)):
                     for left in drafts:  # by a process that was killed
                         left.unlink()
             yield
@@ -201,7 +221,7 @@ class Store:
                 ) from None
             yield
 
-    def add(self, *rows: dict[str, Any]) -> None:
+    def add(self, rows: Iterable[dict[str, Any]]) -> None:
         """Take the rows of ships that finished together; they are written at once or later."""
         self._waiting.extend(rows)
         if time.monotonic() >= self._written_s + EVERY_S:
@@ -253,7 +273,6 @@ class Store:
         import pyarrow.parquet as pq
 
         seen: set[int] = set()
-        lost: set[int] = set()
         for file in (self._folder / _ALL, *sorted((self._folder / _PARTS).glob('*.parquet'))):
             if not file.exists():
                 continue
@@ -265,27 +284,16 @@ class Store:
                 ) from None
             for batch in table.to_batches(_AT_ONCE):
                 for row in batch.to_pylist():
-                    # Tauto 0.2.0 entered ships as failed whose processes or scheduler it had lost.
-                    # They cost no time, while a voyage that failed by physics did.
-                    if row['failure'] is not None and row['run_s'] is None:
-                        lost.add(row['ship'])
-                    elif row['ship'] not in seen:
+                    if row['ship'] not in seen:
                         seen.add(row['ship'])
                         yield row
-        if lost := lost - seen:
-            warnings.warn(
-                f'{self._folder}: {counted(len(lost), "ship")} in it failed by no fault of the '
-                'voyage, with the process or the scheduler: lost ships sail again',
-                TautoWarning,
-                stacklevel=2,
-            )
 
     def _write(self, rows: Rows, file: Path) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
         buffer = pa.BufferOutputStream()
-        pq.write_table(rows.table(self._schema()), buffer)
+        pq.write_table(rows.table(self._columns), buffer)
         with _saying(self._folder):
             write_whole(file, buffer.getvalue())
 
@@ -301,3 +309,118 @@ def _saying(folder: Path) -> Iterator[None]:
             f': {error.strerror or error}. Make room, or name another folder; the ships that came '
             'in before are kept, and the same command goes on',
         ) from None
+
+
+# -----------------------------------------------------------------------------
+# Voyages that are sailed to their rows: the figures of a row, and those that have none yet.
+
+FIGURES: dict[str, tuple[str, str]] = {
+    'clock_error_s': ('clock', 'error_s'),
+    'rate_s_per_day': ('clock', 'rate_s_per_day'),
+    'estimated_rate_s_per_day': ('drift', 'rate_s_per_day'),
+    'estimated_rate_sigma_s_per_day': ('drift', 'rate_sigma_s_per_day'),
+    'raw_error_nmi': ('longitude', 'raw_error_nmi'),
+    'error_nmi': ('longitude', 'error_nmi'),
+    'sigma_nmi': ('longitude', 'sigma_nmi'),
+    'judged_at_s': ('longitude', 'at_s'),
+    'unchecked_days': ('longitude', 'unchecked_days'),
+    'raw_prize_pounds': ('longitude', 'raw_prize_pounds'),
+    'prize_pounds': ('longitude', 'prize_pounds'),
+    'worst_raw_error_nmi': ('longitude', 'worst_raw_error_nmi'),
+    'worst_raw_at_s': ('longitude', 'worst_raw_at_s'),
+    'worst_error_nmi': ('longitude', 'worst_error_nmi'),
+    'worst_at_s': ('longitude', 'worst_at_s'),
+    'stopped_s': ('trochlea', 'stopped_s'),
+}
+"""Columns of a row, and their place in the result of `voyage.sail`. They belong to the sample by
+which a voyage is judged, the last one before the landfall or the end (`navigation.tally`), and are
+positive to the east.
+"""
+
+
+def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return FIGURES from the result of a voyage; None where there are none."""
+    return {name: report.get(section, {}).get(key) for name, (section, key) in FIGURES.items()}
+
+
+FIGURE_TYPES = dict.fromkeys(FIGURES, float) | {'raw_prize_pounds': int, 'prize_pounds': int}
+
+
+_Voyage = TypeVar('_Voyage')
+
+
+def sail_left(
+    task: Callable[[_Voyage, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
+    voyages: Sequence[_Voyage],
+    crew: Crew,
+    store: Store | None,
+    progress: Callable[[float], None] | None,
+    *,
+    number: Callable[[_Voyage], int],
+    cost_s: Callable[[_Voyage], float],
+    name: Callable[[_Voyage], str],
+    clocks: int = 1,
+) -> Rows:
+    """Sail the voyages that have no rows in the store, and return the rows of all in order.
+
+    Args:
+        task: returns the row of a voyage, or the rows of several clocks that sail together.
+        voyages: its arguments.
+        crew: where.
+        store: keeps the rows as voyages end; None: nothing does.
+        progress: called with the number of rows that are done, parts of voyages included.
+        number: of a voyage; `ship` of its rows, divided by `clocks`.
+        cost_s: processor time of a voyage [s].
+        name: how a voyage is called that is lost.
+        clocks: number of rows of a voyage.
+    """
+    with nullcontext() if store is None else store.opened():
+        rows = Rows() if store is None else store.rows
+        keep = rows.extend if store is None else store.add
+        there = {ship // clocks for ship in rows.column('ship')}
+        left = [each for each in voyages if number(each) not in there]
+        total, lost = clocks * len(voyages), list[str]()
+        came_in = total - clocks * len(left)
+
+        def tell(share: float) -> None:
+            if progress is not None:
+                progress(total - clocks * len(left) * (1.0 - share))
+
+        crew = crew.for_work([clocks * cost_s(left[0])] * len(left)) if left else Crew(1)
+        try:
+            with closing(run_each(task, left, crew, tell)) as ended:
+                for each in ended:
+                    if isinstance(each.error, SceneError):  # of a ship that no check had seen
+                        raise each.error
+                    if each.result is None:
+                        why = str(each.error) or type(each.error).__name__
+                        lost.append(f'{name(left[each.place])}: {why}')
+                        warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
+                        continue
+                    came = each.result if isinstance(each.result, list) else [each.result]
+                    came_in += len(came)
+                    keep(came)
+            if lost:
+                more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
+                count = counted(len(lost), 'ship')
+                raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
+        except WorkerError as error:
+            if not came_in:
+                raise
+            many = f'. {came_in:,} of {counted(total, "ship")} came in; '
+            kept = (
+                ('with ', Argument('out'), ' they would be kept, and the same command would sail ')
+                if store is None
+                else ('they are kept, and the same command sails ',)
+            )
+            raise WorkerError(error.message, many, *kept, 'the others') from None
+        finally:
+            if store is not None:
+                store.flush()
+        if store is not None:
+            store.close()
+    rows.sort()
+    if len(rows) > total:
+        asked = {number(each) for each in voyages}
+        return Rows(row for row in rows if row['ship'] // clocks in asked)
+    return rows

@@ -15,20 +15,20 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known
-from tauto_core.ensembles.comparison import CLOCKS, Afloat, on_passage_of, sail_in_one_sea
-from tauto_core.ensembles.fleets import FIGURES, sail_left
-from tauto_core.ensembles.rows import Store
+from tauto_core.ensembles.comparison import CLOCKS, Afloat, Sea, on_passage_of, with_rate
+from tauto_core.ensembles.rows import FIGURE_TYPES, Columns, Store, figures_of, sail_left
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
-from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
+from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
+from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.samples import (
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
@@ -57,24 +57,15 @@ from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import LEAST_WIND, VARIABLE_WINDS, LogEntry, has_wind, log_time
 from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.coast import OCEANS, ocean_of
 from tauto_core.ship.hull import SHAPES
-from tauto_core.ship.imu import Sensed, kept, message
 from tauto_core.ship.logbook import LoggedPassage, read_passages, scene_of_passage
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sampling import rate_under_way
 from tauto_core.wording import counted
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 # -----------------------------------------------------------------------------
 # The passages that are chosen from a log-book.
-
-SIX_WEEKS = 42.0
-"""Days from which the Act's award can be judged."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +80,7 @@ class Choice:
         sample: number of passages taken of these, evenly over their list; None: all.
     """
 
-    days: tuple[float, float] = (SIX_WEEKS, math.inf)
+    days: tuple[float, float] = (LEAST_UNCHECKED_DAYS, math.inf)
     years: tuple[float, float] = (0.0, math.inf)
     port: str | None = None
     ocean: str | None = None
@@ -338,9 +329,7 @@ class Rules:
                 clock.origin, place, first.value, first.problem, first.remedy, further=further
             ) from None
         if follows and scene.accuracy is not None:
-            rate_hz = rate_under_way(scene, scene.ship, scene.accuracy)
-            ship = scene.ship.model_copy(update={'rate': rate_hz})
-            scene = scene.model_copy(update={'ship': ship})
+            scene = with_rate(scene, rate_under_way(scene, scene.ship, scene.accuracy))
         return scene, hull
 
     def _stream(self, passage: LoggedPassage, *which: int) -> np.random.SeedSequence:
@@ -394,18 +383,15 @@ class Trial:
         count = len(self.passages)
         seeds = np.random.SeedSequence(self.rules.seed, spawn_key=(_STREAM, 0, count))
         order = np.random.Generator(np.random.PCG64(seeds)).permutation(count).tolist()
-        found = []
-        for draw in range(max(self.wind_draws, self.hull_draws) + 1):
-            kinds: list[tuple[Drawn, int]] = [('log', 0)]
-            if draw:
-                kinds = [('wind', 2 * draw - 1)] if draw <= self.wind_draws else []
-                kinds += [('hull', 2 * draw)] if draw <= self.hull_draws else []
-            for kind, turn in kinds:
-                found += [
-                    Sailing(turn * count + place, self.passages[place], kind, draw)
-                    for place in order
-                ]
-        return tuple(found)
+        kinds: list[tuple[Drawn, int, int]] = [('log', 0, 0)]
+        for draw in range(1, max(self.wind_draws, self.hull_draws) + 1):
+            kinds += [('wind', draw, 2 * draw - 1)] * (draw <= self.wind_draws)
+            kinds += [('hull', draw, 2 * draw)] * (draw <= self.hull_draws)
+        return tuple(
+            Sailing(turn * count + place, self.passages[place], kind, draw)
+            for kind, draw, turn in kinds
+            for place in order
+        )
 
     @property
     def ships(self) -> int:
@@ -592,35 +578,11 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
 
 
-class _Sea:
-    """The sea of a passage, and the motion that its clocks share."""
-
-    def __init__(self, scene: Scene) -> None:
-        self.motion = ShipMotion(scene)
-        self.buffers = SharedBuffers()
-        self._integrals: dict[tuple[object, ...], SharedIntegrals] = {}
-
-    def integrals(self, scene: Scene) -> SharedIntegrals:
-        """Return the source of the integrals of a scene's covariates."""
-        key = SharedIntegrals.key(scene)
-        if key not in self._integrals:
-            self._integrals[key] = SharedIntegrals(scene)
-        return self._integrals[key]
-
-    def pass_on(self, batches: Batches) -> Batches:
-        """Return the next batches of the ship, for all clocks to read."""
-        imu = kept(cast(Sensed, batches[SHIP_IMU]))
-        said = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
-        for each in self._integrals.values():
-            each.take(said)
-        return {**batches, SHIP_IMU: imu}
-
-
 class _Afloat(Afloat):
     """A clock under way, with its two navigators."""
 
-    def __init__(self, clock: TriedClock, scene: Scene, sea: _Sea) -> None:
-        super().__init__(scene, sea.motion, sea.buffers, rated=True)
+    def __init__(self, clock: TriedClock, scene: Scene, sea: Sea) -> None:
+        super().__init__(scene, sea, rated=True)
         self.clock = clock
         self._tally = LongitudeTally()
         self._sensed: voyage.Pipeline | None = None
@@ -665,7 +627,7 @@ class _Afloat(Afloat):
         report = self.summary.result() if went else {}
         sensed = self._tally.result() if went else None
         return {
-            **{name: report.get(part, {}).get(key) for name, (part, key) in FIGURES.items()},
+            **figures_of(report),
             **{name: (sensed or {}).get(key) for name, key in SENSED.items()},
             **self._traces,
             'failure': None if went else str(self.ended) or type(self.ended).__name__,
@@ -693,56 +655,48 @@ def sail_passage(
         # clocks of the same kind on the same ship need the same rate
         kind = repr([clock.content.get(key) for key in ('ship', 'solver', 'log', 'suspension')])
         kind += str('escapement' in clock.content)
-        scene, hull = rules.scene(clock, sailing, rate_hz=rates_hz.get(kind))
-        rates_hz[kind] = scene.ship.rate
-        built.append((scene, hull))
-    rate = max(rates_hz.values())
-    rated = [
-        scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': rate})})
-        for scene, _ in built
-    ]
-    # a hung case needs samples farther beyond the end
-    place = max(range(len(rated)), key=lambda k: rated[k].samples_beyond_end)
-    widest, afloat = rated[place], []
-    with naming(rules.clocks[place].origin, f'passage {sailing.passage.name}'):
-        sea = _Sea(widest)
-    for clock, scene in zip(rules.clocks, rated, strict=True):
+        built.append(rules.scene(clock, sailing, rate_hz=rates_hz.get(kind)))
+        rates_hz[kind] = built[-1][0].ship.rate
+    scenes = [with_rate(scene, max(rates_hz.values())) for scene, _ in built]
+    with naming(rules.clocks[0].origin, f'passage {sailing.passage.name}'):
+        sea = Sea(scenes)
+    afloat = []
+    for clock, scene in zip(rules.clocks, scenes, strict=True):
         with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
             afloat.append(_Afloat(clock, scene, sea))
-    source = voyage.ShipSource(widest, sea.motion, says_scene=False, as_messages=False)
-    sail_in_one_sea(afloat, source, voyage.QUIET_CHUNK, sea.pass_on, progress)
-    shared_s = time.thread_time() - began - sum(each.run_s for each in afloat)
-    rows = []
-    for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True)):
-        row = each.row()
-        rows.append(
-            {
-                'ship': sailing.number * len(afloat) + place,
-                'clock': each.clock.name,
-                'passage': sailing.passage.name,
-                'drawn': sailing.drawn,
-                'draw': sailing.draw,
-                **dict.fromkeys(HULL_KEYS),
-                **hull,
-                'seed': each.scene.seed,
-                **row,
-                'run_s': row['run_s'] + shared_s / len(afloat),
-            }
-        )
-    return rows
+    sea.sail(afloat, began, progress)
+    return [
+        {
+            'ship': sailing.number * len(afloat) + place,
+            'clock': each.clock.name,
+            'passage': sailing.passage.name,
+            'drawn': sailing.drawn,
+            'draw': sailing.draw,
+            **dict.fromkeys(HULL_KEYS),
+            **hull,
+            'seed': each.scene.seed,
+            **each.row(),
+        }
+        for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True))
+    ]
 
 
-def trial_schema() -> pa.Schema:
-    """Return the columns of a trial's rows, with their types."""
-    import pyarrow as pa
-
-    whole = {'ship', 'draw', 'seed', 'raw_prize_pounds', 'prize_pounds'}
-    texts = {'clock', 'passage', 'drawn', HULL_KEYS[0], 'failure'}
-    names = ('ship', 'clock', 'passage', 'drawn', 'draw', *HULL_KEYS, 'seed', *FIGURES, *SENSED)
-    lists = [(name, pa.list_(pa.float64())) for name in TRACES]
-    kinds = {**dict.fromkeys(whole, pa.int64()), **dict.fromkeys(texts, pa.string())}
-    found = [(name, kinds.get(name, pa.float64())) for name in names]
-    return pa.schema([*found, *lists, ('failure', pa.string()), ('run_s', pa.float64())])
+COLUMNS: Columns = {
+    'ship': int,
+    'clock': str,
+    'passage': str,
+    'drawn': str,
+    'draw': int,
+    **dict.fromkeys(HULL_KEYS, float),
+    HULL_KEYS[0]: str,
+    'seed': int,
+    **FIGURE_TYPES,
+    **dict.fromkeys(SENSED, float),
+    **dict.fromkeys(TRACES, list),
+    'failure': str,
+    'run_s': float,
+}
+"""Columns of the rows of a trial."""
 
 
 @dataclass(frozen=True)
@@ -770,16 +724,16 @@ def sail_trial(
     `progress` is called with the number of voyages done, parts included. Errors are those of
     `fleets.sail_fleet`; what is wrong with a log is refused before anything sails.
     """
-    store = None if out is None else Store(out, trial.identity(), trial_schema)
+    store = None if out is None else Store(out, trial.identity(), COLUMNS)
     trial.check()
     first, *_ = trial.rules.clocks
     rows = sail_left(
         partial(sail_passage, trial.rules),
         trial.sailings,
-        {each.number: each for each in trial.sailings}.keys(),
         crew,
         store,
         progress,
+        number=lambda each: each.number,
         cost_s=lambda each: work_s(trial.rules.scene(first, each)[0]),
         name=lambda each: f'passage {each.passage.name}',
         clocks=len(trial.rules.clocks),

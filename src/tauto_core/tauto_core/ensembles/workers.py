@@ -144,36 +144,56 @@ def run_each(
     whose workers has other versions, is a WorkerError. Workers may come at any time, and each is
     asked for its versions at each run.
     """
-    shares = _Shares(len(items), progress)
+    shares, done = [0.0] * len(items), 0.0
+
+    def tell(place: int, share: float) -> None:
+        """Take the share of one run; a run that is repeated does not reduce it."""
+        nonlocal done
+        gained = share - shares[place]
+        if gained > 0.0:
+            shares[place] = share
+            done += gained
+            if progress is not None:
+                progress(min(done / len(items), 1.0))
+
     if crew.jobs == 1 and crew.scheduler is None:
         for place, item in enumerate(items):
             try:
-                ended = Ended(place, task(item, partial(shares.tell, place)))
+                ended = Ended(place, task(item, partial(tell, place)))
             except Exception as error:
                 ended = Ended(place, None, error)
-            shares.tell(place, 1.0)
+            tell(place, 1.0)
             yield ended
         return
+    yield from _run_beside(task, items, crew, tell)
+
+
+def _run_beside(
+    task: Task[Item, Result],
+    items: Sequence[Item],
+    crew: Crew,
+    tell: Callable[[int, float], None],
+) -> Generator[Ended[Result]]:
     news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
     with ExitStack() as started:
         pool: Executor
+        attention = None
         if crew.scheduler is None:
             pool = started.enter_context(closing(_Processes(min(crew.jobs, len(items)), news.put)))
-            attention = None
+            submit = partial(pool.submit, _run)
         else:
             client = started.enter_context(_joined(crew.scheduler))
             attention = _Attention(client, crew.scheduler)
             pool = client.get_executor(pure=False)
             client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
             started.callback(attention.leave, pool)
-        submit = pool.submit if crew.scheduler is None else _as_bytes(pool)
-        run_one = _run if crew.scheduler is None else partial(_run_alike, versions())
+            submit = partial(_as_bytes(pool), partial(_run_alike, versions()))
         left: dict[Future[Result], int] = {}
         waiting, came = enumerate(items), 0
 
         def hand_on(count: int) -> None:
             for place, item in islice(waiting, count):
-                run = submit(run_one, task, place, item)
+                run = submit(task, place, item)
                 left[run] = place
                 run.add_done_callback(news.put)
 
@@ -186,7 +206,7 @@ def run_each(
                     attention.ask(len(items) - came)
                 continue
             if isinstance(new, tuple):
-                shares.tell(*new)
+                tell(*new)
                 continue
             place = left.pop(new)
             came += 1
@@ -196,7 +216,7 @@ def run_each(
             except Exception as error:
                 meant = error if attention is None else attention.meaning(error)
                 ended = Ended(place, None, meant)
-            shares.tell(place, 1.0)
+            tell(place, 1.0)
             yield ended
 
 
@@ -252,25 +272,6 @@ def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
         return pickle.loads(call)()
 
     return lambda run, *given: pool.submit(opened, dumps(partial(run, *given)))
-
-
-class _Shares:
-    """The share of all runs that is done."""
-
-    def __init__(self, count: int, progress: Share | None) -> None:
-        self._shares = [0.0] * count
-        self._done = 0.0
-        self._progress = progress
-
-    def tell(self, place: int, share: float) -> None:
-        """Take the share of one run; a run that is repeated does not reduce it."""
-        gained = share - self._shares[place]
-        if gained <= 0.0:
-            return
-        self._shares[place] = share
-        self._done += gained
-        if self._progress is not None:
-            self._progress(min(self._done / len(self._shares), 1.0))
 
 
 class _Processes(Executor):

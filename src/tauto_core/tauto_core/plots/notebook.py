@@ -20,9 +20,9 @@ from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
 
 if TYPE_CHECKING:
+    from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
-    from tauto_core.ensembles.trial_answers import TrialAnswers
     from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
@@ -67,10 +67,10 @@ def comparison_html(result: Comparison) -> str:
 
 def fleet_html(fleet: Fleet) -> str:
     """Return how many ships found their longitude, and the distribution of their errors."""
-    from tauto_core.ensembles.answers import figure_of
+    from tauto_core.plots.ensembles import fleet_figure
 
     said = f'{fleet.plan.scene.name}: {fleet.answers.answer}'
-    return _sentence(said) + picture_html(figure_of(fleet), fleet.answers.answer)
+    return _sentence(said) + picture_html(fleet_figure(fleet), fleet.answers.answer)
 
 
 def trial_html(answers: TrialAnswers) -> str:

@@ -3,9 +3,9 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from tauto_core.ensembles.trial_answers import answers_of
+from tauto_core.ensembles.answers import answers_of
 from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
-from tauto_core.plots.tracks import trial_figure
+from tauto_core.plots.ensembles import trial_figure
 from tauto_core.ship.logbook import LoggedPassage
 
 
