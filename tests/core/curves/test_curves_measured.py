@@ -110,7 +110,7 @@ def test_a_tolerance_too_small_for_the_errors_is_refused_with_the_least_that_wor
     ('edit', 'said'),
     [
         (lambda a, t: (a[:5], t[:5]), 'at least 6 rows'),
-        (lambda a, t: (a[::-1], t), 'must strictly increase'),
+        (lambda a, t: (a[::-1], t), 'must be greater than the angle before'),
         (lambda a, t: (a - 1.0, t), 'one cheek, at angles greater than 0'),
         (lambda a, t: (a, -t), 'must be > 0'),
         (lambda a, t: (np.linspace(a[0], 3.0, 501), np.full(501, t[0])), 'more than 500 points'),

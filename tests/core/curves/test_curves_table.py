@@ -119,12 +119,12 @@ REFUSED = {
     'no number': (changed(4, '0.2,'), 'line 4, lever_arm_m', "''"),
     'nan': (changed(5, 'nan,3'), 'line 5, angle_rad', "'nan'"),
     'infinite': (changed(5, '0.3,inf'), 'line 5, lever_arm_m', "'inf'"),
-    'columns': (changed(3, '0.1,1,1'), 'line 3', '3 columns'),
+    'columns': (changed(3, '0.1,1,1'), 'line 3', '3 cells'),
     'few': (GOOD[:-1], 'number of rows', '5'),
     'start': (changed(2, '0.01,0'), 'line 2', '0.01'),
     'negative': (changed(2, '-0.1,-1'), 'line 2', 'mirror image'),
     'same': (changed(5, '0.2,3'), 'line 5, angle_rad', '0.2'),
-    'down': (changed(5, '0.15,3'), 'line 5, angle_rad', 'strictly increase'),
+    'down': (changed(5, '0.15,3'), 'line 5, angle_rad', 'greater than the angle before'),
     'arm': (changed(5, '0.3,0'), 'line 5, lever_arm_m', '> 0'),
     'too long': (changed(7, '0.5,6.5'), 'lever_arm_m', '6.5'),
     'dips': (changed(3, '0.1,0.00001'), 'lever', 'Tabulate more'),
@@ -144,8 +144,8 @@ def test_refused(tmp_path, lines, key, text):
 
 
 def test_unreadable(tmp_path):
-    for bad in (tmp_path / 'absent.csv', tmp_path):
-        with pytest.raises(SceneError, match='cannot be read'):
+    for bad, said in ((tmp_path / 'absent.csv', 'cannot be read'), (tmp_path, 'not a regular')):
+        with pytest.raises(SceneError, match=said):
             load_table(bad)
     binary = tmp_path / 'binary.csv'
     binary.write_bytes(b'\xff\xfe\x00')

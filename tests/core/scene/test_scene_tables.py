@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tauto_core.curves.cams.table import _read_rows
 from tauto_core.ensembles.fleets import read_draws
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoError
@@ -154,7 +153,6 @@ def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
         lambda: load_scene(file),
         lambda: read_draws(file, load_scene('ideal')),
         lambda: load_hull(file),
-        lambda: _read_rows(file),
         lambda: list(read_passages(str(file))),
     ]
     for refused in tries:

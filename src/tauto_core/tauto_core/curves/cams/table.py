@@ -9,7 +9,6 @@ sum of squares S needs; S is halved until no point is farther off than the toler
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -25,9 +24,9 @@ from pydantic import Field
 from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever, hollow
 from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import ABSENT, SceneError
+from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import OneLine, Positive
-from tauto_core.scene.tables import data_path, header_words, read_data
+from tauto_core.scene.tables import Column, Columns, data_path, read_table
 
 if TYPE_CHECKING:
     from scipy.interpolate import BSpline, PPoly
@@ -134,24 +133,14 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     """
     from scipy.interpolate import PPoly, make_interp_spline
 
-    name, rows = str(path), _read_rows(path)
-    for line, *first in rows[:1]:
-        if first != [0.0, 0.0]:
-            raise SceneError(
-                name,
-                f'line {line}',
-                tuple(first),
-                'the first row is not 0,0',
-                'Begin at rest; negative angles are the mirror image and are not tabulated.',
-            )
-    _check_rows(path, rows)
-    angles, arms = np.array([row[1:] for row in rows]).T
+    table = _read_rows(path, at_rest=True)
+    angles, arms = (table[column] for column in TABLE_COLUMNS)
     everywhere = np.concatenate([-angles[:0:-1], angles])
     try:
         spline = make_interp_spline(everywhere, np.concatenate([-arms[:0:-1], arms]), k=5)
     except (ValueError, np.linalg.LinAlgError) as error:
         raise SceneError(
-            name,
+            str(path),
             '',
             None,
             f'no spline goes through these rows: {error}',
@@ -161,77 +150,49 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     knots = np.unique(whole.x[whole.x >= 0.0])
     pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
     law = _law_of_pieces(knots, np.ascontiguousarray(whole.c[::-1, pieces].T))
-    table = Table(path.name, law, distance)
-    _check_spline(path, table)
-    return table
+    cam = Table(path.name, law, distance)
+    _check_spline(path, cam)
+    return cam
 
 
-def _read_rows(path: Path) -> list[tuple[int, float, float]]:
-    """Return (line, angle, arm) of all rows; blank lines are skipped."""
-    name = str(path)
-    try:
-        text = read_data(path).decode('utf-8-sig')
-    except (OSError, UnicodeDecodeError) as error:
+def _read_rows(path: Path, *, at_rest: bool) -> Columns:
+    """Return the rows of a file, with the first at rest, or without one at rest.
+
+    SceneError: as of `read_table`, too few rows, angles that do not increase, and arms that are
+    not positive.
+    """
+    angle, arm = TABLE_COLUMNS
+    sort = 'Sort the rows and remove duplicates.'
+    rising = Column(angle, unit='rad', rising='greater than the angle before', remedy=sort)
+    table = read_table(str(path), (rising, Column(arm, unit='m')), remedy=_FORM)
+    first = table[angle][0] == 0.0 and table[arm][0] == 0.0
+    if at_rest and not first:
         raise SceneError(
-            name, '', None, f'cannot be read as text: {error}', 'Give a readable CSV file.'
-        ) from error
-    lines = csv.reader(text.splitlines())
-    header = next(lines, [])
-    if tuple(cell.strip() for cell in header) != TABLE_COLUMNS:
-        raise SceneError(
-            name, 'line 1', ABSENT, f'the header is not right: {header_words(header)}', _FORM
+            str(path),
+            table.where(0),
+            (float(table[angle][0]), float(table[arm][0])),
+            'the first row is not 0,0',
+            'Begin at rest; negative angles are the mirror image and are not tabulated.',
         )
-    rows = []
-    for cells in lines:
-        if not ''.join(cells).strip():
-            continue
-        line, values = lines.line_num, []
-        if len(cells) != len(TABLE_COLUMNS):
-            raise SceneError(
-                name, f'line {line}', ','.join(cells), f'{len(cells)} columns instead of 2', _FORM
-            )
-        for column, cell in zip(TABLE_COLUMNS, cells, strict=True):
-            try:
-                values.append(float(cell))
-            except ValueError:
-                values.append(math.nan)
-            if not math.isfinite(values[-1]):
-                raise SceneError(
-                    name, f'line {line}, {column}', cell, 'not a finite number', _FORM
-                )
-        angle, arm = values
-        rows.append((line, angle, arm))
-    return rows
-
-
-def _check_rows(path: Path, rows: list[tuple[int, float, float]]) -> None:
-    """Refuse too few rows, angles that do not increase, and arms that are not positive."""
-    name = str(path)
-    if len(rows) < LEAST_ROWS:
+    if first and not at_rest:
+        table = table.rows(np.arange(1, len(table)))  # the point at rest is part of every cam
+    if len(table) < LEAST_ROWS:
         raise SceneError(
-            name,
+            str(path),
             'number of rows',
-            len(rows),
+            len(table),
             f'a quintic spline needs at least {LEAST_ROWS} rows',
             'Tabulate more angles.',
         )
-    for (_, before, _), (line, angle, arm) in pairwise(rows):
-        if angle <= before:
-            raise SceneError(
-                name,
-                f'line {line}, {TABLE_COLUMNS[0]}',
-                angle,
-                f'angles must strictly increase, and the row before has {before!r}',
-                'Sort the rows and remove duplicates.',
-            )
-        if arm <= 0.0:
-            raise SceneError(
-                name,
-                f'line {line}, {TABLE_COLUMNS[1]}',
-                arm,
-                'the lever arm must be > 0, or nothing drives the wheel back',
-                'End the table before the arm vanishes.',
-            )
+    bad = np.flatnonzero(table[arm] <= 0.0)[int(at_rest) :]
+    if len(bad):
+        raise table.refusal(
+            int(bad[0]),
+            arm,
+            'the lever arm must be > 0, or nothing drives the wheel back',
+            'End the table before the arm vanishes.',
+        )
+    return table
 
 
 def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
@@ -408,10 +369,8 @@ class MeasuredCam(CamKind):
         wrap the cheek.
         """
         path = data_path(self.path)
-        rows = _read_rows(path)
-        if rows and rows[0][1:] == (0.0, 0.0):
-            rows = rows[1:]  # the point at rest is part of every cam
-        _check_rows(path, rows)
+        rows = _read_rows(path, at_rest=False)
+        angles, arms = (rows[column] for column in TABLE_COLUMNS)
         if len(rows) > _MOST_ROWS:
             raise SceneError(
                 str(path),
@@ -420,16 +379,13 @@ class MeasuredCam(CamKind):
                 f'more than {_MOST_ROWS} points take minutes to smooth',
                 'Take the means of neighbouring points.',
             )
-        line, angle, _ = rows[0]
-        if angle <= 0.0:
-            raise SceneError(
-                str(path),
-                f'line {line}, {TABLE_COLUMNS[0]}',
-                angle,
+        if angles[0] <= 0.0:
+            raise rows.refusal(
+                0,
+                TABLE_COLUMNS[0],
                 'a point at rest or on the other cheek does not describe this one',
                 'Give the points of one cheek, at angles greater than 0.',
             )
-        angles, arms = np.array([row[1:] for row in rows]).T
         largest = _LARGEST_SHARE * float(arms.max())
         if self.tolerance > largest:
             raise SceneError(
