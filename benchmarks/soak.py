@@ -29,7 +29,7 @@ from tauto_core.bags.check import check_bag
 from tauto_core.bags.read import open_mcap
 from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene
-from tauto_nodes.graph import NODE_NAMES, GraphPlan, Outcome, Standing, run_graph
+from tauto_nodes.graph import NODE_NAMES, GraphPlan, Outcome, run_graph
 
 GROWTH_MB = 5.0
 LOOK_S = 1.0
@@ -99,8 +99,8 @@ def sail(plan: GraphPlan, minutes: float) -> tuple[Outcome, dict[str, dict[str, 
     stop = threading.Timer(60.0 * minutes, os.kill, (os.getpid(), signal.SIGINT))
     stop.daemon = True
 
-    def begin(standing: Standing) -> None:
-        if standing.share > 0.0 and stop.ident is None:
+    def begin(share: float) -> None:
+        if share > 0.0 and stop.ident is None:
             stop.start()
 
     with Memory() as memory:

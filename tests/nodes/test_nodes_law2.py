@@ -24,7 +24,7 @@ from tauto_core.samples import (
 from tauto_core.scene import load_scene, parse_scene
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
-from tauto_nodes.graph import GraphPlan, Standing, run_graph
+from tauto_nodes.graph import GraphPlan, run_graph
 
 IN_A_SLOOP = """\
 duration: 600.0
@@ -229,8 +229,8 @@ def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
     seen: set[str] = set()
     told: list[float] = []
 
-    def look(standing: Standing) -> None:
-        told.append(standing.share)
+    def look(share: float) -> None:
+        told.append(share)
         seen.update(middleware_threads() - before)
 
     run_graph(plan, load_scene('measured', duration=5.0), look)
@@ -251,7 +251,7 @@ def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> 
     bag = tmp_path / 'graph'
     deadline_s = time.monotonic() + 300.0
 
-    def signalled_when_closed(_: Standing) -> None:
+    def signalled_when_closed(_: float) -> None:
         while not (bag / 'metadata.yaml').exists():
             assert time.monotonic() < deadline_s, 'the bag was not closed in time'
             time.sleep(0.05)

@@ -30,7 +30,6 @@ def report(
         topics={READING: {'received': 7, 'written': 7, 'lost': 0}},
         heard_s={node: now_s - (SILENT_S + 1.0) * (node in silent) for node in heard},
         moved_s=now_s + moved_s,
-        newest={},
     )
 
 

@@ -73,12 +73,11 @@ def graph(
     from tauto_core.bags import check_folder
     from tauto_core.checks.readiness import check_scene
     from tauto_core.cli.tables import voyage_table
-    from tauto_core.cli.terminal import say_oddities
+    from tauto_core.cli.terminal import progress_bar, say_oddities
     from tauto_core.scene import load_scene
     from tauto_core.scene.errors import naming
-    from tauto_core.voyage import summarise_bag
+    from tauto_core.voyage import compile_kernels, summarise_bag
     from tauto_nodes.graph import GraphPlan, run_graph
-    from tauto_nodes.panel import watching
 
     try:
         pace = 0.0 if speed == 'max' else float(speed)
@@ -110,8 +109,9 @@ def graph(
         changed=bool(settings) or accuracy is not None,
     )
     began_s = time.monotonic()
-    with watching(loaded) as tell:
-        outcome = run_graph(plan, loaded, tell)
+    with progress_bar(loaded.name) as progress:
+        compile_kernels(loaded)  # once, and not in each node
+        outcome = run_graph(plan, loaded, progress)
     counts = Table('topic', 'received', 'written', 'lost')
     for topic, numbers in outcome.counts.items():
         counts.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))

@@ -121,7 +121,6 @@ class Supervisor:
     environment: Mapping[str, str]
     children: list[Child] = field(default_factory=list)
     run: int = field(default_factory=time.time_ns)
-    _read: tuple[int, tuple[str, ...]] = (0, ())
 
     def start(self, name: str, arguments: Sequence[str]) -> None:
         """Start `python -m tauto_nodes NAME` with these arguments."""
@@ -158,32 +157,11 @@ class Supervisor:
         """Return a node's exit code; None while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
 
-    def nodes(self, heard_s: Mapping[str, float]) -> dict[str, str]:
-        """Return the health of each node in words, by the times when the recorder heard it [s].
-
-        Nodes of one process end together.
-        """
-        ended = {child.name: child.ended() for child in self.children}
-        now_s, found = time.monotonic(), {}
-        for name in NODE_NAMES:
-            how = ended.get(name) or ended.get('compose') or ''
-            silent_s = now_s - heard_s.get(name, now_s)
-            if how:
-                found[name] = f'ended {how}'
-            elif name not in heard_s:
-                found[name] = 'starting'
-            else:
-                found[name] = UNDER_WAY if silent_s < UNHEARD_S else f'silent for {silent_s:.0f} s'
-        return found
-
     def complaints(self) -> tuple[str, ...]:
         """Return the warnings and errors that the nodes and the middleware wrote, each once."""
-        written = sum(child.log.stat().st_size for child in self.children)
-        if written != self._read[0]:
-            lines = (line for child in self.children for line in child.lines())
-            said = (_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
-            self._read = written, tuple(dict.fromkeys(said))
-        return self._read[1]
+        lines = (line for child in self.children for line in child.lines())
+        said = (_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
+        return tuple(dict.fromkeys(said))
 
     def stop(self) -> list[Child]:
         """End all nodes by SIGTERM; return those that got stuck on the way and were killed.
@@ -219,10 +197,6 @@ class Supervisor:
 
 
 NODE_NAMES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
-UNDER_WAY = 'under way'
-UNHEARD_S = 5.0
-"""Time after which a silent node is reported to the watcher [s]."""
-
 SILENT_S = 120.0
 """Time after which a silent node counts as frozen [s]; each node reports once a second."""
 
@@ -362,29 +336,13 @@ class Watchdog:
             )
 
 
-@dataclass(frozen=True)
-class Standing:
-    """The state of a voyage at a moment.
-
-    Args:
-        share: part of the readings that is recorded, from 0 to 1.
-        said: the last report of the recorder; None: it has not reported yet.
-        nodes: the health of each node, in words; a healthy one is `UNDER_WAY`.
-        complaints: warnings and errors that the nodes and the middleware have written so far.
-    """
-
-    share: float = 0.0
-    said: RecorderReport | None = None
-    nodes: Mapping[str, str] = field(default_factory=dict)
-    complaints: tuple[str, ...] = ()
-
-
-def run_graph(plan: GraphPlan, scene: Scene, tell: Callable[[Standing], None]) -> Outcome:
+def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
     """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
 
     The scene and the folder of the plan have been checked; `scene` is the same one, loaded.
-    `tell` is called with the state of the voyage. GraphError: a node died or would not end, the
-    graph stood still for STALL_S, or readings are missing from the bag.
+    `progress` is called with the share of the readings that is recorded, from 0 to 1. GraphError:
+    a node died or would not end, the graph stood still for STALL_S, or readings are missing from
+    the bag.
     """
     born_s = time.monotonic()
     with (
@@ -408,13 +366,9 @@ def run_graph(plan: GraphPlan, scene: Scene, tell: Callable[[Standing], None]) -
             watch = Watchdog(report)
             while not signals.came and supervisor.exit_code(names[0]) is None:
                 watch.look()
-                try:
-                    supervisor.check(ended=names[:1])
-                    watch.check()
-                finally:  # of the node that ended, too
-                    share = min(watch.recorded(s.READING) / scene.log_count, 1.0)
-                    nodes = supervisor.nodes(watch.said.heard_s if watch.said else {})
-                    tell(Standing(share, watch.said, nodes, supervisor.complaints()))
+                supervisor.check(ended=names[:1])
+                watch.check()
+                progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
             killed = supervisor.stop()
         if killed:
             raise GraphError(

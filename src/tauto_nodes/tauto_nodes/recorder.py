@@ -8,7 +8,6 @@ the bags of rosbag2; so they show the delay of a sensor, and an error of its clo
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -18,13 +17,12 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 
 from tauto_core import samples as s
-from tauto_core.bags import TOPICS, BagWriter, decode, encode, header_stamp_ns
+from tauto_core.bags import TOPICS, BagWriter, encode, header_stamp_ns
 from tauto_core.bags.write import CUT_SHORT, declared_topic
-from tauto_core.samples import ImuSamples, JointSamples, TextSamples, TimeSamples
+from tauto_core.samples import TextSamples
 from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, SceneError
 from tauto_core.scene.times import NS_PER_S
@@ -49,7 +47,6 @@ class RecorderReport:
         topics: received, written and lost, by topic.
         heard_s: when each node of the graph was last heard [s].
         moved_s: when the report of any of them last said something new [s].
-        newest: numbers of the newest messages, for who watches the voyage (`newest_numbers`).
     """
 
     complete: bool
@@ -58,7 +55,6 @@ class RecorderReport:
     topics: dict[str, Any]
     heard_s: dict[str, float]
     moved_s: float
-    newest: dict[str, float]
 
     def write(self, file: Path) -> None:
         """Write the report, as JSON."""
@@ -76,38 +72,11 @@ class RecorderReport:
             return None
 
 
-def newest_numbers(messages: Mapping[str, bytes]) -> dict[str, float]:
-    """Return the numbers of the newest message of each topic that a watcher wants to see.
-
-    They are the names of `trochlea/phase`, `drift/estimate` and `longitude/error`, and `stamp_s`,
-    `dial_error_s`, `angle`, `speed` (radians, in a fluid metres) and `roll_rad`.
-    """
-    found: dict[str, float] = {}
-    for topic, message in messages.items():
-        samples = decode(topic, [message], np.zeros(1, np.int64))
-        if isinstance(samples, TimeSamples):
-            found['stamp_s'] = float(samples.stamp_ns[0]) / NS_PER_S
-            found['dial_error_s'] = float(samples.time_ref_ns[0] - samples.stamp_ns[0]) / NS_PER_S
-        elif isinstance(samples, ImuSamples):
-            x, y, z, w = samples.orientation[0].tolist()
-            found['roll_rad'] = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-        elif isinstance(samples, JointSamples) and topic == s.JOINT_STATES:
-            found['angle'] = float(samples.position[0, 0])
-            found['speed'] = float(samples.velocity[0, 0])
-        elif isinstance(samples, JointSamples):
-            found |= zip(samples.name, samples.position[0].tolist(), strict=True)
-    return found
-
-
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
 
 REPORT_S = 0.2
 """Interval at which the progress of the voyage is reported to a graph [s]."""
-
-
-WATCHED = (s.READING, s.SHIP_IMU, s.JOINT_STATES, s.PHASE, s.ESTIMATE, s.LONGITUDE_ERROR)
-"""Topics of which the report has the newest numbers."""
 
 
 ALSO = ('/diagnostics', '/tf_static')
@@ -186,7 +155,6 @@ class RecorderNode(GraphNode):
         self._waits_for_scene = self.settings.credits and s.SCENE in topics
         self._sought_s = 0.0
         self._leaves_s: float | None = None
-        self._newest: dict[str, bytes] = {}
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
@@ -217,7 +185,6 @@ class RecorderNode(GraphNode):
             self._write_live(payloads)
             return
         rows: list[tuple[int, str, bytes]] = []
-        self._newest |= {t: payloads[t][-1] for t in WATCHED if payloads.get(t)}
         for topic, messages in payloads.items():
             if self.settings.packed and topic != s.SCENE:
                 rows += [(header_stamp_ns(message), topic, message) for message in messages]
@@ -391,9 +358,8 @@ class RecorderNode(GraphNode):
         if self.settings.text('report'):
             heard_s = self.flow.heard_s if self.flow is not None else {}
             moved_s = self.flow.moved_s if self.flow is not None else time.monotonic()
-            newest = newest_numbers(self._newest)
             RecorderReport(
-                self._complete, self._began_s, closed_s, self.counts(), heard_s, moved_s, newest
+                self._complete, self._began_s, closed_s, self.counts(), heard_s, moved_s
             ).write(Path(self.settings.text('report')))
 
 

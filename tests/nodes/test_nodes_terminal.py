@@ -1,0 +1,77 @@
+"""`tauto graph` on a pseudo-terminal."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import select
+import signal
+import struct
+import subprocess
+import sys
+import termios
+from pathlib import Path
+
+import pytest
+
+HIDDEN, SHOWN = b'\x1b[?25l', b'\x1b[?25h'
+
+
+class Terminal:
+    """A command on a pseudo-terminal, and what it has written."""
+
+    def __init__(self, command: list[str], **environment: str) -> None:
+        self._ours, theirs = pty.openpty()
+        size = struct.pack('HHHH', 30, 80, 0, 0)
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, size)
+        unset = ('NO_COLOR', 'FORCE_COLOR', 'COLUMNS', 'LINES')
+        mine = {name: value for name, value in os.environ.items() if name not in unset}
+        self.process = subprocess.Popen(
+            command,
+            stdin=theirs,
+            stdout=theirs,
+            stderr=theirs,
+            start_new_session=True,
+            env={**mine, **environment},
+            preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),  # noqa: PLW1509
+        )
+        os.close(theirs)
+        self.written = b''
+
+    def read(self) -> bool:
+        """Read what has come; False when the command has closed the terminal."""
+        try:
+            if select.select([self._ours], [], [], 0.2)[0]:
+                self.written += os.read(self._ours, 65536)
+        except OSError:
+            return False
+        return True
+
+    def press(self, key: bytes) -> None:
+        os.write(self._ours, key)
+
+    def end(self) -> int:
+        while self.read():
+            pass
+        os.close(self._ours)
+        return self.process.wait()
+
+
+@pytest.mark.parametrize('kind', ['xterm-256color', 'dumb'])
+def test_ctrl_c_gives_the_terminal_back(kind: str, tmp_path: Path) -> None:
+    """A bar is shown while the graph sails, where the cursor can be moved."""
+    command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
+    out = tmp_path / 'bag'
+    terminal = Terminal([*command, '--compose', '--out', str(out)], TERM=kind)
+    try:
+        while not list(out.glob('*.mcap')):
+            assert terminal.read(), terminal.written
+        terminal.press(b'\x03')
+        assert terminal.end() == 128 + signal.SIGINT
+    finally:
+        terminal.process.kill()
+    assert (b'measured' in terminal.written) == (kind != 'dumb')
+    assert terminal.written.rfind(SHOWN) >= terminal.written.rfind(HIDDEN)
+    assert (HIDDEN in terminal.written) == (kind != 'dumb')
+    assert b'stopped early' in terminal.written
