@@ -13,14 +13,7 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_core.samples import (
-    READING,
-    SHIP_IMU,
-    SHIP_TEMPERATURE,
-    SLACK,
-    ImuSamples,
-    TemperatureSamples,
-)
+from tauto_core.samples import READING, SHIP_IMU, SHIP_TEMPERATURE, SLACK
 from tauto_core.scene import load_scene, parse_scene
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
@@ -68,99 +61,6 @@ def assert_equal_bags(one: Path, other: Path) -> None:
         assert payloads == copies, topic
 
 
-# Five minutes of measured motion flat out, one process a node; then the still ship, whose motion
-# is one sample a log interval; then a scene that keeps no motion in its bag, all in one process;
-# then a suspended clock, for which the ship must look further ahead; then a sea, of which the
-# bag's metadata tell.
-@pytest.mark.parametrize(
-    ('scene', 'duration_s', 'compose'),
-    [
-        ('measured', 300.0, False),
-        ('ideal', 3600.0, True),
-        ('portsmouth_jamaica', 600.0, True),
-        ('suspended_weight_at_sea', 60.0, True),
-        ('buoy_44004_supply', 60.0, True),
-    ],
-)
-def test_bag_of_the_graph_is_the_bag_of_sail(
-    scene: str, duration_s: float, compose: bool, tmp_path: Path
-) -> None:
-    loaded = load_scene(scene, duration=duration_s)
-    told: list[float] = []
-    plan = GraphPlan(scene, tmp_path / 'graph', duration_s=duration_s, speed=0.0, compose=compose)
-    outcome = run_graph(plan, loaded, lambda standing: told.append(standing.share))
-    assert outcome.lost == 0
-    assert outcome.signal == 0
-    assert told == sorted(told)
-    offline = sail(loaded, tmp_path / 'sail').result
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    counts = {f'/{topic}': n['written'] for topic, n in outcome.counts.items() if n['written']}
-    assert counts == read_bag(tmp_path / 'graph').counts
-    summary = summarise_bag(tmp_path / 'graph')
-    assert {key: summary[key] for key in ('clock', 'drift')} == {
-        key: offline[key] for key in ('clock', 'drift')
-    }
-
-
-def test_a_graph_sails_the_scene_as_it_was_changed(tmp_path: Path) -> None:
-    """Nodes load a file or a name; a scene that was changed after loading is neither."""
-    loaded = load_scene('measured', duration=20.0, **{'trochlea.release_angle': 0.3})
-    plan = GraphPlan('measured', tmp_path / 'graph', 20.0, 0.0, compose=True, changed=True)
-    assert run_graph(plan, loaded, lambda _: None).lost == 0
-    sail(loaded, tmp_path / 'sail')
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-
-
-def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
-    """Of the accuracy the rate follows, in place of the one that the scene states."""
-    scene = tmp_path / 'in_a_sloop.yaml'
-    scene.write_text(IN_A_SLOOP, encoding='utf-8')
-    asked = ('--duration', '30', '--accuracy', '0.1')
-    for command, options in (('graph', ('--compose', '--speed', 'max')), ('sail', ())):
-        words = [command, str(scene), *asked, *options, '--out', str(tmp_path / command)]
-        run = CliRunner().invoke(app, words)
-        assert run.exit_code == 0, run.stderr
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
-    assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
-    assert sailed.ship.rate < 10.0
-
-
-def test_a_clock_in_a_hull_reads_in_a_graph_what_it_reads_offline(tmp_path: Path) -> None:
-    scene = tmp_path / 'in_a_sloop.yaml'
-    scene.write_text(IN_A_SLOOP, encoding='utf-8')
-    flat_out = ('--compose', '--speed', 'max')
-    for command, options in (('graph', flat_out), ('sail', ())):
-        words = [command, str(scene), *options, '--out', str(tmp_path / command)]
-        run = CliRunner().invoke(app, words)
-        assert run.exit_code == 0, run.stderr
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    bag = read_bag(tmp_path / 'graph')
-    assert bag.counts[f'/{READING}'] == 601
-    imu = bag.samples(SHIP_IMU)
-    assert isinstance(imu, ImuSamples)
-    assert len(imu.stamp_ns) >= 6001
-    # without a hull, ships of a scene roll and heave only
-    assert np.std(imu.linear_acceleration[:, 0]) > 0.1
-    assert np.std(imu.angular_velocity[:, 1:], axis=0).min() > 1e-3
-
-
-def test_the_temperature_of_a_graph_is_the_one_offline(tmp_path: Path) -> None:
-    """Logged every 5 s, the last one lies beyond all samples of the motion."""
-    scene = tmp_path / 'warming.yaml'
-    air = 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\n'
-    scene.write_text(f'{IN_A_SLOOP}{air}log: {{interval: 5.0}}\n', encoding='utf-8')
-    sail(load_scene(scene), tmp_path / 'sail')
-    plan = GraphPlan(str(scene), tmp_path / 'graph', speed=0.0, compose=True)
-    assert run_graph(plan, load_scene(scene), lambda _: None).lost == 0
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    felt = read_bag(tmp_path / 'graph').samples(SHIP_TEMPERATURE)
-    assert isinstance(felt, TemperatureSamples)
-    assert felt.frame_id == 'clock_case'
-    np.testing.assert_array_equal(felt.stamp_ns, (86_400 + 5 * np.arange(122)) * 10**9)
-    assert np.all(np.diff(felt.temperature) < 0.0)
-
-
 CORK_ON_A_PASSAGE = """\
 duration: 600.0
 trochlea:
@@ -183,37 +83,71 @@ voyage:
     - ['1770-01-01T12:00', 48.0, -6.0, 270.0, 9.3, null]
     - ['1770-01-02T12:00', 46.5, -8.0, 290.0, 12.3, null]
 """
+WARMING = (
+    IN_A_SLOOP
+    + 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
+)
+AT_SEA = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
+
+SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
+    # the scene, its duration [s], keys that are changed, a topic that it must have
+    'measured, a process a node': ('measured', 300.0, {}, SHIP_IMU),
+    'changed after it was loaded': ('measured', 20.0, {'trochlea.release_angle': 0.3}, READING),
+    'still, a sample of motion a log interval': ('ideal', 3600.0, {}, READING),
+    'no motion in its bag': ('portsmouth_jamaica', 600.0, {}, READING),
+    'hung, the ship looks further ahead': ('suspended_weight_at_sea', 60.0, {}, SHIP_IMU),
+    'a sea, of which the metadata tell': ('buoy_44004_supply', 60.0, {}, READING),
+    'a hull; the last temperature lies beyond the motion': (WARMING, 60.0, {}, SHIP_TEMPERATURE),
+    'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, {}, SLACK),
+    # out of Tenerife, past the turn of five minutes to her first course at sea
+    'a real passage': ('esperance_to_the_cape', 360.0, AT_SEA, SHIP_TEMPERATURE),
+}
 
 
-def test_a_passage_of_a_log_with_a_slack_thread_is_the_same_in_a_graph(tmp_path: Path) -> None:
-    """She rides on every wave of a young sea, and each side counts the slacks."""
-    scene = tmp_path / 'cork.yaml'
-    scene.write_text(CORK_ON_A_PASSAGE, encoding='utf-8')
-    sail(load_scene(scene), tmp_path / 'sail')
-    plan = GraphPlan(str(scene), tmp_path / 'graph', speed=0.0, compose=True)
-    assert run_graph(plan, load_scene(scene), lambda _: None).lost == 0
-    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    assert read_bag(tmp_path / 'graph').counts[f'/{SLACK}'] > 0
-
-
-def test_a_real_passage_at_sea_is_the_same_in_a_graph(tmp_path: Path) -> None:
-    """The Espérance out of Tenerife, past the turn of five minutes to her first course at sea."""
-    at_sea = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
-    loaded = load_scene('esperance_to_the_cape', duration=360.0, **at_sea)
-    flat_out = GraphPlan(
-        'esperance_to_the_cape', tmp_path / 'graph', 360.0, 0.0, compose=True, changed=True
+@pytest.mark.parametrize('name', SCENES)
+def test_bag_of_the_graph_is_the_bag_of_sail(name: str, tmp_path: Path) -> None:
+    scene, duration_s, changes, topic = SCENES[name]
+    if '\n' in scene:
+        (tmp_path / 'own.yaml').write_text(scene, encoding='utf-8')
+        scene = str(tmp_path / 'own.yaml')
+    loaded = load_scene(scene, duration=duration_s, **changes)
+    told: list[float] = []
+    plan = GraphPlan(
+        scene,
+        tmp_path / 'graph',
+        duration_s,
+        0.0,
+        compose='process' not in name,
+        changed=bool(changes),
     )
-    assert run_graph(flat_out, loaded, lambda _: None).lost == 0
-    sail(loaded, tmp_path / 'sail')
+    outcome = run_graph(plan, loaded, told.append)
+    assert outcome.lost == 0
+    assert outcome.signal == 0
+    assert told == sorted(told)
+    offline = sail(loaded, tmp_path / 'sail').result
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
-    bag = read_bag(tmp_path / 'graph')
-    assert bag.counts[f'/{READING}'] == 73
-    imu, felt = bag.samples(SHIP_IMU), bag.samples(SHIP_TEMPERATURE)
-    assert isinstance(imu, ImuSamples)
-    assert isinstance(felt, TemperatureSamples)
-    # Auribeau's log has a wind at that noon, and the air's temperature
-    assert np.std(imu.linear_acceleration, axis=0).min() > 1e-3
-    assert 15.0 < felt.temperature.mean() < 30.0
+    counts = {f'/{topic}': n['written'] for topic, n in outcome.counts.items() if n['written']}
+    assert counts == read_bag(tmp_path / 'graph').counts
+    assert counts[f'/{topic}'] > 0
+    summary = summarise_bag(tmp_path / 'graph')
+    assert {key: summary[key] for key in ('clock', 'drift')} == {
+        key: offline[key] for key in ('clock', 'drift')
+    }
+
+
+def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
+    """Of the accuracy the rate follows, in place of the one that the scene states."""
+    scene = tmp_path / 'in_a_sloop.yaml'
+    scene.write_text(IN_A_SLOOP, encoding='utf-8')
+    asked = ('--duration', '30', '--accuracy', '0.1')
+    for command, options in (('graph', ('--compose', '--speed', 'max')), ('sail', ())):
+        words = [command, str(scene), *asked, *options, '--out', str(tmp_path / command)]
+        run = CliRunner().invoke(app, words)
+        assert run.exit_code == 0, run.stderr
+    assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
+    assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
+    assert sailed.ship.rate < 10.0
 
 
 def middleware_threads() -> set[str]:

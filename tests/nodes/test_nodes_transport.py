@@ -45,10 +45,12 @@ def recorder(folder: Path, **parameters: Any) -> RecorderNode:
     )
 
 
-def test_nothing_is_lost_at_full_speed(bench: Bench, tmp_path: Path) -> None:
-    n = 20_000
+@pytest.mark.parametrize(('executor', 'n'), [('events', 20_000), ('single', 1_000)])
+def test_nothing_is_lost_at_full_speed(executor: str, n: int, ros: Any, tmp_path: Path) -> None:
+    ros(())
+    bench = Bench(executor)
     sink = bench.add(
-        recorder(tmp_path / 'bag'),
+        recorder(tmp_path / 'bag', executor=executor),
         StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
         TestSource(n, **FLOW),
     )
@@ -60,6 +62,7 @@ def test_nothing_is_lost_at_full_speed(bench: Bench, tmp_path: Path) -> None:
     assert isinstance(phase, JointSamples)
     np.testing.assert_array_equal(phase.position[:, 0], np.arange(n))
     np.testing.assert_array_equal(phase.stamp_ns, bag.payloads(PHASE)[0])
+    bench.close()
 
 
 def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
@@ -350,20 +353,6 @@ def test_a_bad_credit_report_ends_the_node(bench: Bench) -> None:
     credits_.publish(String(data='{"node": 3}'))
     with pytest.raises(Exception, match='not a credit report'):
         bench.until(lambda: False)
-
-
-def test_single_executor_loses_nothing_either(ros: Any, tmp_path: Path) -> None:
-    ros(())
-    bench = Bench('single')
-    n = 1_000
-    sink = bench.add(
-        recorder(tmp_path / 'bag', executor='single'),
-        StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW)),
-        TestSource(n, **FLOW),
-    )
-    bench.until(lambda: sink.over)
-    assert {(c['written'], c['lost']) for c in sink.counts().values()} == {(n, 0)}
-    bench.close()
 
 
 @pytest.mark.parametrize('text', ['', '[]', '{}', '{"node":"a","taken":[1]}', 'null'])
