@@ -5,14 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from conftest import Bench, overrides
 from rclpy.node import Node
 
-from tauto_core.bags import encode, read_bag
-from tauto_core.navigation import DriftStage, estimate_names
+from tauto_core.bags import encode
+from tauto_core.navigation import DriftStage
 from tauto_core.samples import (
-    CORRECTED,
     ESTIMATE,
     OBSERVATION,
     READING,
@@ -20,7 +18,6 @@ from tauto_core.samples import (
     SHIP_IMU,
     SHIP_TEMPERATURE,
     Batches,
-    JointSamples,
     Samples,
     join,
     take,
@@ -29,9 +26,7 @@ from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import sail
 from tauto_nodes.ports import port
-from tauto_nodes.recorder import RecorderNode
-from tauto_nodes.sources import ShipMotionNode
-from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, StateFile, TrochleaNode
+from tauto_nodes.stages import DriftEstimatorNode, StateFile
 
 DRIFT = {
     'observation_interval': 20.0,
@@ -42,30 +37,6 @@ DRIFT = {
         'roll': {'value': 0.01, 'sigma': 0.02},
     },
 }
-
-
-def test_the_graph_says_what_the_offline_run_says(bench: Bench, tmp_path: Path) -> None:
-    scene = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
-    file = tmp_path / 'scene.yaml'
-    file.write_text(scene_yaml(scene), encoding='utf-8')
-    common: dict[str, Any] = {'flow_control': 'credits', 'scene': str(file)}
-    estimator = DriftEstimatorNode(**overrides(**common))
-    recorder = RecorderNode(**overrides(output=str(tmp_path / 'graph'), **common))
-    ship = ShipMotionNode(**overrides(speed=0.0, **common))
-    bench.add(recorder, LongitudeNode(**overrides(**common)), estimator)
-    bench.add(TrochleaNode(**overrides(**common)), ship)
-    assert SHIP_IMU in estimator.inputs
-    bench.until(lambda: recorder.over)
-    assert estimator.inputs[SHIP_IMU].taken == scene.samples + scene.samples_beyond_end
-    sail(scene, tmp_path / 'alone')
-    graph, alone = read_bag(tmp_path / 'graph'), read_bag(tmp_path / 'alone')
-    for topic in (ESTIMATE, CORRECTED, 'longitude/error'):
-        assert graph.payloads(topic)[1] == alone.payloads(topic)[1]
-    estimate = graph.samples(ESTIMATE)
-    assert isinstance(estimate, JointSamples)
-    assert estimate.name == estimate_names(('heave', 'roll'))
-    grown = estimate.position[:, estimate.name.index('roll_integral_s')]
-    assert np.all(np.diff(grown) > 0.0)
 
 
 WARM = """
@@ -88,31 +59,6 @@ drift:
   coefficients: {gravity: {value: 1.0, sigma: 0.01}}
 log: {interval: 10.0}
 """
-
-
-def test_latitude_and_thermometer_give_the_graph_what_they_give_offline(
-    bench: Bench, tmp_path: Path
-) -> None:
-    scene, file = parse_scene(WARM, 'warm'), tmp_path / 'scene.yaml'
-    file.write_text(WARM, encoding='utf-8')
-    common: dict[str, Any] = {'flow_control': 'credits', 'scene': str(file)}
-    estimator = DriftEstimatorNode(**overrides(**common))
-    recorder = RecorderNode(**overrides(output=str(tmp_path / 'graph'), **common))
-    ship = ShipMotionNode(**overrides(speed=0.0, **common))
-    bench.add(recorder, LongitudeNode(**overrides(**common)), estimator)
-    bench.add(TrochleaNode(**overrides(**common)), ship)
-    assert SHIP_IMU not in estimator.inputs
-    bench.until(lambda: recorder.over)
-    for topic in (SHIP_FIX, SHIP_TEMPERATURE):
-        assert estimator.inputs[topic].taken >= scene.log_count
-    sail(scene, tmp_path / 'alone')
-    graph, alone = read_bag(tmp_path / 'graph'), read_bag(tmp_path / 'alone')
-    for topic in (READING, SHIP_TEMPERATURE, ESTIMATE, CORRECTED, 'longitude/error'):
-        assert graph.payloads(topic)[1] == alone.payloads(topic)[1]
-    estimate = graph.samples(ESTIMATE)
-    assert isinstance(estimate, JointSamples)
-    for name in ('gravity', 'temperature', 'temperature_squared'):
-        assert estimate.position[-1, estimate.name.index(f'{name}_integral_s')] != 0.0
 
 
 def test_a_latitude_and_a_thermometer_that_never_come_are_said(

@@ -9,12 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from test_nodes_covariates import DRIFT, WARM
 from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_core.samples import READING, SHIP_IMU, SHIP_TEMPERATURE, SLACK
-from tauto_core.scene import load_scene, parse_scene
+from tauto_core.samples import ESTIMATE, READING, SHIP_IMU, SHIP_TEMPERATURE, SLACK
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
 from tauto_nodes.graph import GraphPlan, run_graph
@@ -87,7 +88,8 @@ WARMING = (
     IN_A_SLOOP
     + 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
 )
-AT_SEA = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
+FELT = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
+AT_SEA: dict[str, object] = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
 
 SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
     # the scene, its duration [s], keys that are changed, a topic that it must have
@@ -99,6 +101,8 @@ SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
     'a sea, of which the metadata tell': ('buoy_44004_supply', 60.0, {}, READING),
     'a hull; the last temperature lies beyond the motion': (WARMING, 60.0, {}, SHIP_TEMPERATURE),
     'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, {}, SLACK),
+    'motion is a covariate': (scene_yaml(FELT), 60.0, {}, ESTIMATE),
+    'latitude and thermometer are covariates': (WARM, 1800.0, {}, ESTIMATE),
     # out of Tenerife, past the turn of five minutes to her first course at sea
     'a real passage': ('esperance_to_the_cape', 360.0, AT_SEA, SHIP_TEMPERATURE),
 }
