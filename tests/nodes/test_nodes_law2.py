@@ -89,7 +89,11 @@ WARMING = (
     + 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
 )
 FELT = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
-AT_SEA: dict[str, object] = {'voyage.log.harbour_days': 0.0, 'log.interval': 5.0, 'log.motion': True}
+AT_SEA: dict[str, object] = {
+    'voyage.log.harbour_days': 0.0,
+    'log.interval': 5.0,
+    'log.motion': True,
+}
 
 SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
     # the scene, its duration [s], keys that are changed, a topic that it must have
