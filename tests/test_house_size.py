@@ -18,12 +18,12 @@ WIDTH = 99
 
 LIMITS = {
     # figure: (most today, goal)
-    'statements of src': (37_480, 32_500),
-    'lines of src': (78_970, 69_000),
-    'files of src': (217, 185),
-    'lines of tests': (54_450, 42_000),
-    'lines of benchmarks': (9_977, 7_000),
-    'circles of imports': (5, 0),
+    'statements of src': (36_679, 32_500),
+    'lines of src': (77_593, 69_000),
+    'files of src': (188, 185),
+    'lines of tests': (53_222, 42_000),
+    'lines of benchmarks': (8_200, 7_000),
+    'circles of imports': (0, 0),
 }
 """A limit is lowered when a figure has fallen; none is raised before a goal is reached."""
 DOCUMENTED_PERCENT = 93.0

@@ -62,6 +62,9 @@ class ImuSamples:
     linear_acceleration_covariance: FloatArray
 
 
+SQUARABLE = 1e150
+"""Numbers up to this one do not overflow when they are squared."""
+
 IN_CACHE = 16_384
 """Samples of a simulated ship that are made at once: their arrays stay in the processor's
 second cache. A multiple of the blocks in which waves are summed (`ship.waves.SUM_BLOCK`).

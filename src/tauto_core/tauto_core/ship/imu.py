@@ -42,9 +42,6 @@ NORM_TOLERANCE = 1e-3
 SMALLEST_NORM = 1e-6
 SMALLEST_COS_PITCH = 1e-6
 
-SQUARABLE = 1e150
-"""Numbers up to this one do not overflow when they are squared."""
-
 REFUSALS = (
     'orientation_absent',
     'angular_velocity_absent',

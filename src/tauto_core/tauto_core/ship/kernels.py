@@ -29,8 +29,7 @@ from tauto_core.motion.lanes import (
     with_lane,
 )
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
-from tauto_core.samples import FloatArray, IntArray
-from tauto_core.ship.imu import SQUARABLE
+from tauto_core.samples import SQUARABLE, FloatArray, IntArray
 
 # A loop over a tuple is written out, so that its variable is known when compiling.
 LANES = tuple(range(SIZE))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.samples import (
+    SQUARABLE,
     FloatArray,
     ImuSamples,
     IntArray,
@@ -19,7 +20,6 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.imu import (
-    SQUARABLE,
     Sensed,
     Turned,
     imu_from_motions,
