@@ -62,6 +62,38 @@ def ros_domain() -> Iterator[int]:
     domain.release()
 
 
+DRIFT = {
+    'observation_interval': 20.0,
+    'observation_sigma': 0.5,
+    'covariates': ['heave', 'roll'],
+    'coefficients': {
+        'heave': {'value': 1.0, 'sigma': 0.05},
+        'roll': {'value': 0.01, 'sigma': 0.02},
+    },
+}
+
+
+WARM = """
+name: warm
+duration: 1800.0
+starts_at: 1.0e9
+trochlea:
+  inertia: 4.0e-4
+  material: brass
+  cam: {kind: involute, base_radius: 0.005}
+  thread: {kind: vertical}
+  power: {kind: weight, mass: 0.322}
+  release_angle: 1.0
+ship: {kind: still}
+voyage: {departure: [50.8, -1.1], arrival: [50.7, -1.2], sails_at: 60.0, arrives_at: 1740.0}
+air: {kind: route, celsius: 12.0, diurnal: 8.0, box_hours: 0.1}
+drift:
+  observation_interval: 60.0
+  covariates: [temperature_squared, gravity, temperature]
+  coefficients: {gravity: {value: 1.0, sigma: 0.01}}
+log: {interval: 10.0}
+"""
+
 PATIENCE_S = 300.0
 """How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from conftest import Bench, overrides
+from conftest import DRIFT, WARM, Bench, overrides
 from rclpy.node import Node
 
 from tauto_core.bags import encode
@@ -27,38 +27,6 @@ from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import sail
 from tauto_nodes.ports import port
 from tauto_nodes.stages import DriftEstimatorNode, StateFile
-
-DRIFT = {
-    'observation_interval': 20.0,
-    'observation_sigma': 0.5,
-    'covariates': ['heave', 'roll'],
-    'coefficients': {
-        'heave': {'value': 1.0, 'sigma': 0.05},
-        'roll': {'value': 0.01, 'sigma': 0.02},
-    },
-}
-
-
-WARM = """
-name: warm
-duration: 1800.0
-starts_at: 1.0e9
-trochlea:
-  inertia: 4.0e-4
-  material: brass
-  cam: {kind: involute, base_radius: 0.005}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.322}
-  release_angle: 1.0
-ship: {kind: still}
-voyage: {departure: [50.8, -1.1], arrival: [50.7, -1.2], sails_at: 60.0, arrives_at: 1740.0}
-air: {kind: route, celsius: 12.0, diurnal: 8.0, box_hours: 0.1}
-drift:
-  observation_interval: 60.0
-  covariates: [temperature_squared, gravity, temperature]
-  coefficients: {gravity: {value: 1.0, sigma: 0.01}}
-log: {interval: 10.0}
-"""
 
 
 def test_a_latitude_and_a_thermometer_that_never_come_are_said(

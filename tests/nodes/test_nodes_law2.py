@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from test_nodes_covariates import DRIFT, WARM
+from conftest import DRIFT, WARM
 from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
