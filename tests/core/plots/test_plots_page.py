@@ -20,7 +20,13 @@ import tauto_core as tauto
 from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.plots.chart import Chart, Line, Mark
 from tauto_core.plots.contents import chart
-from tauto_core.plots.page import MOST_PARTS, animation, interactive, write_report
+from tauto_core.plots.page import (
+    MOST_PARTS,
+    animation,
+    interactive,
+    report_html,
+    write_report,
+)
 from tauto_core.plots.scenery import INK
 
 LARGEST_BYTES = 2_500_000
@@ -64,6 +70,22 @@ def test_the_page_holds_all_it_needs(page: Path, voyage: tauto.Voyage) -> None:
         'llvmlite ',
     ):
         assert words in text, words
+
+
+@pytest.mark.parametrize(
+    ('name', 'heading'), [('globe_in_oil', 'The body on its curve'), ('ideal', 'The clock')]
+)
+def test_a_clock_on_land_is_shown_without_ship_and_sea(name: str, heading: str) -> None:
+    text = report_html(tauto.sail(name, duration=60.0), f'tauto report {name}')
+    body = text[text.index('<main>') : text.index('</main>')]
+    assert f'<h2>{heading}</h2>' in body
+    assert not re.search(r'\b(?:sea|water|waves|ship)\b', re.sub(r'<script.*?</script>', '', body))
+
+
+def test_a_clock_at_sea_is_shown_in_her_ship(page: Path) -> None:
+    text = page.read_text(encoding='utf-8')
+    assert '<h2>The ship in the sea, and her clock</h2>' in text
+    assert '<svg id="ship-view"' in text
 
 
 def test_the_animation_stands_where_the_wheel_stood(voyage: tauto.Voyage) -> None:

@@ -238,6 +238,15 @@ LEAST_MAP_DEG = 0.1
 _MARKER_STEPS = 240
 
 
+_BODY = {
+    (False, False): 'The ship in the sea, and her clock',
+    (False, True): 'The ship in the sea, and the body on its curve',
+    (True, False): 'The clock',
+    (True, True): 'The body on its curve',
+}
+"""Heading of the moving picture, by whether the ship lies still and a body has its curve."""
+
+
 def report_html(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage, with the command line that made it."""
     from bokeh.embed import components
@@ -297,7 +306,9 @@ def report_html(voyage: Voyage, command: str) -> str:
     ]
     damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
-    shown = {'motion': animation(voyage), 'track': track}
+    moved = animation(voyage)
+    shown = {'motion': moved, 'track': track}
+    still = voyage.scene.lies_still
     template = Template(Path(__file__).with_name('report_page.html').read_text(encoding='utf-8'))
     return template.substitute(
         title=escape(voyage.scene.name),
@@ -307,8 +318,13 @@ def report_html(voyage: Voyage, command: str) -> str:
         damage=f'<p class="damage" role="alert">{damage}</p>' if damage else '',
         answer=escape(voyage.answer),
         course=course,
-        ship=ship(),
-        ship_box=f'0 0 {SHIP_WIDTH:g} {SHIP_HEIGHT:g}',
+        moving=_BODY[still, moved.get('curve') is not None],
+        place='on-land' if still else 'at-sea',
+        ship=''
+        if still
+        else f'<svg id="ship-view" viewBox="0 0 {SHIP_WIDTH:g} {SHIP_HEIGHT:g}" role="img" '
+        'aria-label="The ship, seen from ahead, rolls and heaves in the sea">'
+        f'{ship()}</svg>',
         dials=f'<g transform="translate(56,54)">{dial("true", "true time", "green")}</g>'
         f'<g transform="translate(184,54)">{dial("dial", "the dial", "blue")}</g>',
         signs=escape(SIGNS),
