@@ -15,7 +15,7 @@ from benchmarks.work_precision.figure import draw
 from benchmarks.work_precision.passage import passage as time_passage
 from benchmarks.work_precision.passage import two_at_once
 from benchmarks.work_precision.runner import bench
-from tauto_core.cli.terminal import AsJson, Plots, option
+from tauto_core.cli.terminal import AsJson, option
 from tauto_core.files import check_plot
 from tauto_core.scene.errors import TautoError, UsageError, spelled
 
@@ -50,7 +50,9 @@ def main(
         Path | None,
         typer.Option('--page', metavar='FILE', help="Put the result's table into this file."),
     ] = None,
-    plot: Plots = None,
+    plot: Annotated[
+        list[Path] | None, typer.Option(metavar='FILE', help='Draw it; replaces the file.')
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Measure run time against error, compared with other programs for the same equations.

@@ -33,7 +33,6 @@ from tauto_core.cli.terminal import (
     progress_bar,
     say,
     say_oddities,
-    say_once,
     saying_warnings,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
@@ -139,7 +138,9 @@ class Command:
             result = (self.run or self._run)(given)
         if isinstance(result, Mapping) or hasattr(result, 'result'):
             facts = result if isinstance(result, Mapping) else result.result
-            say_once(facts.get('warnings', ()), odd)
+            for warning in facts.get('warnings', ()):
+                if warning not in odd:
+                    say(warning)
         for name in self.writes:
             files = given.get(name, ())
             for file in [files] if isinstance(files, str | Path) else files:

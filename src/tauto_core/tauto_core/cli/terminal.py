@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import codecs
 import io
-import json
 import os
 import signal
 import sys
 import threading
 import unicodedata
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import typer
@@ -52,12 +50,6 @@ SceneName: TypeAlias = Annotated[
 ]
 AsJson: TypeAlias = Annotated[
     bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
-]
-Plots: TypeAlias = Annotated[
-    list[Path] | None,
-    typer.Option(
-        '--plot', metavar='FILE', help='Draw it as .svg, .png or .pdf; replaces the file.'
-    ),
 ]
 Anyway: TypeAlias = Annotated[
     bool,
@@ -173,21 +165,6 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
     for warning in odd:
         say(warning)
     return odd
-
-
-def say_once(warnings: Iterable[str], said: Sequence[str] = ()) -> None:
-    """Print warnings about the input on stderr, except those already printed."""
-    for warning in warnings:
-        if warning not in said:
-            say(warning)
-
-
-def show_result(result: Mapping[str, Any], table: RenderableType | None) -> None:
-    """Print a result: the table, or the object where there is none."""
-    if table is None:
-        typer.echo(json.dumps(result, allow_nan=False))
-        return
-    print_rich(table)
 
 
 def say_warnings() -> None:

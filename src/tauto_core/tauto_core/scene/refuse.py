@@ -318,37 +318,24 @@ _OF_SHIPS = frozenset(
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
     """Yield the numbers in the `SECTIONS` of a scene, other than 0, beyond these limits."""
     for key, value in _numbers('', content):
-        size = abs(value)
+        size, remedy = abs(value), 'Check its unit.'
+        last = key.rpartition('.')[2].partition('[')[0]
+        may_vanish = last not in _OF_SHIPS if key.startswith('ship.') else key in _MAY_VANISH
         if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:
             end = '.'
             if size <= 360.0:
                 radians = f'{math.radians(value):.4g}'
                 end = f': if {value:g} is in degrees, write release_angle: {radians}.'
-            yield Problem(
-                key,
-                value,
-                f'must be at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} '
-                'turns: no thread winds farther',
-                f'Angles are in radians, 90° = 1.571{end}',
-            )
+            limit = f'at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} turns: '
+            limit += 'no thread winds farther'
+            remedy = f'Angles are in radians, 90° = 1.571{end}'
+        elif size > LARGEST_SIZE:
+            limit = f'at most {LARGEST_SIZE:g} in size, or what follows overflows'
+        elif 0.0 < size < LEAST_SIZE and not may_vanish:
+            limit = f'at least {LEAST_SIZE:g} in size, or what follows vanishes'
+        else:
             continue
-        if size > LARGEST_SIZE:
-            yield Problem(
-                key,
-                value,
-                f'must be at most {LARGEST_SIZE:g} in size, or what follows overflows',
-                'Check its unit.',
-            )
-            continue
-        last = key.rpartition('.')[2].partition('[')[0]
-        may_vanish = last not in _OF_SHIPS if key.startswith('ship.') else key in _MAY_VANISH
-        if 0.0 < size < LEAST_SIZE and not may_vanish:
-            yield Problem(
-                key,
-                value,
-                f'must be at least {LEAST_SIZE:g} in size, or what follows vanishes',
-                'Check its unit.',
-            )
+        yield Problem(key, value, f'must be {limit}', remedy)
 
 
 def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
