@@ -30,11 +30,10 @@ from tauto_core.scene.errors import BagError
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import ShipSource, replay, sail
 from tauto_nodes import NodesError, ParameterError, sources
-from tauto_nodes.mounting import Mounting
 from tauto_nodes.node import TICK_S, assess
 from tauto_nodes.recorder import RecorderNode
 from tauto_nodes.sources import PlayerNode, ShipMotionNode
-from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, Mounting, TrochleaNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 
@@ -158,7 +157,7 @@ def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tree = Tree()
-    monkeypatch.setattr('tauto_nodes.mounting.StaticTransforms', lambda _: tree)
+    monkeypatch.setattr('tauto_nodes.stages.StaticTransforms', lambda _: tree)
     node = bench.add(Node('clock'))
     mounting = Mounting(node, '')
     to_port = replace(
