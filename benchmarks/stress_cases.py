@@ -31,8 +31,7 @@ INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 class Row:
     """A line of the table: a measured figure, and the limits between which it must lie.
 
-    NaN lies between no limits. A limit that is known to be broken has a reason; if it then holds,
-    the row is reported, so that the reason does not outlive the fault.
+    NaN lies between no limits.
     """
 
     name: str
@@ -40,19 +39,11 @@ class Row:
     measured: float
     high: float
     low: float = -math.inf
-    known_fault: str = ''
 
     @property
     def holds(self) -> bool:
         """Whether the figure is within its limits."""
         return bool(self.low <= self.measured <= self.high)
-
-    @property
-    def verdict(self) -> str:
-        """The verdict of the row."""
-        if self.known_fault:
-            return 'HOLDS, NO FAULT ANY MORE' if self.holds else f'known: {self.known_fault}'
-        return '' if self.holds else 'BROKEN'
 
     @property
     def limit(self) -> str:
@@ -64,7 +55,6 @@ class Row:
 
 VERTICAL = {'kind': 'vertical'}
 HOLE = {'kind': 'hole', 'distance': 0.08}
-INVOLUTE = {'kind': 'involute', 'base_radius': LEVER_RATE}
 HOLE_CAM = {'kind': 'hole', 'lever_rate': LEVER_RATE}
 ARC = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
 
@@ -72,7 +62,8 @@ ARC = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
 def weight(ratio: float) -> dict[str, Any]:
     """Return the weight on the involute with m r^2/I = ratio, r the base radius."""
     mass = ratio * INERTIA / LEVER_RATE**2
-    return {'cam': INVOLUTE, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': mass}}
+    cam = {'kind': 'involute', 'base_radius': LEVER_RATE}
+    return {'cam': cam, 'thread': VERTICAL, 'power': {'kind': 'weight', 'mass': mass}}
 
 
 WELLS: dict[str, dict[str, Any]] = {

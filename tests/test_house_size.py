@@ -18,10 +18,10 @@ WIDTH = 99
 
 LIMITS = {
     # figure: (most today, goal)
-    'statements of src': (36_546, 32_500),
-    'lines of src': (77_355, 69_000),
-    'files of src': (186, 185),
-    'lines of tests': (52_740, 42_000),
+    'statements of src': (36_600, 32_500),
+    'lines of src': (77_500, 69_000),
+    'files of src': (187, 185),
+    'lines of tests': (52_900, 42_000),
     'lines of benchmarks': (8_200, 7_000),
     'circles of imports': (0, 0),
 }

@@ -39,8 +39,7 @@ _STYLES = {
 }
 FRONTS = ('tauto', 'heyoka_tuned', 'heyoka_batch')
 """Programs whose settings are of two kinds, and so do not form a curve."""
-_DASHED_LABEL = 'dashed: Adams, implicit, compensated, sum of waves'
-_DASHED = ('Adams', 'implicit', 'compensated', 'waves')
+_DASHED = 'waves'
 
 
 def draw(result: Mapping[str, Any], path: Path) -> None:
@@ -103,7 +102,7 @@ def _panel(axes: Axes, problem: Problem, rows: Iterable[Mapping[str, Any]]) -> N
             markeredgecolor='white',
             markeredgewidth=0.7 if ours else 0.4,
             linewidth=2.2 if ours else 1.0,
-            linestyle='--' if method in _DASHED else '-',
+            linestyle='--' if method == _DASHED else '-',
             alpha=1.0 if ours else 0.9,
             zorder=5 if ours else 3,
         )
@@ -171,8 +170,9 @@ def _handles(rows: Iterable[Mapping[str, Any]]) -> list[Line2D | Patch]:
         for program, (color, marker) in _STYLES.items()
         if program in present
     ]
-    if any(word in row['setting'].split() for row in rows for word in _DASHED):
-        handles.append(Line2D([], [], color='#555555', linestyle='--', label=_DASHED_LABEL))
+    if any(_DASHED in row['setting'].split() for row in rows):
+        words = 'dashed: sum of waves'
+        handles.append(Line2D([], [], color='#555555', linestyle='--', label=words))
     handles.append(Patch(color='#f4e9cd', label='where programs are compared'))
     handles.append(
         Patch(color='#dcebdd', label='what scenes ask for: $10^{-6}$ to $10^{-3}$ s/day')

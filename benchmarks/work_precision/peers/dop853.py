@@ -22,7 +22,6 @@ from benchmarks.work_precision.peer import Outcome
 from benchmarks.work_precision.problems import CaseProblem, HungCase, Numbers, Problem
 from tauto_core.samples import FloatArray
 
-NAME = 'dop853_compiled'
 STRETCH_S = 3600.0
 PIECE_S = 1.0
 POINTS = 12
@@ -33,7 +32,7 @@ _TOLERANCES = ('1e-6', '1e-8', '1e-10', '1e-11', '3e-12', '1e-12', '3e-13', '1e-
 class CompiledDop853:
     """DOP853 in numba; settings are relative tolerances, and at sea the form of the waves."""
 
-    name = NAME
+    name = 'dop853_compiled'
 
     def version(self) -> str:
         """Return the version of numba, which compiles it."""
