@@ -25,6 +25,7 @@ TEST = [
     'nbclient>=0.10',
     'numba>=0.62',  # the same kernels through another compiler, bit for bit
     'pandas>=2.2',
+    'psutil>=5.9',  # which sockets are open
     'pyarrow>=16.0',
     'pytest>=8.0',
     'pytest-cov>=5.0',
@@ -119,7 +120,6 @@ setup(
         'mcap>=1.1',
         'numpy>=1.26',
         'pillow>=10.0',
-        'psutil>=5.9',
         'pydantic>=2.10',
         'pyyaml>=6.0.1',
         'rich>=13.7',

@@ -93,10 +93,11 @@ def test_gravity_acts_by_half_of_its_change() -> None:
 
 
 def test_small_changes_are_worth_half_their_part() -> None:
-    scene = made()
-    worth = {each.what: each.rate_s_per_day for each in account(scene, Crew(1)).worth}
+    scene = made(duration=120.0)
+    found = account(scene, Crew(1))
+    worth = {each.what: each.rate_s_per_day for each in found.worth}
     trochlea: Any = scene.trochlea
-    dial = 1.0 + rows_of(account(scene, Crew(1)))['dial'] / DAY_S
+    dial = 1.0 + rows_of(found)['dial'] / DAY_S
     # a linear wheel: the rate goes as the root of radius times mass, at any amplitude
     cheek, mass = 1e-5 / trochlea.cam.base_radius, 1e-4 / trochlea.power.mass
     assert worth['10 µm of cheek'] == pytest.approx(0.5 * DAY_S * dial * cheek, rel=1e-4)

@@ -10,7 +10,6 @@ import sys
 import time
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import dask
@@ -104,30 +103,6 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     again = sail_fleet(plan(4), Crew(1), folder)  # nothing is left to sail, nothing is lost
     assert lasting(again.rows) == lasting(alone.rows[:4])
     assert pq.read_table(folder / 'ships.parquet').num_rows == 6
-
-
-def killed_once(folder, plan, number, progress, **how):
-    """Sail a ship; of number 3 the process is killed halfway, once."""
-
-    def tell(share):
-        if number == 3 and list(Path(folder).iterdir()):
-            for file in Path(folder).iterdir():
-                file.unlink()
-            os.kill(os.getpid(), signal.SIGKILL)
-        progress(share)
-
-    return sail_ship(plan, number, tell, **how)
-
-
-def test_a_worker_that_is_killed_costs_nothing(alone, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
-    (tmp_path / 'bullet').mkdir()
-    (tmp_path / 'bullet' / 'one').touch()
-    monkeypatch.setattr(fleets, 'sail_ship', partial(killed_once, tmp_path / 'bullet'))
-    sail_fleet(plan(), Crew(2), tmp_path / 'fleet')
-    assert not list((tmp_path / 'bullet').iterdir())
-    rows = pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()
-    assert lasting(rows) == lasting(alone.rows)
 
 
 def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeypatch):
@@ -383,7 +358,7 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
     """As from a batch queue: there is none at first, then one of other versions, then ours."""
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
-    monkeypatch.setattr(workers, 'ASK_S', 0.2)
+    monkeypatch.setattr(workers, 'ASK_S', 2.0)
     here = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
     with _process('dask_scheduler', *here) as scheduler:
 
@@ -409,7 +384,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     """The worker is killed with the first ship under way, the scheduler with the fourth."""
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
-    monkeypatch.setattr(workers, 'ASK_S', 0.2)
+    monkeypatch.setattr(workers, 'ASK_S', 2.0)
     monkeypatch.setattr(stored, 'EVERY_S', 0.0)
     with ExitStack() as running:
         start = lambda *words: running.enter_context(_process(*words))  # noqa: E731

@@ -103,16 +103,16 @@ class Choice:
             year = log_time(passage.entries[0][0]).year
         except ValueError:
             return True  # it is refused by passage and row, not passed over
-        if not self.years[0] <= year <= self.years[1]:
-            return False
         ports = f'{passage.sailed_from}\n{passage.bound_to}'.casefold()
-        if self.port is not None and self.port.casefold() not in ports:
-            return False
-        if not self._is_in(ocean_of_passage(passage)):
-            return False
-        if next(passage.problems(), None) is not None:
-            return True
-        return self.days[0] <= passage.days <= self.days[1]
+        return (
+            self.years[0] <= year <= self.years[1]
+            and (self.port is None or self.port.casefold() in ports)
+            and self._is_in(ocean_of_passage(passage))
+            and (
+                next(passage.problems(), None) is not None
+                or self.days[0] <= passage.days <= self.days[1]
+            )
+        )
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
         """Return the passages that are wanted; none is a UsageError."""
@@ -413,7 +413,7 @@ class Trial:
             'versions': versions(),
         }
 
-    def check(self, progress: Callable[[float], None] | None = None) -> None:
+    def check(self) -> None:
         """Refuse a trial whose passages make no scenes, before anything sails."""
         for number, passage in enumerate(self.passages):
             for clock in self.rules.clocks:
@@ -422,8 +422,6 @@ class Trial:
                 assert scene.voyage is not None
                 with naming(self.logs, f'passage {passage.name}'):
                     Passage(scene, scene.voyage)
-            if progress is not None:
-                progress((number + 1) / len(self.passages))
 
 
 MOST_DRAWS = 1000
@@ -612,13 +610,11 @@ class _Afloat(Afloat):
         found = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _KNOWN})
         if self.at_end:
             found = merged([found, self._sensed.finish()])
-        observed, fixes = found.get(OBSERVATION), found.get(LONGITUDE_FIX)
-        errors = found.get(LONGITUDE_ERROR)
-        if isinstance(observed, TimeSamples):
+        if isinstance(observed := found.get(OBSERVATION), TimeSamples):
             self._tally.observe(observed)
-        if isinstance(fixes, FixSamples):
+        if isinstance(fixes := found.get(LONGITUDE_FIX), FixSamples):
             self._tally.place(fixes)
-        if isinstance(errors, JointSamples):
+        if isinstance(errors := found.get(LONGITUDE_ERROR), JointSamples):
             self._tally.feed(errors)
 
     def row(self) -> dict[str, Any]:
