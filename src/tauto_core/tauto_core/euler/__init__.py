@@ -1,4 +1,4 @@
-"""Every claim of Euler's three papers, checked."""
+"""The results of Euler's three papers and the faults of their texts, checked."""
 
 from tauto_core.euler.edition import Claim, Paper, Verdict
 
