@@ -164,6 +164,11 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
     )
     own = TrochleaStage(scene).feed({'ship/imu': imu})
     assert said[READING].stamp_ns[0] == scene.starts_at_ns + shift
+    of_zero = replace(imu, stamp_ns=imu.stamp_ns - imu.stamp_ns[0])
+    by_zero = TrochleaStage(scene, anchor='first').feed({'ship/imu': of_zero})
+    np.testing.assert_array_equal(
+        by_zero[PHASE].position, said[PHASE].position[: len(by_zero[PHASE].position)]
+    )
     # a scene's own motion is known to be smooth, and fitted with wider windows at the start
     np.testing.assert_allclose(
         said[PHASE].position[: scene.log_count], own[PHASE].position, rtol=0, atol=1e-13

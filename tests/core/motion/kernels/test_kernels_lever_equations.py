@@ -20,7 +20,7 @@ from tauto_core.motion.gauss_step import (
 )
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import LEVER_NODES
-from tauto_core.motion.real_threads import RealThreads
+from tauto_core.motion.real_threads import HeldAt, RealThreads, _within
 from tauto_core.motion.system import (
     ChannelAt,
     Outside,
@@ -65,3 +65,25 @@ def test_stages_and_instants_of_the_lever_have_the_same_rates(drag):
         nodes['g_across'] = at.gravity * np.sin(tilt.value)
         rates(lever, Mode(1.0, random.choice([-1.0, 1.0]), 1.0), omega, at, work, out)
         np.testing.assert_allclose(out[:, :2], out[:, 2:], rtol=2e-12, atol=2e-11)
+
+
+@entry
+def margin_of(lever: Any, held: HeldAt, height: float) -> float:
+    return _within(lever, held, height)
+
+
+def test_a_slack_lever_is_within_up_to_the_ends_of_its_arc_and_upright() -> None:
+    """The margin falls to 0 at both ends, and a quarter turn above or below where it is held."""
+    lever, _ = RealThreads(compile_machine(scene_of(trochlea=LEVER)))._model
+    middle, half, root = lever.shape.whole.middle, lever.shape.whole.half, lever.root_j
+    assert middle != 0.0
+
+    def margin(s: float, over: float, beta: float = 0.2) -> float:
+        return margin_of(lever, HeldAt(s, 0.0, 0.0, 0.0, beta), root * (beta + over))
+
+    assert margin(middle, 0.0) == 1.0
+    for side in (1.0, -1.0):
+        assert margin(middle + side * half, 0.0) == pytest.approx(0.0, abs=1e-15)
+        assert margin(middle + side * 1.01 * half, 0.0) == pytest.approx(-0.0201, rel=1e-9)
+        assert margin(middle, side * 1.5) == pytest.approx(0.5 * np.pi - 1.5, rel=1e-12)
+        assert margin(middle, side * 1.6) < 0.0
