@@ -78,29 +78,24 @@ def sailed(scene: Scene, chunk: int, *, apart: bool = False, anew: bool = False)
     return np.array([np.concatenate(column) for column in zip(*rows, strict=True)])
 
 
-@pytest.mark.parametrize('suspension', [None, HUNG])
-def test_any_split_of_motion_and_temperature_gives_the_same_bits(suspension: Any) -> None:
-    scene = scene_of(suspension=suspension)
-    whole = sailed(scene, 10_000)
-    assert whole.shape[1] == scene.log_count
-    np.testing.assert_array_equal(sailed(scene, 31), whole)
-    np.testing.assert_array_equal(sailed(scene, 50, apart=True), whole)
-    np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
-
-
 @pytest.mark.parametrize(
-    'thread',
+    ('suspension', 'thread'),
     [
-        {'kind': 'hanging', 'length': 1.5},
-        {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.1, 'length': 0.3},
+        (None, {'kind': 'vertical'}),
+        (HUNG, {'kind': 'vertical'}),
+        (None, {'kind': 'hanging', 'length': 1.5}),
+        (None, {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.1, 'length': 0.3}),
     ],
 )
-def test_any_split_gives_the_same_bits_with_a_thread_that_moves_its_weight(thread: Any) -> None:
+def test_any_split_of_motion_and_temperature_gives_the_same_bits(
+    suspension: Any, thread: Any
+) -> None:
     content = yaml.safe_load(SEA)
     content['trochlea']['thread'] = thread
-    scene = scene_of(yaml.safe_dump(content))
+    scene = scene_of(yaml.safe_dump(content), suspension=suspension)
     assert TrochleaStage(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
     whole = sailed(scene, 10_000)
+    assert whole.shape[1] == scene.log_count
     np.testing.assert_array_equal(sailed(scene, 50, apart=True), whole)
     np.testing.assert_array_equal(sailed(scene, 333, anew=True), whole)
 

@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import Machine
+from tauto_core.machines import AnyMachine, Machine
 from tauto_core.motion import Forcing
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
 from tauto_core.scene import Scene, parse_scene
@@ -95,16 +95,35 @@ def at_rest_at_sea(spans: Forcing, machine: Machine) -> Forcing:
     )
 
 
-def sampled_forcing(scene: Scene, machine: Machine) -> Forcing:
-    """Return the piecewise polynomials of a scene, each over eight samples."""
+def on_land(count: int, step_s: float, every: int = 1) -> Forcing:
+    """Return spans of one length on land, every so many of them logged."""
+    index = np.arange(1, count + 1)
+    ends = np.round(index * step_s * 1e9).astype(np.int64)
+    lengths = np.full(count, step_s)
+    return Forcing(lengths, np.zeros(count), np.ones(count), ends, index % every == 0)
+
+
+def spans_to(times_ns: Any) -> Forcing:
+    """Return one span to each time, on land."""
+    times = np.asarray(times_ns, np.int64)
+    n = len(times)
+    lengths = np.diff(times, prepend=0) * 1e-9
+    return Forcing(lengths, np.zeros(n), np.ones(n), times, np.ones(n, np.bool_))
+
+
+def sampled(scene: Scene, machine: AnyMachine | None = None, stride: int = 2) -> Forcing:
+    """Return the piecewise polynomials of a scene's ship, each over so many samples.
+
+    They are those that a machine feels; without one all of them.
+    """
     ship = ShipMotion(scene)
     buffer = MotionBuffer(
-        apparent_vertical=machine.follows_apparent_vertical,
-        apparent_gravity=machine.pulling_mass > 0.0,
+        apparent_vertical=machine is None or machine.follows_apparent_vertical,
+        apparent_gravity=machine is None or machine.feels_gravity,
         still=False,
         step_ns=scene.step_ns,
         max_gap_s=1.0,
-        stride=8,
+        stride=stride,
     )
     buffer.add(ship.produce(ship.total), scene.starts_at_ns)
     forcing = buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)

@@ -16,10 +16,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import lru_cache, partial
 from typing import NamedTuple
+from unittest.mock import patch
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -132,12 +134,8 @@ class Reference:
         return self._motion(rows)
 
     def state(self) -> State:
-        """Return all that the next output depends on."""
+        """Return what the next output depends on."""
         return asdict(self._now)
-
-    def restore(self, state: State) -> None:
-        """Go on from a state."""
-        self._now = _Now(**state)
 
     def _channel(self, rows: FloatArray | None, t: float) -> tuple[float, float, float]:
         """Return a channel and its first two derivatives at t [s] from the span's beginning."""
@@ -363,6 +361,14 @@ class Reference:
         speed = phase_rate(self._machine, felt, felt_rate, bend)
         fraction = half - np.floor(half)
         return Motion(angle, rate, torque, half_turns, fraction, speed, beats.astype(np.int64))
+
+
+@contextmanager
+def by_reference() -> Iterator[None]:
+    """Let clocks move by the reference instead of the engine."""
+    made = 'tauto_core.clockwork.trochlea.make_propagator'
+    with patch(made, lambda machine, **_: Reference(machine)):
+        yield
 
 
 def _tangent(mean: float) -> float:

@@ -8,10 +8,9 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import scene_of
+from motion_cases import on_land, scene_of
 
 from tauto_core.machines import compile_machine
-from tauto_core.motion import Forcing
 from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.wells import (
@@ -128,17 +127,6 @@ def test_arc_and_angle_are_inverse_over_six_hundred_orders(k):
     assert angle_of(0.0, k) == arc_of(0.0, k) == 0.0
 
 
-def spans(step_s, count, every):
-    index = np.arange(1, count + 1)
-    return Forcing(
-        length_s=np.full(count, step_s),
-        begin=np.zeros(count),
-        end=np.ones(count),
-        end_ns=np.round(index * step_s * 1e9).astype(np.int64),
-        logged=index % every == 0,
-    )
-
-
 @pytest.mark.parametrize('k', [0.1, 0.35])
 def test_beyond_the_limit_the_functions_themselves_agree(k):
     """A swing of 1 rad with the polynomials of one of 0.1 rad, which end at 0.25 rad.
@@ -150,7 +138,7 @@ def test_beyond_the_limit_the_functions_themselves_agree(k):
     engine, short = Collocation(machine), Collocation(machine)
     short._shape = arc_shape(small)
     assert short._shape.limit < 0.07 < engine._shape.limit
-    forcing = spans(0.0625, 640, 1)
+    forcing = on_land(640, 0.0625)
     exact = ActionAngle(machine).advance(forcing)
     for each in (engine, short):
         each.release(forcing)

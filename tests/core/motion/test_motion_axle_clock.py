@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from motion_cases import on_land
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -21,7 +22,6 @@ from tauto_core.machines.axle_pendulum import (
     SupportMotion,
     energy,
 )
-from tauto_core.motion import Forcing
 from tauto_core.motion.axle import AxleSwings, axle_table, forces
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
@@ -200,17 +200,6 @@ def test_an_axle_that_rolls_and_slides_in_turn_is_that_of_dop853(clock: AxleCloc
     np.testing.assert_allclose(found.arc_m[-1], expected[0], atol=1e-10)
 
 
-def test_with_enough_friction_it_rolls_and_with_little_it_slides() -> None:
-    start = (-0.016, 0.8, 0.0, 0.0)
-    rolling = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='rolling'), 1.0, 0.1)
-    rough = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='coulomb', friction=5.0), 1.0, 0.1)
-    np.testing.assert_allclose(rough.phi_rad, rolling.phi_rad, atol=1e-13)
-    np.testing.assert_allclose(rolling.slip_m_s, 0.0, atol=1e-14)
-    smooth = axle_table(clock_of(5.0, 0.3, 0.15, start), 1.0, 0.1)
-    slick = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='coulomb', friction=1e-7), 1.0, 0.1)
-    np.testing.assert_allclose(slick.phi_rad, smooth.phi_rad, atol=1e-4)
-
-
 def test_small_motions_are_those_of_the_modes() -> None:
     """§30–32: pushed from rest; the difference is of the third order in the swing."""
     for size, most in ((1e-2, 3e-5), (1e-3, 3e-8)):
@@ -343,9 +332,7 @@ def test_energy_is_kept_for_minutes() -> None:
     """Without friction; the drift is that of rounding."""
     clock = clock_of(12.5, 0.3, 0.15, (0.004, 0.4, 0.0, 0.0))
     engine = AxleSwings(clock)
-    n = 60
-    spans = Forcing(np.ones(n), np.zeros(n), np.ones(n), np.arange(1, n + 1) * 10**9,
-                    np.ones(n, bool))  # fmt: skip
+    spans = on_land(60, 1.0)
     engine.release(spans)
     engine.advance(spans)
     now = engine.state()['now']

@@ -3,16 +3,15 @@
 import math
 from dataclasses import replace
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import pytest
-from motion_cases import angles, at_rest_at_sea, phases, scene_of
-from reference_propagator import Reference
+from motion_cases import angles, at_rest_at_sea, phases, scene_of, spans_to
+from reference_propagator import by_reference
 from scipy.integrate import solve_ivp
 
 from tauto_core.machines import compile_machine
-from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.motion.collocation import Collocation
 
 VERTICAL = {'kind': 'vertical'}
@@ -80,8 +79,7 @@ def test_closed_form_is_the_motion(trochlea, part):
     assert engine.name == 'harmonic'
     seconds = np.linspace(0.0, 0.7 * trochlea['cam']['period'], 9)[1:]
     times = np.round(seconds * 1e9).astype(np.int64)
-    n = len(times)
-    spans = Forcing(np.diff(times, prepend=0) * 1e-9, np.zeros(n), np.ones(n), times, times > 0)
+    spans = spans_to(times)
     found = engine.advance(spans)
     around = (times[:, None] * 1e-9 + [-1e-5, 0.0, 1e-5]).ravel()
     angle, rate = swing(machine, amplitude, around).reshape(2, -1, 3)
@@ -89,7 +87,7 @@ def test_closed_form_is_the_motion(trochlea, part):
     np.testing.assert_allclose(found.rate, rate[:, 1], atol=1e-10 * amplitude)
     # the phase is uniform, and the wheel's own torque is what turns it
     turned = times * 1e-9 * 2.0 / trochlea['cam']['period']
-    np.testing.assert_allclose(found.half_turns + found.fraction, turned, atol=1e-14 * n)
+    np.testing.assert_allclose(found.half_turns + found.fraction, turned, atol=1e-14 * len(times))
     bend = machine.inertia * (rate[:, 2] - rate[:, 0]) / 2e-5
     np.testing.assert_allclose(found.torque, bend, atol=1e-6 * np.abs(bend).max())
 
@@ -99,8 +97,7 @@ def test_collocation_finds_the_same_period(trochlea):
     """Five swings in steps, which know nothing of the closed form."""
     period = trochlea['cam']['period']
     times = np.round(np.arange(1, 101) * period / 20 * 1e9).astype(np.int64)
-    n = len(times)
-    spans = Forcing(np.diff(times, prepend=0) * 1e-9, np.zeros(n), np.ones(n), times, times > 0)
+    spans = spans_to(times)
     for part in (0.1, 0.8):
         machine = machine_of(trochlea, part * largest(trochlea))
         engine, forcing = Collocation(machine, 1e-14), at_rest_at_sea(spans, machine)
@@ -128,10 +125,8 @@ def test_weight_at_sea_against_the_reference(name):
 
 
 def compare_with_reference(scene, tolerance):
-
     _, angle, rate = angles(scene)
-    reference = 'tauto_core.clockwork.trochlea.make_propagator'
-    with patch(reference, lambda machine, **_: Reference(machine)):
+    with by_reference():
         _, expected, expected_rate = angles(scene)
     np.testing.assert_allclose(angle, expected, atol=tolerance)
     np.testing.assert_allclose(rate, expected_rate, atol=10 * tolerance)
@@ -155,29 +150,6 @@ def test_spring_at_sea_is_linear(name):
         **ROLL,
     )
     np.testing.assert_array_equal(phases(scene), phases(other))
-
-
-@pytest.mark.parametrize(
-    ('sections', 'still', 'name'),
-    [
-        ({}, True, 'harmonic'),
-        ({'drag': {'viscous': 1e-6}}, True, 'collocation'),
-        ({'escapement': {'kind': 'impulse', 'energy': 1e-6}}, True, 'collocation'),
-        ({}, False, 'collocation'),
-    ],
-)
-def test_propagator_of_the_weight(sections, still, name):
-    machine = compile_machine(scene_of(trochlea=MACHINES['weight, hole'], **sections))
-    assert propagator_name(machine, still=still) == name
-
-
-@pytest.mark.parametrize(('viscous', 'name'), [(1e-6, 'forced_harmonic'), (1.0, 'collocation')])
-def test_propagator_of_the_spring_with_drag(viscous, name):
-    machine = compile_machine(
-        scene_of(trochlea=MACHINES['spring, hole'], drag={'viscous': viscous})
-    )
-    for still in (True, False):
-        assert propagator_name(machine, still=still) == name
 
 
 def test_a_cam_made_for_another_weight_is_not_isochronous():

@@ -9,7 +9,7 @@ import sys
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, scene_of
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, scene_of, spans_to
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -80,9 +80,7 @@ def released_into(spans, angle, viscous):
 
 @pytest.mark.parametrize('viscous', [0.0, 1e-4])
 @pytest.mark.parametrize('angle', [1.0, 0.02], ids=['calm', 'in parts'])
-@pytest.mark.parametrize(
-    ('stride', 'step_s'), [(1, 0.05), (2, 0.1), (3, 0.2), (5, 0.4), (8, 0.5), (8, 0.05)]
-)
+@pytest.mark.parametrize(('stride', 'step_s'), [(1, 0.05), (3, 0.2), (8, 0.5)])
 def test_a_step_from_samples_is_the_exact_solution(stride, step_s, angle, viscous):
     """What interpolation leaves out is below 1e-16 (its remainder); the rest is rounding."""
     for cuts in ((0.0, 1.0), (0.0, 0.25, 1.0), (0.3125, 0.875)):
@@ -138,9 +136,7 @@ def test_the_frame_is_exact_after_a_century():
     of the cosine and of Y."""
     times = np.array([1, 10**9 + 7, 86_400 * 10**11 + 3, 36_525 * 86_400 * 10**9 + 11])
     engine = ForcedHarmonic(compile_machine(scene_of()))
-    n = len(times)
-    length = np.diff(times, prepend=0) * 1e-9
-    still = Forcing(length, np.zeros(n), np.ones(n), times, np.ones(n, np.bool_))
+    still = spans_to(times)
     engine.release(still)
     motion = engine.advance(still)
     with mpmath.workdps(50):
@@ -220,8 +216,8 @@ def mirrored(rolls: list[dict[str, float]]) -> list[dict[str, float]]:
     return [{**roll, 'phase': roll['phase'] + np.pi} for roll in rolls]
 
 
-@pytest.mark.parametrize('period', [9.0, 8.0, 4.5, 7.3])
-@pytest.mark.parametrize(('interval', 'logged'), [(1.0, 600), (0.7, 857)])
+@pytest.mark.parametrize('period', [9.0, 4.5, 7.3])
+@pytest.mark.parametrize(('interval', 'logged'), [(1.0, 180), (0.7, 257)])
 @pytest.mark.parametrize('mirror', [False, True])
 def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mirror):
     """After a whole number of both periods it is at rest in the middle again, as at the release.
@@ -235,7 +231,7 @@ def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mi
     assert counted_of(scene) == passed(rolls, 0.0, duration)
 
 
-@pytest.mark.parametrize('seed', range(42))
+@pytest.mark.parametrize('seed', range(20))
 def test_small_releases_pass_zero_as_the_closed_form_says(seed):
     """Half of them at 0, where each return to the middle all but touches it; mirror images too."""
     draw = random.Random(seed)

@@ -6,12 +6,13 @@ from decimal import Decimal, getcontext
 import numpy as np
 import pytest
 import yaml
+from motion_cases import spans_to
 from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.machines.fluid_pendulum import duration_excess, end_arc
-from tauto_core.motion import Forcing, make_propagator, propagator_name
+from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.motion.fluid import HalfSwings, HalfSwingTable
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
@@ -59,13 +60,6 @@ def scene_of(duration=30.0, log=0.05, **changes):
         'drift': {'observation_interval': duration},
     }
     return parse_scene(yaml.safe_dump(content), 'test')
-
-
-def spans_to(times_ns):
-    times = np.asarray(times_ns, np.int64)
-    n = len(times)
-    length = np.diff(times, prepend=0) * 1e-9
-    return Forcing(length, np.zeros(n), np.ones(n), times, np.ones(n, bool))
 
 
 def integrated(machine, times):
@@ -142,20 +136,6 @@ def test_the_motion_over_two_branches_is_the_integrated_one(changes):
     np.testing.assert_allclose(motion.phase_rate[1:-1], rate, rtol=0.06)
 
 
-@pytest.mark.parametrize('changes', BRANCHED.values(), ids=BRANCHED)
-def test_a_run_over_two_branches_can_be_resumed(changes):
-    machine = compile_machine(scene_of(**changes))
-    times = np.cumsum(np.random.default_rng(5).integers(1, 3 * 10**9, 20))
-    whole = HalfSwings(machine).advance(spans_to(times))
-    first, second = HalfSwings(machine), HalfSwings(machine)
-    parts = [first.advance(spans_to(times[:9]))]
-    second.restore(first.state())
-    parts.append(second.advance(spans_to(times[9:])))
-    for name in ('angle', 'rate', 'torque', 'half_turns', 'fraction', 'phase_rate', 'beats'):
-        found = np.concatenate([getattr(part, name) for part in parts])
-        np.testing.assert_array_equal(found, getattr(whole, name))
-
-
 def test_friction_stops_the_body_for_good():
     """Without a fluid each half swing is harmonic about ±γfμ, and takes 2γfμ from the amplitude.
 
@@ -193,10 +173,14 @@ def test_half_swings_forward_take_exactly_their_time_and_the_others_theirs():
     assert abs(begin - exact * 10**9) < Decimal('2e-2')
 
 
-@pytest.mark.parametrize('curve', CURVES)
-def test_a_run_does_not_depend_on_its_pieces_and_can_be_resumed(curve):
-    machine = compile_machine(scene_of(curve=curve))
-    times = np.cumsum(np.random.default_rng(5).integers(1, 3 * 10**9, 60))
+@pytest.mark.parametrize(
+    'changes',
+    [{'curve': curve} for curve in CURVES] + list(BRANCHED.values()),
+    ids=[*CURVES, *BRANCHED],
+)
+def test_a_run_does_not_depend_on_its_pieces_and_can_be_resumed(changes):
+    machine = compile_machine(scene_of(**changes))
+    times = np.cumsum(np.random.default_rng(5).integers(1, 3 * 10**9, 40))
     whole = HalfSwings(machine).advance(spans_to(times))
     first, second = HalfSwings(machine), HalfSwings(machine)
     parts = [first.advance(spans_to(part)) for part in (times[:7], times[7:8], times[8:31])]

@@ -9,15 +9,12 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import INERTIA, angles, phases, scene_of
+from motion_cases import INERTIA, angles, scene_of
 from scipy.integrate import solve_ivp
 
-from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine, isochronism
 from tauto_core.motion import propagator_name
-from tauto_core.samples import JOINT_STATES, take
 from tauto_core.scene.errors import SceneError
-from tauto_core.ship import ShipMotion
 
 G, FORCE, RATE = 9.80665, 2.0, 0.01
 ROLL, HEAVE, HEIGHT = (0.2, 7.3, 0.4), (0.8, 9.1, 1.1), 2.5
@@ -173,22 +170,6 @@ def test_the_period_is_that_of_thirty_digits(amplitude):
     assert isochronism(machine, [1.0]).period_s[0] == machine.period(1.0)
 
 
-def test_chunks_and_restarts_have_the_same_bits():
-    scene = scene_of(trochlea=UNBALANCED, ship=SEA, duration=20.0, log={'interval': 0.5})
-    source = ShipMotion(scene)
-    imu = source.produce(source.total)
-    whole = TrochleaStage(scene).feed({'ship/imu': imu})[JOINT_STATES].position
-    stage, parts = TrochleaStage(scene), []
-    for k in range(0, len(imu.stamp_ns), 37):
-        part = take(imu, slice(k, k + 37))
-        said = stage.feed({'ship/imu': part}).get(JOINT_STATES)
-        parts += [] if said is None else [said.position]
-        again = TrochleaStage(scene)
-        again.restore(stage.state())
-        stage = again
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
-
-
 def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
     """At rest at θ it holds while |P b θ + m d g sin(θ + φ₀)| ≤ c₀."""
     torque = FORCE * RATE * 0.01 + 1.2e-4 * G * math.sin(0.01 + 0.7)
@@ -201,51 +182,21 @@ def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
         assert (np.ptp(angles(scene)[1]) == 0.0) == held
 
 
-PENDULUM = {
-    'inertia': 0.01,
-    'cam': {'kind': 'hole', 'lever_rate': 5e-4},
-    'power': {'kind': 'force', 'force': 1e-4},
-    'imbalance': {'moment': 0.04},
-}
-
-
 def test_a_wheel_that_hangs_from_its_axle_is_a_pendulum():
     """T = 4√(I/mgd) K(sin² A/2); the thread of 5e-8 N m a radian changes it by 7e-8."""
-    machine = compile_machine(scene_of(trochlea=PENDULUM))
+    pendulum = {
+        'inertia': 0.01,
+        'cam': {'kind': 'hole', 'lever_rate': 5e-4},
+        'power': {'kind': 'force', 'force': 1e-4},
+        'imbalance': {'moment': 0.04},
+    }
+    machine = compile_machine(scene_of(trochlea=pendulum))
     table = isochronism(machine, [0.1, 1.0, 2.5])
     for amplitude, period in zip(table.amplitude_rad, table.period_s, strict=True):
         quarter = mpmath.ellipk(mpmath.sin(amplitude / 2.0) ** 2)
         expected = 4.0 * math.sqrt(0.01 / (0.04 * G)) * float(quarter)
         assert period == pytest.approx(expected, rel=3e-7)
         assert period < expected
-
-
-@pytest.mark.parametrize('release', [0.1, 1.5])
-def test_at_sea_a_pendulum_is_moved_by_the_whole_of_the_ships_acceleration(release):
-    scene = scene_of(
-        trochlea=PENDULUM | {'release_angle': release}, ship=SEA, duration=20.0,
-        log={'interval': 0.05},
-    )  # fmt: skip
-    times, angle, _ = angles(scene)
-
-    def law(t, y):
-        rho, across, up = ship(t, True)
-        thread = 1e-4 * 5e-4 * (y[0] - rho)
-        return [y[1], -(0.04 * (up * math.sin(y[0]) + across * math.cos(y[0])) + thread) / 0.01]
-
-    rho = wave(np.asarray(times), *ROLL)
-    start = [release + rho[0][0], rho[1][0]]
-    run = solve_ivp(law, (0.0, 20.0), start, 'DOP853', t_eval=times, rtol=1e-13, atol=1e-15)
-    np.testing.assert_allclose(angle, run.y[0] - rho[0], atol=2e-8)
-
-
-def test_the_dial_of_an_unbalanced_clock_counts_its_swings():
-    scene = scene_of(trochlea=UNBALANCED, ship=SEA, duration=60.0, log={'interval': 0.05})
-    times, angle, _ = angles(scene)
-    counted = phases(scene)
-    up = np.cumsum((angle[:-1] < 0.0) & (angle[1:] >= 0.0))
-    np.testing.assert_array_equal(np.floor(counted[1:, 0] / math.tau + 0.25), up)
-    assert times[-1] == pytest.approx(60.0)
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import angles, phases, scene_of
-from thread_references import HELD, SEA, SignedReference, on_land, sampled, swing
+from motion_cases import SEA, on_land, phases, sampled, scene_of
+from thread_references import HELD, SignedReference, swing
 
 from tauto_core.curves.cams.lever_corrected import CorrectedArcLeverGeometry
 from tauto_core.curves.lever_geometry import ArcLeverGeometry
@@ -49,7 +49,7 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     """As `test_motion_real_threads`, whose tolerances these are."""
     thread, more = CASES[name]
     scene = scene_of(
-        trochlea=trochlea(thread), ship=SEA, duration=21.0, log={'interval': 0.3}, **more
+        trochlea=trochlea(thread), ship=SEA, duration=9.0, log={'interval': 0.3}, **more
     )
     machine = compile_machine(scene)
     tail = thread.get('tail', {'mass': 0.0, 'distance': 0.0})
@@ -66,21 +66,6 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=2e-11)
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=2e-10)
     assert np.ptp(found.angle) > 1.0
-
-
-def test_the_fulcrum_to_port_is_the_mirror_image_at_sea():
-    """Mirrored ship, release and lever: every angle changes its sign, but for the rounding."""
-    found = []
-    for side, sign in (('starboard', 1.0), ('port', -1.0)):
-        turned = 0.0 if sign > 0.0 else math.pi
-        waves = [dict(wave, phase=wave['phase'] + turned) for wave in SEA['components']]
-        scene = scene_of(
-            trochlea=trochlea(ARC | {'fulcrum': side}, release_angle=sign),
-            ship=SEA | {'components': waves},
-            duration=60.0,
-        )
-        found.append(angles(scene)[1] * sign)
-    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-12)
 
 
 # T/T₀ at 0.5, 1 and 1.5 rad: shared physics G4; two of the tied lever to port are not given there

@@ -9,22 +9,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import scene_of
+from motion_cases import on_land, scene_of
 from scipy.integrate import solve_ivp
+from test_motion_heat import warmed
 from thread_references import SignedReference
 
 from tauto_core import sail
+from tauto_core.ensembles.budget import _heavier, _larger_cheek
 from tauto_core.machines import LeverMachine, compile_machine
+from tauto_core.motion.real_threads import RealThreads
 from tauto_core.plots.machine import draw_machine
 from tauto_core.scene.errors import SceneError
 
 TURNED = 3e-4
 TIED = {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': TURNED}
 ARC = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': TURNED}
+HANGING = {'kind': 'hanging', 'length': 0.3}
 PORT = {'fulcrum': 'port'}
 UP, DOWN = {'inclination': 0.4}, {'inclination': -0.5}
 CONSTANT = {'kind': 'force', 'force': 0.5}
@@ -153,19 +158,22 @@ def test_its_period_is_that_of_dop853(thread: dict[str, Any], power: dict[str, A
     assert machine.period(1e-4) == pytest.approx(machine.small_period, rel=1e-7)
 
 
-@pytest.mark.parametrize('rolls', [False, True], ids=['land', 'sea'])
 @pytest.mark.parametrize(('thread', 'power'), CASES)
-def test_it_sails_as_dop853_does(
-    thread: dict[str, Any], power: dict[str, Any], *, rolls: bool
-) -> None:
-    """Over four swings with drag, on land and in a case that rolls."""
-    more = {'ship': SEA if power is WEIGHT else HEAVING} if rolls else {}
+def test_it_sails_as_dop853_does(thread: dict[str, Any], power: dict[str, Any]) -> None:
+    """Over four swings with drag, in a case that rolls."""
+    ship = SEA if power is WEIGHT else HEAVING
     sailed = scene(
-        thread, power, duration=6.0, log={'interval': 0.3}, drag={'viscous': 1e-5}, **EXACT, **more
+        thread,
+        power,
+        duration=6.0,
+        log={'interval': 0.3},
+        drag={'viscous': 1e-5},
+        **EXACT,
+        ship=ship,
     )
     machine = compile_machine(sailed)
     assert isinstance(machine, LeverMachine)
-    motion = reference(machine, thread, power['kind'], rolls=rolls, drag=1e-5)
+    motion = reference(machine, thread, power['kind'], rolls=True, drag=1e-5)
     found = sail(sailed).samples['trochlea/joint_states']
     times = 0.3 * np.arange(1, 21)
     wanted = solve_ivp(motion, (0.0, 6.0), [1.2, 0.0], 'DOP853', times, rtol=1e-13, atol=1e-14)
@@ -235,6 +243,44 @@ def test_it_is_drawn_as_it_rests() -> None:
     assert thread.y[-1] == pytest.approx(lever.y[0] + 100.0 * math.sin(0.4))
 
 
+def test_heat_weakens_its_spring() -> None:
+    """The small period grows as 1/√(force); wheel, cam and lever grow alike, by what α says."""
+    steel = compile_machine(scene(ARC, CONSTANT | {'material': 'steel'}))
+    assert isinstance(steel, LeverMachine)
+    hot = steel.at_celsius(40.0)
+    softer = 20.0 * -2.285e-4
+    assert hot.small_period / steel.small_period == pytest.approx(
+        1.0 / math.sqrt(1.0 + softer), rel=1e-9
+    )
+    warm = warmed(on_land(200, 0.02, 10), 0.2, np.full(21, 40.0))
+    found = []
+    for machine, forcing in ((steel, warm), (hot, on_land(200, 0.02, 10))):
+        engine = RealThreads(replace(machine, heat=replace(machine.heat, varies=True)))
+        engine.release(forcing)
+        found.append(engine.advance(forcing).angle)
+    np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-11)
+
+
+def test_a_budget_changes_its_force() -> None:
+    machine = compile_machine(scene(ARC, CONSTANT))
+    assert isinstance(machine, LeverMachine)
+    heavier = _heavier(machine, 1e-4)
+    assert isinstance(heavier, LeverMachine)
+    assert heavier == replace(machine, force=0.5 + 1e-4 * machine.gravity)
+    larger = _larger_cheek(machine, 1e-5)
+    assert isinstance(larger, LeverMachine)
+    assert larger.force == machine.force
+    more = larger.weight_torque / machine.weight_torque - 1.0
+    assert more == pytest.approx(1e-5 / 0.02, rel=0.1)
+
+
+def test_it_is_drawn_with_an_arrow_at_the_end_of_the_lever() -> None:
+    parts = draw_machine(scene(ARC, CONSTANT)).parts
+    (pull,) = (part for part in parts if part.name == 'pull')
+    assert not [part for part in parts if part.name == 'weight']
+    assert float(np.median(pull.x)) == pytest.approx(50.0)
+
+
 @pytest.mark.parametrize(
     ('thread', 'power', 'more', 'key', 'words'),
     [
@@ -255,6 +301,15 @@ def test_it_is_drawn_as_it_rests() -> None:
             'level at rest',
         ),
         (ARC | {'inclination': 1.3}, WEIGHT, {}, 'trochlea.thread.inclination', 'at most 1.2'),
+        (ARC | {'inertia': 0.0}, CONSTANT, {}, 'trochlea.thread.inertia', 'then only the lever'),
+        (
+            ARC | {'tail': {'mass': 0.01, 'distance': 0.05}},
+            CONSTANT,
+            {},
+            'trochlea.thread.tail.mass',
+            'feels no gravity',
+        ),
+        (HANGING, CONSTANT, {}, 'trochlea.power.kind', 'carries a weight'),
         (
             ARC,
             {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 3.0},

@@ -12,16 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, TOO_SMALL_TO_MATTER, phases, scene_of
-from reference_propagator import Reference
 from scipy.integrate import solve_ivp
 
 from tauto_core.api import sail
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import compile_machine
 from tauto_core.motion.forcing import polar
 from tauto_core.samples import JOINT_STATES, PHASE, READING, ImuSamples
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import MotionBuffer
 
 ROLL = [
     {'amplitude': 0.1, 'period': 9.0, 'phase': 0.3},
@@ -68,9 +65,10 @@ def mirrored(imu: ImuSamples) -> ImuSamples:
     )
 
 
-@pytest.mark.parametrize('ship', [ROLLING, SHIP, SEA], ids=['roll', 'roll and heave', 'sea'])
+@pytest.mark.parametrize(
+    ('ship', 'amplitude'), [(SHIP, 1.0), (SEA, 0.02)], ids=['roll and heave', 'sea']
+)
 @pytest.mark.parametrize('name', SYMMETRIC)
-@pytest.mark.parametrize('amplitude', [1.0, 0.02])
 def test_mirror_images_read_alike(name, ship, amplitude):
     sections = dict(SYMMETRIC[name])
     trochlea = sections.pop('trochlea', {})
@@ -78,6 +76,7 @@ def test_mirror_images_read_alike(name, ship, amplitude):
     for release, port in ((amplitude, False), (-amplitude, True)):
         scene = scene_of(
             ship=ship,
+            duration=30.0,
             log={'interval': 1.0},
             trochlea={**trochlea, 'release_angle': release},
             **sections,
@@ -182,7 +181,7 @@ CASES: dict[str, tuple[bool, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize('name', CASES)
-@pytest.mark.parametrize('amplitude', [1.0, -0.3, 0.1, -0.03, 0.01, 0.002, -1e-3, 1e-4])
+@pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.03, -2e-3, 1e-4])
 def test_turns_and_beats_are_those_of_an_independent_integration(name, amplitude):
     """From swings that outweigh the roll tenfold to ones that it outweighs a hundredfold."""
     follows, sections = CASES[name]
@@ -254,41 +253,3 @@ def test_a_wheel_in_a_hung_case_leaves_zero_without_a_beat(phase):
     angle = voyage.angle_rad[voyage.time_s > 0.0]
     passed = np.count_nonzero(np.diff(np.sign(angle)))
     assert 0 < passed == voyage.samples[PHASE].position[-1, 3]
-
-
-@pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.01, -1e-3, 1e-4])
-def test_where_the_wheel_is_felt_half_turns_are_beats(amplitude):
-    """Every propagator of one scene: within a half turn of the beats, the count being one."""
-    runs = {}
-    for drag in ({}, {'drag': TOO_SMALL_TO_MATTER}):
-        scene = scene_of(
-            ship=ROLLING,
-            log={'interval': 0.25},
-            trochlea={'release_angle': amplitude},
-            duration=20.0,
-            **drag,
-        )
-        motion = ShipMotion(scene)
-        stage = TrochleaStage(scene)
-        runs[bool(drag)] = stage.feed({'ship/imu': motion.produce(motion.total)})[PHASE].position
-    machine = compile_machine(scene)
-    buffer = MotionBuffer(
-        apparent_vertical=False,
-        apparent_gravity=False,
-        still=False,
-        step_ns=scene.step_ns,
-        max_gap_s=1.0,
-        stride=1,
-        smooth=True,
-    )
-    buffer.add(ShipMotion(scene).produce(motion.total), scene.starts_at_ns)
-    forcing = buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
-    reference = Reference(machine)
-    reference.release(forcing)
-    third = reference.advance(forcing)
-    for found in runs.values():
-        np.testing.assert_array_equal(found[1:, 3], third.beats)
-        np.testing.assert_array_equal(
-            np.floor(found[1:, 1] + found[1:, 2] + 1e-9), third.half_turns
-        )
-        np.testing.assert_array_equal(found[:, 3], np.floor(found[:, 0] / math.pi + 0.5))

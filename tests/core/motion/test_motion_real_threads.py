@@ -3,31 +3,18 @@
 import json
 import math
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import run, scene_of
-from thread_references import (
-    HELD,
-    SEA,
-    LeverReference,
-    on_land,
-    reference_of,
-    sampled,
-    swing,
-)
+from motion_cases import SEA, on_land, run, sampled, scene_of
+from thread_references import HELD, LeverReference, reference_of, swing
 
-from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import LeverMachine, compile_machine
-from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.motion import make_propagator
 from tauto_core.motion.closed_forms import UnevenWell
 from tauto_core.motion.real_threads import RealThreads
-from tauto_core.samples import JOINT_STATES, PHASE, READING, take
 from tauto_core.scene.errors import PropagationError, SceneError
-from tauto_core.ship import ShipMotion
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
 WHEEL = {
@@ -69,16 +56,16 @@ CASES = {
 
 @pytest.mark.parametrize('name', CASES)
 def test_at_sea_against_dop853_on_the_same_samples(name):
-    """Half a minute: thirty swings. DOP853 at 1e-13 leaves a few 1e-14 rad a swing and event."""
+    """Twelve seconds: twelve swings. DOP853 at 1e-13 leaves a few 1e-14 rad a swing and event."""
     trochlea, more = CASES[name]
-    scene = scene_of(trochlea=trochlea, ship=SEA, duration=30.0, log={'interval': 0.3}, **more)
+    scene = scene_of(trochlea=trochlea, ship=SEA, duration=12.0, log={'interval': 0.3}, **more)
     machine = compile_machine(scene)
     engine, forcing = RealThreads(machine), sampled(scene)
     engine.release(forcing)
     found, exact = engine.advance(forcing), swing(reference_of(machine), forcing)
     np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=2e-11)
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=2e-10)
-    assert found.half_turns[-1] > 40
+    assert found.half_turns[-1] > 15
     assert np.ptp(found.angle) > 1.0
 
 
@@ -89,7 +76,7 @@ def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
     scene = scene_of(
         trochlea={**trochlea, 'release_angle': amplitude},
         ship={**SEA, 'rate': 50.0},
-        duration=20.0,
+        duration=12.0,
         log={'interval': 0.02},
     )
     machine = compile_machine(scene)
@@ -134,10 +121,10 @@ def test_the_swinging_thread_is_that_of_forty_digits():
         assert value == pytest.approx(float(entry['expected'][key]), rel=1e-13, abs=0.0), key
 
 
-def test_a_thousand_swings_of_the_lever_on_land_two_ways():
-    """Steps against action and angle: 1e-12 rad in 5000 steps is their rounding."""
+def test_two_hundred_swings_of_the_lever_on_land_two_ways():
+    """Steps against action and angle, to their rounding."""
     machine = compile_machine(scene_of(trochlea=LEVER))
-    spans = on_land(5000, 0.2)
+    spans = on_land(1000, 0.2)
     steps, well = RealThreads(machine), UnevenWell(machine)
     for found, exact in (
         (steps.release(spans), well.release(spans)),
@@ -150,7 +137,7 @@ def test_a_thousand_swings_of_the_lever_on_land_two_ways():
         np.testing.assert_allclose(found.torque, exact.torque, rtol=0, atol=1e-13)
         np.testing.assert_array_equal(found.half_turns, exact.half_turns)
         np.testing.assert_array_equal(found.beats, exact.beats)
-    assert exact.half_turns[-1] > 1900
+    assert exact.half_turns[-1] > 380
 
 
 @pytest.mark.parametrize('release', [1.0, -1.3])
@@ -166,10 +153,10 @@ def test_the_uneven_well_is_that_of_dop853(release):
 
 @pytest.mark.parametrize('trochlea', [HANGING, LONGER, {**HANGING, 'power': SPRUNG}])
 def test_energy_is_kept_on_land(trochlea):
-    """5000 swings and more: 60 000 steps at the default tolerance lose less than 1e-12 of it."""
+    """A thousand swings and more: 12 000 steps at the default tolerance lose less than 1e-12."""
     machine = compile_machine(scene_of(trochlea=trochlea))
     engine = RealThreads(machine)
-    spans = on_land(25_000, 0.2, every=5_000)
+    spans = on_land(5_000, 0.2, every=1_000)
 
     def energy():
         system, omega, planes = engine._model.system, engine._model.omega, engine._state['planes']
@@ -186,92 +173,6 @@ def test_energy_is_kept_on_land(trochlea):
     )
     engine.advance(spans)
     assert energy() == pytest.approx(start, rel=1e-12)
-
-
-@pytest.mark.parametrize('trochlea', [LEVER, HANGING])
-def test_small_swings_depart_by_the_square_of_the_amplitude(trochlea):
-    """Against the linear solution of the same release: a tenth of the amplitude, a hundredth."""
-    departures = []
-    for amplitude in (0.1, 0.01):
-        machine = compile_machine(scene_of(trochlea={**trochlea, 'release_angle': amplitude}))
-        engine, spans = RealThreads(machine), on_land(100, 0.05)
-        engine.release(spans)
-        time = np.arange(1, 101) * 0.05
-        if isinstance(machine, LeverMachine):
-            linear = np.cos(machine.frequency * time)
-        else:
-            slow, fast, B, B_prime = machine.modes
-            waves = [np.cos(math.sqrt(machine.gravity / b) * time) for b in (slow, fast)]
-            linear = (B * waves[0] - B_prime * waves[1]) / (B - B_prime)
-        departures.append(np.max(np.abs(engine.advance(spans).angle / amplitude - linear)))
-    assert departures[1] == pytest.approx(0.01 * departures[0], rel=0.05)
-
-
-def test_a_long_thread_at_sea_becomes_the_ideal_vertical_one():
-    """g/ω² ≪ l ≪ g/Ω²: a roll of 200 s lets the thread be 20 m to 2 km long (g/Ω² = 10 km).
-
-    What is left falls like 1/l: ω departs by r/(2l), 0.016 rad of phase in 20 s at 20 m.
-    """
-    ship = {
-        'kind': 'components',
-        'components': [{'amplitude': 0.2, 'period': 200.0, 'phase': 0.3}],
-        'height': 3.0,
-    }
-    settings = {'ship': ship, 'duration': 20.0, 'log': {'interval': 1.0}}
-    ideal = run(scene_of(trochlea={**LONGER, 'thread': {'kind': 'vertical'}}, **settings))
-    apart = []
-    for length in (20.0, 200.0, 2000.0):
-        thread = {'kind': 'hanging', 'length': length}
-        found = run(scene_of(trochlea={**LONGER, 'thread': thread}, **settings))
-        difference = found[JOINT_STATES].position - ideal[JOINT_STATES].position
-        apart.append(np.max(np.abs(difference)))
-    assert apart[0] == pytest.approx(0.0157, rel=0.2)
-    np.testing.assert_allclose(apart[1:], np.array(apart[:-1]) / 10.0, rtol=0.1)
-
-
-@pytest.mark.parametrize(
-    'name', ['lever, drag, escapement', 'long thread, drag, escapement', 'lever, drag, recoil']
-)
-def test_chunks_and_resumption_change_no_bit(name):
-    trochlea, more = CASES[name]
-    scene = scene_of(trochlea=trochlea, ship=SEA, duration=20.0, log={'interval': 0.5}, **more)
-    ship = ShipMotion(scene)
-    imu = ship.produce(ship.total)
-    whole = TrochleaStage(scene).feed({'ship/imu': imu})
-    parts = TrochleaStage(scene)
-    rows: dict[str, list[Any]] = {topic: [] for topic in (JOINT_STATES, PHASE, READING)}
-    edges = [0, 1, 7, 100, 101, 250, ship.total]
-    for a, b in pairwise(edges):
-        chosen = np.zeros(ship.total, bool)
-        chosen[a:b] = True
-        for topic, samples in parts.feed({'ship/imu': take(imu, chosen)}).items():
-            rows[topic].append(samples)
-        resumed = TrochleaStage(scene)
-        resumed.restore(parts.state())
-        parts = resumed
-    for topic in (JOINT_STATES, PHASE):
-        found = np.concatenate([each.position for each in rows[topic]])
-        np.testing.assert_array_equal(found, whole[topic].position)
-    found = np.concatenate([each.time_ref_ns for each in rows[READING]])
-    np.testing.assert_array_equal(found, whole[READING].time_ref_ns)
-    assert len(found) == 41
-
-
-def test_the_escapement_holds_the_swing():
-    """A beat's impulse replaces c₁ ∮θ̇ dθ = π c₁ ω A²/2 of a half swing, to the order of 1/Q."""
-    drag, energy = {'viscous': 2e-5}, 5e-5
-    scene = scene_of(
-        trochlea={**LONGER, 'release_angle': 0.5},
-        drag=drag,
-        escapement={'kind': 'impulse', 'energy': energy},
-        duration=400.0,
-        log={'interval': 0.01},
-    )
-    machine = compile_machine(scene)
-    held = math.sqrt(2.0 * energy / (math.pi * 2e-5 * machine.frequency))
-    angle = run(scene)[JOINT_STATES].position[-1000:, 0]
-    # ε = m r²A²/I is 0.02 A², and 1/Q is 0.008
-    assert np.max(np.abs(angle)) == pytest.approx(held, rel=0.02)
 
 
 def test_a_slack_thread_and_the_ends_of_the_geometry_are_errors_with_their_time():
@@ -313,46 +214,6 @@ def test_a_wheel_too_light_for_its_lever_is_refused():
     heavy = {**LEVER, 'inertia': 1e-8}
     with pytest.raises(PropagationError, match='Use a heavier wheel'):
         RealThreads(compile_machine(scene_of(trochlea=heavy)))
-
-
-@pytest.mark.parametrize(
-    ('trochlea', 'more', 'still', 'name'),
-    [
-        (LEVER, {}, True, 'action_angle'),
-        (LEVER, {}, False, 'collocation'),
-        (LEVER, HELD, True, 'collocation'),
-        (HANGING, {}, True, 'collocation'),
-    ],
-)
-def test_the_cheapest_exact_propagator_runs(trochlea, more, still, name):
-    machine = compile_machine(scene_of(trochlea=trochlea, **more))
-    assert propagator_name(machine, still=still) == name
-    assert make_propagator(machine, still=still).name == name
-
-
-def test_the_sign_of_the_release_turns_the_swinging_thread_round():
-    """The equations are odd: mirrored, bit for bit."""
-    spans, found = on_land(40, 0.25), []
-    for release in (1.2, -1.2):
-        machine = compile_machine(scene_of(trochlea={**HANGING, 'release_angle': release}))
-        engine = RealThreads(machine)
-        engine.release(spans)
-        found.append(engine.advance(spans))
-    np.testing.assert_array_equal(found[0].angle, -found[1].angle)
-    np.testing.assert_array_equal(found[0].half_turns, found[1].half_turns)
-
-
-def test_steps_of_half_the_length_change_nothing():
-    """What the default tolerance leaves, against 1e-15: 1e-10 rad in a minute at sea."""
-    for trochlea in (LEVER, LONGER):
-        scene = scene_of(trochlea=trochlea, ship=SEA, duration=60.0, log={'interval': 2.0})
-        machine, forcing = compile_machine(scene), sampled(scene)
-        ends = []
-        for tolerance in (None, 1e-15):
-            engine = RealThreads(machine, tolerance)
-            engine.release(forcing)
-            ends.append(engine.advance(forcing).angle)
-        np.testing.assert_allclose(ends[0], ends[1], rtol=0, atol=1e-10)
 
 
 def test_damping_of_the_lean_only_takes_energy_and_at_the_rate_of_the_ratio():

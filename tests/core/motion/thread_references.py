@@ -1,7 +1,5 @@
 """Sully's lever and the swinging thread by SciPy's DOP853, written from the Lagrangians.
 
-Scenes and forcing that several tests share stand here too.
-
 Nothing is shared with the engine but the polynomials of the ship's motion. The lever is found by
 Newton's method from |B − A| = AB and moves in θ and its momentum; the weight on the thread is a
 mass at a place.
@@ -17,49 +15,11 @@ from scipy.integrate import solve_ivp
 
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.machines import LeverMachine
-from tauto_core.motion import Forcing
-from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import MotionBuffer
 
-SEA = {
-    'kind': 'components',
-    'components': [
-        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
-        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
-    ],
-    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
-    'height': 2.5,
-}
 HELD = {
     'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
 }
-
-
-def on_land(count: int, step_s: float, every: int = 1) -> Forcing:
-    """Spans of one length, every so many of them logged."""
-    return Forcing(
-        length_s=np.full(count, step_s),
-        begin=np.zeros(count),
-        end=np.ones(count),
-        end_ns=np.round(np.arange(1, count + 1) * step_s * 1e9).astype(np.int64),
-        logged=np.arange(1, count + 1) % every == 0,
-    )
-
-
-def sampled(scene: Any, stride: int = 2) -> Any:
-    """The piecewise polynomials of a scene's ship."""
-    ship = ShipMotion(scene)
-    buffer = MotionBuffer(
-        apparent_vertical=True,
-        apparent_gravity=True,
-        still=False,
-        step_ns=scene.step_ns,
-        max_gap_s=1.0,
-        stride=stride,
-    )
-    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
-    return buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
 
 
 class Outside:
