@@ -42,13 +42,18 @@ def states_of(scene: Scene):
 
 
 def departures(seed: int, **keys) -> np.ndarray:
-    heights = [state.height for state in states_of(scene_of(OWN, seed=seed, **keys))]
-    return np.log(np.array(heights) / 2.0) / 0.4
+    return departures_of(scene_of(OWN, seed=seed, **keys))
+
+
+def departures_of(scene: Scene) -> np.ndarray:
+    return np.log(np.array([state.height for state in states_of(scene)]) / 2.0) / 0.4
 
 
 @pytest.fixture(scope='module')
 def of_60_seeds() -> np.ndarray:
-    return np.array([departures(seed) for seed in range(60)])
+    scene = scene_of(OWN)  # to load it takes longer than to draw its seas
+    seeds = (scene.model_copy(update={'seed': seed}) for seed in range(60))
+    return np.array([departures_of(each) for each in seeds])
 
 
 def test_the_height_is_log_normal_with_the_memory_that_was_asked_for(of_60_seeds):

@@ -43,7 +43,7 @@ def assert_same(a: ImuSamples, b: ImuSamples) -> None:
         np.testing.assert_array_equal(getattr(a, field.name), getattr(b, field.name))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(kind=st.sampled_from(sorted(KINDS)), counts=st.lists(st.integers(1, 700), max_size=12))
 def test_bits_do_not_depend_on_the_split_nor_on_a_resume(kind, counts):
     scene = scene_of(kind)

@@ -177,7 +177,6 @@ class RhumbLeg:
 
     def course(self, part: float) -> float:
         """Return the constant course."""
-        del part
         return math.radians(self.course_deg)
 
 

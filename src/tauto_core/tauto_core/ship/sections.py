@@ -111,7 +111,6 @@ class SpectrumTable(Section):
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the problems of its rows; the rate is checked once the speed is known."""
-        del rate_hz
         yield from _rising('ship.sea.frequency', self.frequency, 'Hz')
         yield from _as_many('ship.sea.energy_density', self.energy_density, len(self.frequency))
         if not any(self.energy_density):

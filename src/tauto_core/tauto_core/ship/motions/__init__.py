@@ -221,7 +221,6 @@ class ShipKind(Kind):
         Raises:
             SceneError: keys or files that are wrong.
         """
-        del origin
         return ship
 
     def channels(self, scene: Surroundings) -> Channels:
@@ -235,7 +234,6 @@ class ShipKind(Kind):
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
         """Return the metadata for reports and bags, where `reported_as` names it."""
-        del scene
         return {}
 
     def roughest(self, scene: Surroundings) -> ShipKind:
@@ -243,7 +241,6 @@ class ShipKind(Kind):
 
         Its channels are harmonics.
         """
-        del scene
         return self
 
     def worst_seas(self, scene: Surroundings) -> tuple[WorstSea, ...]:
@@ -255,12 +252,10 @@ class ShipKind(Kind):
 
     def seas_at_start(self, scene: Surroundings) -> tuple[ShipKind, ...]:
         """Return the ship in each sea that it may meet first; their channels are harmonics."""
-        del scene
         return (self,)
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
         """Yield the badly known numbers of the ship, with their ranges."""
-        del scene
         return iter(())
 
     @property
@@ -270,7 +265,6 @@ class ShipKind(Kind):
 
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship in the same waves with another roll, if `roll_scales`."""
-        del factor
         return self
 
     def files(self) -> Iterator[tuple[str, str, bool]]:
@@ -313,7 +307,6 @@ class StillShip(ShipKind):
 
     def channels(self, scene: Surroundings) -> Channels:
         """Return no motion."""
-        del scene
         return Channels()
 
     @property
@@ -358,7 +351,6 @@ class ComponentsShip(ShipKind):
 
     def channels(self, scene: Surroundings) -> Channels:
         """Return the harmonics."""
-        del scene
         heave = None if self.heave is None else _harmonics(self.heave)
         metadata = {'components': len(self.components), 'heave': self.heave is not None}
         return Channels(_harmonics(self.components), heave, metadata=metadata)

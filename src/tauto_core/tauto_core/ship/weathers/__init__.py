@@ -114,7 +114,6 @@ class WeatherKind(Kind):
         Args:
             rate_hz: samples of the motion a second.
         """
-        del rate_hz
         return iter(())
 
     def facts(self) -> dict[str, object]:
@@ -123,7 +122,6 @@ class WeatherKind(Kind):
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
         """Return warnings about it for the user before sailing."""
-        del setting
         return ()
 
 
@@ -569,7 +567,6 @@ class RecordWeather(WeatherKind):
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the problems of its lists; the rate is checked once the speed is known."""
-        del rate_hz
         if not self.time:
             yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
         for name in ('significant_wave_height', 'peak_period', 'waves_to'):
@@ -592,7 +589,6 @@ class RecordWeather(WeatherKind):
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
         """Return a warning of rows without a direction where the route is followed."""
-        del setting
         number = self.rows_without_direction
         if not number:
             return ()

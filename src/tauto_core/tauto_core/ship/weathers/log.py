@@ -353,7 +353,6 @@ class HindcastWeather(WeatherKind):
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the problems of its lists; the rate is checked once the speed is known."""
-        del rate_hz
         if len(self.seas) != len(self.time):
             problem = f'has {len(self.seas)} rows for {len(self.time)} times'
             yield Problem('ship.weather.seas', ABSENT, problem, 'Give one for each time.')
