@@ -317,18 +317,14 @@ def time_unit(length_s: float) -> tuple[float, str]:
     return 1.0, 's'
 
 
-def _clock_axis(voyage: Voyage) -> tuple[float, str]:
-    """Return the unit [s] of the time axis, and its label."""
-    size, unit = time_unit(float(voyage.time_s[-1]) if len(voyage.time_s) else 0.0)
-    return size, f'time [{unit}]'
-
-
 def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) -> Chart:
-    """Return a chart over the whole voyage, with its events marked."""
-    unit, label = _clock_axis(voyage)
-    found, note = _marks(voyage, 0.0, float(voyage.time_s[-1]))
+    """Return a chart of lines over the whole voyage [s], with its events marked."""
+    end_s = float(voyage.time_s[-1])
+    unit, name = time_unit(end_s)
+    found, note = _marks(voyage, 0.0, end_s)
     marks = [Mark(each.x / unit, each.name) for each in found]
-    made = Chart(title, label, y_label, lines, marks=marks)
+    scaled = [replace(line, x=line.x / unit) for line in lines]
+    made = Chart(title, f'time [{name}]', y_label, scaled, marks=marks)
     if (limits := made.y_limits()) is not None:
         bands = [line for line in lines if line.kind == 'band' and line.high is not None]
         low = min(float(np.min(line.y)) for line in bands)
@@ -352,12 +348,12 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
         named = [(passage.sails_ns, 'sails'), (passage.arrives_ns, 'arrives')]
         named += [(at_ns, 'landfall') for at_ns in passage.landfalls_ns[:-1]]
     met = weather(scene)
-    highest = max(met, key=lambda state: state.height) if len(met) > 2 else None
+    highest = max(met, key=lambda state: state.height, default=None)
     # a storm is twice as high as the median
-    if highest is not None and highest.height < 2.0 * median(each.height for each in met):
-        highest = None
-    if highest is not None:
+    if highest and len(met) > 2 and highest.height >= 2.0 * median(each.height for each in met):
         named.append((highest.at_ns, 'storm'))
+    else:
+        highest = None
     found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
     changes = [
         Mark((after.at_ns + shift_ns) / NS_PER_S)
@@ -376,8 +372,7 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
 
 
 def _error(voyage: Voyage) -> Chart:
-    unit, _ = _clock_axis(voyage)
-    time = voyage.time_s / unit
+    time = voyage.time_s
     return _over_time(
         voyage,
         'Error of the clock',
@@ -388,7 +383,7 @@ def _error(voyage: Voyage) -> Chart:
             _line('dial', time, voyage.clock_error_s),
             Line(
                 'observed',
-                voyage.observation_time_s / unit,
+                voyage.observation_time_s,
                 voyage.observed_error_s,
                 'grey',
                 'points',
@@ -398,8 +393,7 @@ def _error(voyage: Voyage) -> Chart:
 
 
 def _drift(voyage: Voyage) -> Chart:
-    unit, _ = _clock_axis(voyage)
-    time = voyage.time_s / unit
+    time = voyage.time_s
     zero = np.zeros_like(time)
     return _over_time(
         voyage,
@@ -414,7 +408,6 @@ def _drift(voyage: Voyage) -> Chart:
 
 def _rate(voyage: Voyage) -> Chart:
     """Return the mean rate of the dial over pieces that no event lies within, as steps."""
-    unit, _ = _clock_axis(voyage)
     time, error = voyage.time_s, voyage.clock_error_s
     last = len(time) - 1
     marks, _ = _marks(voyage, 0.0, float(time[-1]))
@@ -435,11 +428,11 @@ def _rate(voyage: Voyage) -> Chart:
         'Rate of the clock',
         'rate [s/day], fast is positive',
         [
-            _band('estimate ± 1σ', time / unit, estimated, sigma),
-            _line('estimated', time / unit, estimated, 'orange'),
+            _band('estimate ± 1σ', time, estimated, sigma),
+            _line('estimated', time, estimated, 'orange'),
             Line(
                 'dial, mean of each step',
-                np.repeat(time[edges], 2)[1:-1] / unit,
+                np.repeat(time[edges], 2)[1:-1],
                 np.repeat(measured, 2),
             ),
         ],
@@ -453,14 +446,12 @@ def _temperature(voyage: Voyage) -> Chart:
             f'temperature: {voyage.scene.name} has no air, or the bag no ship/temperature. Write '
             '`air: …` in the scene, or draw error or rate'
         )
-    unit, _ = _clock_axis(voyage)
-    line = _line('', voyage.time_s / unit, celsius)
+    line = _line('', voyage.time_s, celsius)
     return _over_time(voyage, "Temperature in the clock's box", 'temperature [°C]', [line])
 
 
 def _longitude(voyage: Voyage) -> Chart:
-    unit, _ = _clock_axis(voyage)
-    time = voyage.time_s / unit
+    time = voyage.time_s
     error = voyage.longitude_error_nmi
     if len(error) != len(time):
         raise UsageError('longitude: the bag has no longitude for some readings. Draw error')
@@ -477,7 +468,6 @@ def _longitude(voyage: Voyage) -> Chart:
 
 
 def _amplitude(voyage: Voyage) -> Chart:
-    unit, _ = _clock_axis(voyage)
     _needs(voyage.angle_rad, 'amplitude', 'the wheel')
     every = max(len(voyage.time_s) // 500, 1)
     time, angle, rate = (
@@ -491,7 +481,7 @@ def _amplitude(voyage: Voyage) -> Chart:
         size = np.array([amplitude_of(machine, each) for each in energy.tolist()])
         name = 'amplitude'
     of = 'arc [m]' if isinstance(machine, FluidPendulum) else 'angle [rad]'
-    return _over_time(voyage, 'Amplitude of the swing', of, [Line(name, time / unit, size)])
+    return _over_time(voyage, 'Amplitude of the swing', of, [Line(name, time, size)])
 
 
 def _phase(voyage: Voyage) -> Chart:

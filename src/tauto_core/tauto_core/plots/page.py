@@ -235,6 +235,12 @@ STORY = ('error', 'weather', 'rate')
 MAP_WIDTH, PAGE_MAP_RATIO = 1000.0, 1.8
 LEAST_MAP_DEG = 0.1
 """Without land in sight a voyage has a map if its tracks are longer than this [°]."""
+MARKS = (
+    ('by the dial', 'blue', 'where the dial puts her'),
+    ('corrected', 'orange', 'where her navigator believes her, ± 1σ'),
+    ('the ship', 'green', 'where she is'),
+)
+"""The moving marks of the map, from below: name of the track, its colour, and its key."""
 _MARKER_STEPS = 240
 
 
@@ -358,24 +364,16 @@ def _map_section(
     if shown_deg < LEAST_MAP_DEG and not land(view.frame):
         # a ship that stays where there is no land; her map would be an empty sea
         return '', None
-    marks = [
-        (name, colour)
-        for name, colour in (
-            ('by the dial', 'blue'),
-            ('corrected', 'orange'),
-            ('the ship', 'green'),
-        )
-        if name in tracks
-    ]
+    marks = [each for each in MARKS if each[0] in tracks]
     moving = ''.join(
         f'<g id="mark-{colour}" class="mark"><circle r="9" fill="var(--{colour})" '
         f'stroke="var(--paper)" stroke-width="2"/></g>'
-        for _, colour in marks
+        for _, colour, _ in marks
     )
     which = np.linspace(0, len(tracks['the ship'].x) - 1, _MARKER_STEPS).round().astype(int)
     shown = map_samples(voyage)
     found = {'day': _rounded(voyage.time_s[shown][which] / DAY_S, 3)}
-    for name, colour in marks:
+    for name, colour, _ in marks:
         x, y = view.place(tracks[name].x[which], tracks[name].y[which])
         found |= {f'{colour}_x': _rounded(x, 1), f'{colour}_y': _rounded(y, 1)}
     if len(marks) > 1:
@@ -385,17 +383,8 @@ def _map_section(
             ('sigma_nmi', voyage.longitude_sigma_nmi),
         ):
             found[name] = _rounded(miles[shown][which], 2)
-    keys = _keys(
-        [
-            (words, colour, 'line')
-            for name, colour, words in (
-                ('the ship', 'green', 'where she is'),
-                ('by the dial', 'blue', 'where the dial puts her'),
-                ('corrected', 'orange', 'where her navigator believes her, ± 1σ'),
-            )
-            if name in tracks
-        ]
-    )
+    # the ship, whose mark is the last to be drawn, is named first
+    keys = _keys([(words, colour, 'line') for _, colour, words in [*marks[-1:], *marks[:-1]]])
     picture = (
         f'<svg viewBox="0 0 {view.width:g} {view.height:g}" role="img" '
         f'aria-label="{escape(of.described)}">{view.ground()}{view.tracks()}{view.names()}'
