@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_pieces import feeds
 from scipy.linalg import expm
 from scipy.optimize import brentq
-from scipy.stats import chi2
 
 from benchmarks.whole_run import covariance, means
 from tauto_core.navigation import (
@@ -235,52 +235,6 @@ def test_in_port_the_coefficients_stay_where_they_are_and_say_so():
     assert np.sqrt(calm.xx[0]) > spread
 
 
-def test_at_sea_they_are_learned():
-    model = ClockModel(0.5, 1000.0 / DAY, coefficients=(Coefficient('heave', 1.0, 0.05),))
-    rng, truth = np.random.default_rng(5), np.array([3.0 / DAY, 1.08])
-    way = daily(28, [[0.02 * HEAVY]] * 14 + [[HEAVY]] * 14, model, truth, rng)
-    sigma = np.sqrt(way.states.heave_heave)
-    assert sigma[14] == pytest.approx(0.05, rel=1e-3)
-    assert sigma[-1] < 0.005
-    assert abs(way.states.heave[-1] - 1.08) < 3.0 * sigma[-1]
-    assert way.states.y[-1] * DAY == pytest.approx(3.0, abs=3.0 * np.sqrt(way.states.yy[-1]) * DAY)
-
-
-def test_errors_are_as_large_as_the_filter_says():
-    """Seas, rates and coefficients drawn anew: eT P^-1 e is chi-squared with four freedoms."""
-    known = (Coefficient('heave', 1.0, 0.05), Coefficient('roll', 0.0, 0.02))
-    model = ClockModel(0.5, 10.0 / DAY, coefficients=known)
-    runs, days, total = 200, 30, 0.0
-    _, q = step_of(DAY, model)
-    scale = np.diag([1.0, DAY])
-    root = np.linalg.inv(scale) @ np.linalg.cholesky(scale @ q[:2, :2] @ scale)
-    for seed in range(runs):
-        rng = np.random.default_rng(seed)
-        first = prior(model)
-        truth = rng.normal([0.0, 0.0], np.sqrt([first.xx, first.yy]))
-        k = rng.normal([c.value for c in known], [c.sigma for c in known])
-        heave = HEAVY * np.exp(rng.normal(0.0, 0.7, days))
-        roll = 0.01 * np.exp(rng.normal(0.0, 0.7, days))
-        integrals = np.cumsum(np.column_stack((heave, roll)) * DAY, axis=0)
-        phases = np.empty(days)
-        for day in range(days):
-            grown = integrals[day] - (integrals[day - 1] if day else 0.0)
-            truth = np.array([truth[0] + DAY * truth[1] + grown @ k, truth[1]])
-            truth = truth + root @ rng.normal(size=2)
-            phases[day] = truth[0] + rng.normal(0.0, 0.5)
-        stamps = (np.arange(1, days + 1) * DAY * 1e9).astype(np.int64).tolist()
-        start = Known(0, first, integrals_s=(0.0, 0.0))
-        way = filter_phases(start, stamps, phases.tolist(), model, integrals_s=integrals.tolist())
-        at = [0, 1, 3, 4]
-        wrong = means(way.states, NAMES)[-1, at] - np.concatenate((truth, k))
-        units = np.array([1.0, DAY, 1.0, 1.0])
-        p = covariance(way.states, NAMES)[-1][np.ix_(at, at)] * np.outer(units, units)
-        total += float((wrong * units) @ np.linalg.solve(p, wrong * units))
-    # two-sided at 1e-4: a seeded ensemble, so it passes always or never
-    low, high = (chi2.ppf(each, 4 * runs) for each in (5e-5, 1 - 5e-5))
-    assert low < total < high
-
-
 # -----------------------------------------------------------------------------
 # The regressors of the motion: closed forms, chunks, sensors, gaps, and the drift stage.
 
@@ -431,17 +385,6 @@ def run(stage, feeds):
         topic: join([batches[topic] for batches in said if topic in batches])
         for topic in stage.outputs
     }
-
-
-@st.composite
-def feeds(draw, topics):
-    queues = {}
-    for topic, samples in topics.items():
-        cuts = draw(st.lists(st.integers(0, len(samples.stamp_ns)), max_size=6))
-        edges = [0, *sorted(cuts), len(samples.stamp_ns)]
-        queues[topic] = [take(samples, slice(a, b)) for a, b in pairwise(edges)]
-    order = draw(st.permutations([topic for topic, parts in queues.items() for _ in parts]))
-    return [{topic: queues[topic].pop(0)} for topic in order]
 
 
 STAGED = scene_of()

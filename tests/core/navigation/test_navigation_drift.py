@@ -1,11 +1,10 @@
 """The drift stage: joins, order of arrival, chunks, resuming, refusals."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_pieces import feeds, split
 
 from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, drift
 from tauto_core.navigation.kalman import Estimate
@@ -76,22 +75,6 @@ def assert_same(one, other):
         np.testing.assert_array_equal(one[topic].stamp_ns, other[topic].stamp_ns, strict=True)
     np.testing.assert_array_equal(one[ESTIMATE].position, other[ESTIMATE].position, strict=True)
     np.testing.assert_array_equal(one[CORRECTED].time_ref_ns, other[CORRECTED].time_ref_ns)
-
-
-def split(samples, cuts):
-    edges = [0, *sorted(cuts), len(samples.stamp_ns)]
-    return [take(samples, slice(a, b)) for a, b in pairwise(edges)]
-
-
-@st.composite
-def feeds(draw, topics):
-    """The topics in random pieces, each in its order, interleaved at random."""
-    queues = {
-        topic: split(samples, draw(st.lists(st.integers(0, len(samples.stamp_ns)), max_size=8)))
-        for topic, samples in topics.items()
-    }
-    order = draw(st.permutations([t for t, parts in queues.items() for _ in parts]))
-    return [{topic: queues[topic].pop(0)} for topic in order]
 
 
 SCENES = {states: scene_of(states=states) for states in (2, 3)}

@@ -88,74 +88,6 @@ def test_filter_is_the_textbook_filter(states):
     np.testing.assert_allclose(covariance(last), p, rtol=0, atol=1e-11)
 
 
-@pytest.mark.parametrize('states', [2, 3])
-def test_without_noise_it_is_weighted_least_squares(states):
-    model = ClockModel(0.5, 10.0 / DAY, states, 0.0, 0.0)
-    rng = np.random.default_rng(2)
-    stamps = whole_ns(np.cumsum(rng.uniform(0.5, 1.5, 15)) * DAY)
-    times = np.array(stamps) / 1e9
-    phases = 3.0 + times * 4.0 / DAY + rng.normal(0.0, 0.5, 15)
-    start = prior(model)
-    known = run(start, stamps, phases, model)
-    # The state at the start, with its prior as further observations, in days
-    scale = np.array([1.0, 1.0 / DAY, 1.0 / DAY**2])[:states]
-    design = np.column_stack([np.ones(15), times / DAY, 0.5 * (times / DAY) ** 2])[:, :states]
-    sigmas = np.sqrt([start.xx, start.yy, start.dd])[:states] / scale
-    rows = np.vstack((design / 0.5, np.diag(1.0 / sigmas)))
-    solution = np.linalg.lstsq(rows, np.append(phases / 0.5, np.zeros(states)), rcond=None)[0]
-    spread = np.linalg.inv(rows.T @ rows)
-    end = times[-1] / DAY
-    move = np.array([[1.0, end, end**2 / 2], [0.0, 1.0, end], [0.0, 0.0, 1.0]])[:states, :states]
-    last = Estimate(*(values[-1] for values in known))
-    units = np.outer(scale, scale)
-    # 1e-9: condition of the normal equations (about 1e5) times rounding
-    np.testing.assert_allclose(last[:states], move @ solution * scale, rtol=1e-9)
-    np.testing.assert_allclose(
-        covariance(last)[:states, :states], move @ spread @ move.T * units, rtol=1e-9
-    )
-
-
-def test_two_days_by_hand():
-    # Prior N(0, 1), observation z = 3 with R = 1 at once: half way, half the variance
-    model = ClockModel(1.0, 1.0 / DAY, 2, 0.0, 0.0)
-    half = update(prior(model)._replace(xx=1.0), 3.0, 1.0)
-    assert half[:2] == (1.5, 0.0)
-    assert half.xx == 0.5
-    # a day later the rate's variance has come on top
-    later = predict(half, DAY, model)
-    assert later.xx == pytest.approx(0.5 + 1.0, rel=1e-15)
-    assert later.xy == pytest.approx(1.0 / DAY, rel=1e-15)
-
-
-@pytest.mark.parametrize('states', [2, 3])
-def test_errors_and_innovations_are_as_large_as_the_filter_says(states):
-    model = ClockModel(0.5, 10.0 / DAY, states, 1e-7, 1e-17, 1e-29 if states == 3 else 0.0)
-    runs, n = 200, 30
-    rng = np.random.default_rng(3)
-    f, q = van_loan(DAY, model)
-    start = prior(model)
-    root_p = np.sqrt(np.diag(covariance(start)))
-    scale = np.diag([1.0, DAY, DAY**2])
-    root_q = np.linalg.inv(scale) @ np.linalg.cholesky(scale @ q @ scale + 1e-30 * np.eye(3))
-    if states == 2:
-        root_q[2] = 0.0
-    nees = nis = 0.0
-    for _ in range(runs):
-        truth, now = root_p * rng.normal(size=3), start
-        for _ in range(n):
-            truth = f @ truth + root_q @ rng.normal(size=3)
-            z = truth[0] + rng.normal(0.0, 0.5)
-            ahead = predict(now, DAY, model)
-            nis += (z - ahead.x) ** 2 / (ahead.xx + 0.25)
-            now = update(ahead, z, 0.25)
-        miss = (truth - np.array(now[:3]))[:states]
-        nees += miss @ np.linalg.solve(covariance(now)[:states, :states], miss)
-    # Two-sided at 1e-4: a seeded ensemble, so it passes always or never
-    for total, freedom in ((nees, runs * states), (nis, runs * n)):
-        low, high = chi2.ppf(np.array([5e-5, 1 - 5e-5]), freedom)
-        assert low < total < high
-
-
 @settings(max_examples=60, deadline=None)
 @given(
     st.lists(
@@ -388,12 +320,12 @@ def test_late_observations_end_in_the_state_of_their_order(data):
     count = data.draw(st.integers(1, 30))
     rng = np.random.default_rng(count)
     phases = (rng.normal(0.0, 0.5, count) + 200.0 * (rng.random(count) < 0.2)).tolist()
-    stamps = days(count)
+    stamps, sigmas = days(count), rng.choice([0.5, 60.0], count).tolist()
     order = data.draw(st.permutations(range(count)))
     track = Track(start_of(model), model)
     for k in order:
-        track.use([stamps[k]], [phases[k]])
-    whole = filter_phases(start_of(model), stamps, phases, model)
+        track.use([stamps[k]], [phases[k]], [sigmas[k]])
+    whole = filter_phases(start_of(model), stamps, phases, model, sigmas)
     assert track.last == whole.after(count)
     assert track.count(REFUSED) == np.count_nonzero(whole.fate == REFUSED)
     assert track.count(REOPENED) == np.count_nonzero(whole.fate == REOPENED)
@@ -450,17 +382,6 @@ def test_observations_count_by_the_sigma_of_each():
     assert found.estimate.x == pytest.approx(offset + rate * stamps[-1] / 1e9, rel=1e-8)
     assert found.estimate.y == pytest.approx(rate, rel=1e-8)
     assert found.estimate.yy == pytest.approx(covariance[1, 1], rel=1e-6)
-
-
-def test_a_late_observation_keeps_its_sigma():
-    model = model_of()
-    stamps, phases, sigmas = days(5), [1.0, 2.0, 3.0, 4.0, 5.0], [0.5, 60.0, 0.5, 60.0, 0.5]
-    whole = Track(start_of(model), model)
-    whole.use(stamps, phases, sigmas)
-    late = Track(start_of(model), model)
-    late.use(stamps[:3] + stamps[4:], phases[:3] + phases[4:], sigmas[:3] + sigmas[4:])
-    late.use([stamps[3]], [phases[3]], [sigmas[3]])
-    assert late.last == whole.last
 
 
 # -----------------------------------------------------------------------------

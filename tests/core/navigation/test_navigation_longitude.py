@@ -1,12 +1,12 @@
 """The route, the longitude by the clock, and the prize."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from in_pieces import feeds
 
 from tauto_core.navigation import (
     ERROR_NAMES,
@@ -99,15 +99,6 @@ def test_harrisons_h4_at_jamaica():
     assert said[LONGITUDE_FIX].latitude[0] == 18.0
 
 
-def test_east_variance_is_the_clocks():
-    said = LongitudeStage(SCENE).feed(topics([1], 0.0, 0.0, 2.0, latitude=60.0))
-    covariance = said[LONGITUDE_FIX].position_covariance[0].reshape(3, 3)
-    # 463.8 m/s on the equator (domain.md 4), half of it at 60 degrees, to four digits
-    assert math.sqrt(covariance[0, 0]) == pytest.approx(463.8, rel=1e-4)
-    assert covariance[1, 1] == covariance[2, 2] == 1.0
-    assert np.count_nonzero(covariance) == 3
-
-
 def test_the_cosine_of_a_latitude_has_the_same_bits_wherever_it_stands():
     degrees = np.random.default_rng(1).uniform(-90.0, 90.0, 1001)
     for first in range(9):
@@ -124,6 +115,9 @@ def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
     fix = said[LONGITUDE_FIX]
     second = math.radians(15.0 / 3600.0) * 6_378_137.0 * math.cos(math.radians(latitude))
     np.testing.assert_allclose(fix.position_covariance[:, 0], (1.5 * second) ** 2, rtol=1e-12)
+    # 1 m² to the north and upwards, which no clock tells; not correlated
+    np.testing.assert_array_equal(fix.position_covariance[:, [4, 8]], 1.0)
+    assert np.count_nonzero(fix.position_covariance) == 2 * 3
     # nautical miles of a globe whose equator is 21600 arc minutes
     miles = 1.5 * second / (2.0 * math.pi * 6_378_137.0 / 21_600.0)
     assert errors_of(said)['sigma_nmi'] == pytest.approx(miles, rel=1e-12)
@@ -154,17 +148,6 @@ def test_wrapped_longitudes_are_in_range_and_the_same_place(degrees):
     assert math.remainder(wrapped - degrees, 360.0) == pytest.approx(0.0, abs=1e-9)
     if -180.0 <= degrees < 180.0:
         assert wrapped == degrees
-
-
-@st.composite
-def feeds(draw, parts):
-    queues = {}
-    for topic, samples in parts.items():
-        n = len(samples.stamp_ns)
-        edges = [0, *sorted(draw(st.lists(st.integers(0, n), max_size=6))), n]
-        queues[topic] = [take(samples, slice(a, b)) for a, b in pairwise(edges)]
-    order = draw(st.permutations([t for t, queue in queues.items() for _ in queue]))
-    return [{topic: queues[topic].pop(0)} for topic in order]
 
 
 def gathered(said):
