@@ -18,16 +18,7 @@ import numpy as np
 import tauto_core as tauto
 from tauto_core.plots.contents import chart, seaway, window
 from tauto_core.plots.machine import draw_machine
-from tauto_core.plots.scenery import (
-    SHIP_HEIGHT,
-    SHIP_WIDTH,
-    WATER,
-    WAVE,
-    MapView,
-    dial,
-    ship,
-    variables,
-)
+from tauto_core.plots.page import SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
 from tauto_core.samples import FloatArray
 from tauto_core.scene.times import DAY_S
 from tauto_core.wording import counted
@@ -37,6 +28,10 @@ HELD = 0.12
 """Share of the loop for which the end is held."""
 SPEED = 2.0
 """Speed at which the ship moves."""
+WATER = 175.0
+"""Height of still water in the picture of the ship, from above; she rolls about its middle."""
+WAVE = 4.0
+"""Units to a metre of heave."""
 FRAMES = 48
 WIDTH, HEIGHT = 800.0, 400.0
 COUNTED = 16

@@ -21,13 +21,13 @@ from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.plots.chart import Chart, Line, Mark
 from tauto_core.plots.contents import chart
 from tauto_core.plots.page import (
+    INK,
     MOST_PARTS,
     animation,
     interactive,
     report_html,
     write_report,
 )
-from tauto_core.plots.scenery import INK
 
 LARGEST_BYTES = 2_500_000
 TAB, ENTER, RIGHT, END, HOME, DOWN = 9, 13, 39, 35, 36, 40
