@@ -322,8 +322,9 @@ def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path
     own = load_scene(
         'esperance_to_the_cape', **{'ship.weather.background_swell': swell, 'air': ABSENT}
     )
-    found = make_trial(path, [('own', own)], ALL)
-    scene, _ = found.rules.scene(found.rules.clocks[0], Sailing(2, found.passages[2]))
+    tried = TriedClock('own', own.name, trials._content(own, 'own'))
+    *_, passage = read_passages(path)
+    scene, _ = Rules((tried,), own.seed, 14.0).scene(tried, Sailing(2, passage))
     assert scene.ship.weather.background_swell.model_dump() == swell
 
 
