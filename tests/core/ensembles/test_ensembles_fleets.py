@@ -384,7 +384,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     """The worker is killed with the first ship under way, the scheduler with the fourth."""
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
-    monkeypatch.setattr(workers, 'ASK_S', 2.0)
+    monkeypatch.setattr(workers, 'ASK_S', 0.2)
     monkeypatch.setattr(stored, 'EVERY_S', 0.0)
     with ExitStack() as running:
         start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
