@@ -348,6 +348,45 @@ def noise_of(model: ClockModel) -> tuple[float, float, float]:
     return model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
 
 
+def ahead_three(
+    now: tuple[Real, ...], t: Real, q1: float, q2: float, q3: float
+) -> tuple[Real, ...]:
+    """Return x, y, d, xx, xy, xd, yy, yd, dd after a time t [s] (see the module)."""
+    x, y, d, xx, xy, xd, yy, yd, dd = now
+    h = 0.5 * t * t
+    fxx = xx + t * xy + h * xd
+    fxy = xy + t * yy + h * yd
+    fxd = xd + t * yd + h * dd
+    fyy = yy + t * yd
+    fyd = yd + t * dd
+    return (
+        x + t * y + h * d,
+        y + t * d,
+        d,
+        fxx + t * fxy + h * fxd + t * (q1 + t * t * (q2 / 3.0 + t * t * (q3 / 20.0))),
+        fxy + t * fxd + h * (q2 + h * (q3 / 2.0)),
+        fxd + h * t * (q3 / 3.0),
+        fyy + t * fyd + t * (q2 + t * t * (q3 / 3.0)),
+        fyd + h * q3,
+        dd + t * q3,
+    )
+
+
+def ahead_two(
+    now: tuple[Real, ...], t: Real, q1: float, q2: float, _q3: float
+) -> tuple[Real, ...]:
+    """Return x, y, xx, xy, yy after a time t [s]; bits as of `ahead_three` without ageing."""
+    x, y, xx, xy, yy = now
+    fxy = xy + t * yy
+    return (
+        x + t * y,
+        y,
+        xx + t * xy + t * fxy + t * (q1 + t * t * (q2 / 3.0)),
+        fxy + 0.5 * t * t * q2,
+        yy + t * q2,
+    )
+
+
 def corrected_three(
     now: tuple[float, ...], innovation: float, s: float, r: float
 ) -> tuple[float, ...]:
@@ -412,18 +451,24 @@ class Arithmetic:
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
+_LAWS = {
+    2: Arithmetic((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
+    3: Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three),
+}
+
+
 def arithmetic_of(model: ClockModel) -> Arithmetic:
     """Return the arithmetic of a model, without terms that it does not have."""
-    return _arithmetic(model.names, model.states)
+    return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
 
 
 @cache
-def _arithmetic(coefficients: tuple[str, ...], states: int) -> Arithmetic:
+def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
+    """Return the arithmetic of a clock with coefficients."""
     names = (*('x', 'y', 'd')[:states], *coefficients)
     size, known = len(names), estimate_of(coefficients)._fields
     fields = tuple(known.index(field) for field in (*names, *covariances(names)))
-    corrected = correction(size) if coefficients else (corrected_two, corrected_three)[states - 2]
-    return Arithmetic(fields, size, prediction(states, size), corrected)
+    return Arithmetic(fields, size, prediction(states, size), correction(size))
 
 
 # -----------------------------------------------------------------------------
