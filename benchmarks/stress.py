@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/stress.py [SECTION ...]
 
-Without sections all are run; most of the time goes to 1e8 oscillations. A section that is run
-alone replaces its rows in benchmarks/stress.json and leaves the others with their date. The exit
-code is 1 if a row is out of its limits.
+Without sections all are run, which takes ten minutes. A section that is run alone
+replaces its rows in benchmarks/stress.json and leaves the others with their date. The exit code is
+1 if a row is out of its limits.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ import sys
 import time
 from collections.abc import Callable
 from datetime import UTC, datetime
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -32,18 +31,7 @@ RESULTS = Path(__file__).with_suffix('.json')
 LIBRARIES = ('numpy', 'scipy', 'llvmlite', 'hypothesis')
 
 SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
-    'drift': (
-        partial(stress_motion.weight_driven, 1e8),
-        partial(stress_motion.isochronous, 1e5, 8),
-    ),
-    'land': (
-        stress_motion.reversal,
-        stress_motion.order,
-        stress_motion.amplitudes,
-        stress_motion.drag,
-        stress_motion.escapement,
-    ),
-    'sea': (stress_motion.resonance,),
+    'land': (stress_motion.reversal, stress_motion.order),
     'forecast': (
         stress_forecast.bounds,
         stress_forecast.accuracies,

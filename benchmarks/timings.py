@@ -7,7 +7,6 @@ PART is one of
     start     the first result of each shipped scene, in a first and a second run, into start.json
     fleet     a fleet of a thousand ships on two processes, into fleets.json
     weather   a sample of ship/imu in weather, compared with one sea
-    drift     an observation through the drift filter
 
 The options of a part are listed by `timings.py PART --help`.
 """
@@ -26,13 +25,9 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
 from tauto_core import fleet
-from tauto_core.navigation import ClockModel, Known, filter_phases, prior
-from tauto_core.navigation.drift import Track
 from tauto_core.scene import Scene, load_scene
-from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.scene.times import DAY_S
 from tauto_core.ship import ShipMotion
 
 # -----------------------------------------------------------------------------
@@ -225,41 +220,7 @@ def weather(words: list[str]) -> None:
         print(f'{name:18} {cost:7.1f} ns a sample  {cost / least["one sea"]:5.2f}')
 
 
-# -----------------------------------------------------------------------------
-# Drift: observations per second through the drift filter, in one process on one core.
-#
-# Each figure is the best of five runs over 100,000 daily observations, in CPU seconds, so that
-# other work of the machine matters little.
-
-COUNT, ONE_BY_ONE, RUNS = 100_000, 10_000, 5
-
-
-def drift_filter(words: list[str]) -> None:
-    """Print a line for each number of states."""
-    argparse.ArgumentParser('timings.py drift').parse_args(words)
-    day_ns = round(DAY_S) * NS_PER_S
-    stamps = [day_ns * (k + 1) for k in range(COUNT)]
-    phases = np.random.default_rng(1).normal(0.0, 0.5, COUNT).tolist()
-    for states in (2, 3):
-        model = ClockModel(0.5, 10.0 / DAY_S, states, gate=5.0)
-        start = Known(0, prior(model))
-        many, single = [], []
-        for _ in range(RUNS):
-            began = time.process_time()
-            filter_phases(start, stamps, phases, model)
-            many.append(COUNT / (time.process_time() - began))
-            track = Track(start, model)
-            began = time.process_time()
-            for k in range(ONE_BY_ONE):
-                track.use([stamps[k]], [phases[k]])
-            single.append(ONE_BY_ONE / (time.process_time() - began))
-        print(
-            f'{states} states: {max(many):,.0f} observations a second on arrays, '
-            f'{max(single):,.0f} one at a time'
-        )
-
-
-PARTS = {'start': start, 'fleet': thousand_ships, 'weather': weather, 'drift': drift_filter}
+PARTS = {'start': start, 'fleet': thousand_ships, 'weather': weather}
 
 if __name__ == '__main__':
     asked = argparse.ArgumentParser(

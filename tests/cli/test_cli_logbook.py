@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from cliwoc import release_21
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
@@ -139,8 +140,7 @@ def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
 def test_progress_grows_as_a_long_table_is_read_and_then_as_its_passages_are_made(
     tmp_path, monkeypatch
 ):
-    """20,020 rows, with what is doubtful; `benchmarks/cliwoc.py` times the whole table."""
-    from benchmarks.cliwoc import release_21
+    """20,020 rows, with what is doubtful."""
     from tauto_core.ship import logbook
 
     path = tmp_path / 'cliwoc.tsv'

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cliwoc import release_21
 
 import tauto_core as tauto
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
@@ -564,8 +565,6 @@ def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
 
 def test_the_rows_of_all_logs_take_little_memory(tmp_path):
     """Passages are made one log at a time: of the others only the numbers are kept."""
-    from benchmarks.cliwoc import release_21
-
     release_21(tmp_path / 'cliwoc.tsv', 7_007)
     tracemalloc.start()
     try:
