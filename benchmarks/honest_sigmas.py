@@ -18,6 +18,7 @@ import argparse
 import json
 import sys
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, cast
 
@@ -49,6 +50,20 @@ from tauto_core.ship import Observations
 from tauto_core.ship.imu import imu_from_roll, imu_samples
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.voyage import sail
+
+Given = argparse.Namespace
+
+
+def consistency(squares: list[float], degrees: int) -> dict[str, Any]:
+    """Return the mean of normalised squares over seeds, and the band that holds 95 % of it."""
+    low, high = chi2.ppf([0.025, 0.975], degrees * len(squares)) / len(squares)
+    mean = float(np.mean(squares))
+    return {
+        'nees': round(mean, 3),
+        'band': [round(float(low), 3), round(float(high), 3)],
+        'within': bool(low < mean < high),
+    }
+
 
 # -----------------------------------------------------------------------------
 # Covariates: whether the navigator's errors agree with his sigmas, with a rate equation.
@@ -326,26 +341,12 @@ def thread(seeds: int) -> dict[str, Any]:
     return result
 
 
-def covariates(words: list[str]) -> None:
-    """Print the figures, and write them."""
-    parser = argparse.ArgumentParser('honest_sigmas.py covariates')
-    parser.add_argument('--seeds', type=int, default=200)
-    parser.add_argument('--machine-seeds', type=int, default=60)
-    parser.add_argument('--thread-seeds', type=int, default=34)
-    default = Path(__file__).with_name('covariate_consistency.json')
-    parser.add_argument('--out', type=Path, default=default)
-    given = parser.parse_args(words)
+def covariates(given: Given) -> dict[str, Any]:
+    """Print and return the figures."""
     result: dict[str, Any] = json.loads(given.out.read_text('utf-8')) if given.out.exists() else {}
     if given.seeds:
         found = [drawn(seed) for seed in range(given.seeds)]
-        low, high = chi2.ppf([0.025, 0.975], 4 * given.seeds) / given.seeds
-        mean = float(np.mean(found))
-        result['drawn'] = {
-            'seeds': given.seeds,
-            'nees': round(mean, 3),
-            'band': [round(float(low), 3), round(float(high), 3)],
-            'within': bool(low < mean < high),
-        }
+        result['drawn'] = {'seeds': given.seeds, **consistency(found, 4)}
         print(result['drawn'], flush=True)
     if given.machine_seeds:
         machine = Machine()
@@ -366,7 +367,7 @@ def covariates(words: list[str]) -> None:
     if given.thread_seeds:
         result['thread'] = thread(given.thread_seeds)
         print(result['thread'], flush=True)
-    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+    return result
 
 
 # -----------------------------------------------------------------------------
@@ -422,14 +423,10 @@ def of_estimator(name: str, seeds: int, prior: float | None) -> dict[str, Any]:
         alone.append(wrong**2 / np.diag(covariance))
         rates.append(DAY_S * rate)
         sigmas.append(DAY_S * np.sqrt(covariance[1, 1]))
-    low, high = chi2.ppf([0.025, 0.975], 2 * seeds) / seeds
     offset, speed = np.mean(alone, axis=0)
-    mean = float(np.mean(joint))
     return {
         'scene': name,
-        'nees': round(mean, 3),
-        'band': [round(float(low), 3), round(float(high), 3)],
-        'within': bool(low < mean < high),
+        **consistency(joint, 2),
         'offset': round(float(offset), 3),
         'rate': round(float(speed), 3),
         'true_rate_s_per_day': [round(min(rates), 2), round(max(rates), 2)],
@@ -437,21 +434,13 @@ def of_estimator(name: str, seeds: int, prior: float | None) -> dict[str, Any]:
     }
 
 
-def estimator(words: list[str]) -> None:
-    """Print a line for each scene, and write them."""
-    parser = argparse.ArgumentParser('honest_sigmas.py estimator')
-    parser.add_argument('--seeds', type=int, default=200)
-    parser.add_argument('--prior', type=float, help='prior_rate_sigma [s/day], for the default')
-    parser.add_argument('--scene', action='append', help='instead of the four', default=[])
-    default = Path(__file__).with_name('estimator_consistency.json')
-    parser.add_argument('--out', type=Path, default=default)
-    given = parser.parse_args(words)
+def estimator(given: Given) -> dict[str, Any]:
+    """Print a line for each scene; return them."""
     rows = []
     for name in given.scene or SCENES:
         rows.append(of_estimator(name, given.seeds, given.prior))
         print(rows[-1], flush=True)
-    result = {'seeds': given.seeds, 'prior_rate_sigma': given.prior or 'default', 'rows': rows}
-    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+    return {'seeds': given.seeds, 'prior_rate_sigma': given.prior or 'default', 'rows': rows}
 
 
 # -----------------------------------------------------------------------------
@@ -502,21 +491,14 @@ def of_projection(name: str, seeds: int) -> dict[str, Any]:
     }
 
 
-def projection(words: list[str]) -> None:
-    """Print a line for each scene, and write them."""
-    parser = argparse.ArgumentParser('honest_sigmas.py projection')
-    parser.add_argument('--seeds', type=int, default=30)
-    parser.add_argument('--scene', action='append', help='instead of all', default=[])
-    default = Path(__file__).with_name('projection_consistency.json')
-    parser.add_argument('--out', type=Path, default=default)
-    given = parser.parse_args(words)
+def projection(given: Given) -> dict[str, Any]:
+    """Print a line for each scene; return them."""
     at_sea = [name for name in shipped_scenes() if load_scene(name).ship.kind == 'sea']
     rows = []
     for name in given.scene or [each for each in at_sea if each not in LEFT_OUT]:
         rows.append(of_projection(name, given.seeds))
         print(rows[-1], flush=True)
-    result = {'seeds': given.seeds, 'rows': rows}
-    given.out.write_text(json.dumps(result, indent=1, ensure_ascii=False) + '\n', encoding='utf-8')
+    return {'seeds': given.seeds, 'rows': rows}
 
 
 # -----------------------------------------------------------------------------
@@ -563,13 +545,8 @@ def coverage(parts: dict[int, float], count: int, runs: int, seed: int) -> list[
     ]
 
 
-def stability_intervals(words: list[str]) -> None:
-    """Print the table, write it, and name the shares outside 93 to 97 %."""
-    parser = argparse.ArgumentParser('honest_sigmas.py stability')
-    parser.add_argument('--runs', type=int, default=500)
-    default = Path(__file__).with_name('stability_coverage.json')
-    parser.add_argument('--out', type=Path, default=default)
-    given = parser.parse_args(words)
+def stability_intervals(given: Given) -> dict[str, Any]:
+    """Print and return the table, and name the shares outside 93 to 97 %."""
     rows: list[dict[str, Any]] = []
     print(f'{"noise":40} {"N":>5} {"m":>4}', *(f'{kind:>9}' for kind in (*DEVIATIONS, 'named')))
     for parts in PURE + MIXED:
@@ -587,20 +564,39 @@ def stability_intervals(words: list[str]) -> None:
             f'{"one kind" if pure else "two kinds"}: {shares.min():.1f} to {shares.max():.1f} %, '
             f'mean {shares.mean():.2f} %; {100.0 * within:.0f} % of them within 93 to 97 %'
         )
-    result = {'runs': given.runs, 'confidence': 95.0, 'rows': rows}
-    given.out.write_text(json.dumps(result, indent=1) + '\n', encoding='utf-8')
+    return {'runs': given.runs, 'confidence': 95.0, 'rows': rows}
 
 
-PARTS = {
-    'covariates': covariates,
-    'estimator': estimator,
-    'projection': projection,
-    'stability': stability_intervals,
+PARTS: dict[str, tuple[Callable[[Given], dict[str, Any]], str]] = {
+    'covariates': (covariates, 'covariate_consistency.json'),
+    'estimator': (estimator, 'estimator_consistency.json'),
+    'projection': (projection, 'projection_consistency.json'),
+    'stability': (stability_intervals, 'stability_coverage.json'),
 }
+"""Of each part what it calls, and the file of its results."""
 
-if __name__ == '__main__':
-    asked = argparse.ArgumentParser(
+
+def main() -> None:
+    """Run a part, and write what it returns."""
+    parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    asked.add_argument('part', choices=PARTS)
-    PARTS[asked.parse_args(sys.argv[1:2]).part](sys.argv[2:])
+    parts = parser.add_subparsers(dest='part', required=True)
+    option = {name: parts.add_parser(name).add_argument for name in PARTS}
+    for name, seeds in (('covariates', 200), ('estimator', 200), ('projection', 30)):
+        option[name]('--seeds', type=int, default=seeds)
+    option['covariates']('--machine-seeds', type=int, default=60)
+    option['covariates']('--thread-seeds', type=int, default=34)
+    option['estimator']('--prior', type=float, help='prior_rate_sigma [s/day], for the default')
+    for name in ('estimator', 'projection'):
+        option[name]('--scene', action='append', help='instead of the default', default=[])
+    option['stability']('--runs', type=int, default=500)
+    for name, (_, file) in PARTS.items():
+        option[name]('--out', type=Path, default=Path(__file__).with_name(file))
+    given = parser.parse_args()
+    result = json.dumps(PARTS[given.part][0](given), indent=1, ensure_ascii=False)
+    given.out.write_text(result + '\n', encoding='utf-8')
+
+
+if __name__ == '__main__':
+    main()
