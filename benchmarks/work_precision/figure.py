@@ -106,10 +106,8 @@ def _panel(axes: Axes, problem: Problem, rows: Iterable[Mapping[str, Any]]) -> N
             alpha=1.0 if ours else 0.9,
             zorder=5 if ours else 3,
         )
-    target = targets().get(key)
-    if target is not None:
-        bound = target.error_s_per_day
-        axes.axvspan(LEAST_S_PER_DAY / 3.0, bound, color='#f4e9cd', zorder=0, linewidth=0.0)
+    compared = LEAST_S_PER_DAY / 3.0, targets()[key]
+    axes.axvspan(*compared, color='#f4e9cd', zorder=0, linewidth=0.0)
     if at_sea:
         axes.axvspan(*ASKED_S_PER_DAY, color='#dcebdd', zorder=0, linewidth=0.0)
         axes.set_xlim(right=MOST_S_PER_DAY)

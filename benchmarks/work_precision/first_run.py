@@ -39,7 +39,7 @@ def first_runs(
     rows = list(rows)
     found = []
     for key, name in dict.fromkeys((row['problem'], row['program']) for row in rows):
-        row = cheapest(rows, key, [name], targets()[key].error_s_per_day) or min(
+        row = cheapest(rows, key, [name], targets()[key]) or min(
             (row for row in rows if (row['problem'], row['program']) == (key, name)),
             key=lambda row: float(row['error_s_per_day']),
         )
@@ -77,7 +77,7 @@ def first_run(key: str, name: str, setting: str) -> float | None:
 
 def main() -> None:
     """Run a minute of a problem."""
-    from benchmarks.work_precision.peers.registry import PEERS
+    from benchmarks.work_precision.peer import PEERS
     from benchmarks.work_precision.problems import problems
 
     key, name, setting = sys.argv[1:]

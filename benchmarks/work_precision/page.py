@@ -80,7 +80,7 @@ def _by_error(rows: list[BenchRow]) -> list[str]:
 
 def _line(title: str, row: BenchRow, result: Mapping[str, Any]) -> str:
     key, rows = row['problem'], result['rows']
-    plain = ratio(row, rows, FAMILIES['heyoka'][:1], targets()[key].error_s_per_day)
+    plain = ratio(row, rows, FAMILIES['heyoka'][:1], targets()[key])
     heyoka, batch, dop853 = (best_ratio(rows, key, names) for names in FAMILIES.values())
     cells = [
         f'{key}, {title} ({row["setting"]})',
@@ -102,7 +102,7 @@ def _best(row: BenchRow, times: float | None, rows: list[BenchRow]) -> str:
     key, names = row['problem'], FAMILIES['heyoka']
     if times is None:
         return _times(times)
-    enough = max(targets()[key].error_s_per_day, row['error_s_per_day'])
+    enough = max(targets()[key], row['error_s_per_day'])
     other = cheapest(rows, key, names, enough)
     setting = '' if other is None else f' ({other["setting"]})'
     if key not in 'ab':

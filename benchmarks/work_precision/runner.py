@@ -9,15 +9,18 @@ cheap are repeated in a second round, and the faster counts.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import os
+import platform
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from importlib.metadata import version
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any
 
 from benchmarks.work_precision.first_run import first_runs
-from benchmarks.work_precision.machine import machine_facts
-from benchmarks.work_precision.peer import Outcome, Peer
-from benchmarks.work_precision.peers.registry import make_peers
+from benchmarks.work_precision.peer import Outcome, Peer, make_peers
 from benchmarks.work_precision.problems import Problem, problems
 from benchmarks.work_precision.references.stored import (
     error_rad,
@@ -229,3 +232,32 @@ def measure(problem: Problem, peer: Peer, setting: str, duration_s: float) -> Ro
         setup_s=outcome.compile_s,
         us_per_oscillation=1e6 * outcome.run_s * problem.period_s / duration_s,
     )
+
+
+def machine_facts(versions: Mapping[str, str]) -> dict[str, Any]:
+    """Return processor, number of its cores, system, Python, date and versions.
+
+    Args:
+        versions: versions of the peers, by their names.
+    """
+    return {
+        'processor': _processor(),
+        'cpus': os.cpu_count(),
+        'system': platform.system(),
+        'python': platform.python_version(),
+        'date': datetime.now(UTC).date().isoformat(),
+        'versions': {
+            **versions,
+            **{name: version(name) for name in ('numpy', 'numba', 'scipy')},
+        },
+    }
+
+
+def _processor() -> str:
+    known = Path('/proc/cpuinfo')
+    if known.exists():
+        for line in known.read_text('utf-8').splitlines():
+            name, _, value = line.partition(':')
+            if name.strip() == 'model name':
+                return value.strip()
+    return platform.processor() or platform.machine()

@@ -12,9 +12,7 @@ import pytest
 from benchmarks.work_precision.figure import draw
 from benchmarks.work_precision.first_run import first_run, first_runs
 from benchmarks.work_precision.passage import passage, two_at_once
-from benchmarks.work_precision.peer import MissingPeerError, Outcome
-from benchmarks.work_precision.peers import registry
-from benchmarks.work_precision.peers.registry import make_peers
+from benchmarks.work_precision.peer import PEERS, MissingPeerError, Outcome, make_peers
 from benchmarks.work_precision.problems import QUALITY, Problem, problems
 from benchmarks.work_precision.ratios import FAMILIES, best_ratio, ratio
 from benchmarks.work_precision.references.stored import NoReferenceError, reference
@@ -64,7 +62,7 @@ class Known:
 
 
 def bench_with(peer: object, key: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    monkeypatch.setitem(registry.PEERS, 'known', lambda: peer)
+    monkeypatch.setitem(PEERS, 'known', lambda: peer)
     return bench([key], ['known'])
 
 
@@ -118,8 +116,8 @@ def test_a_missing_peer_is_named_and_skipped(monkeypatch: pytest.MonkeyPatch) ->
         raise MissingPeerError('heyoka')
 
     said: list[str] = []
-    monkeypatch.setitem(registry.PEERS, 'heyoka', missing)
-    monkeypatch.setitem(registry.PEERS, 'known', Known)
+    monkeypatch.setitem(PEERS, 'heyoka', missing)
+    monkeypatch.setitem(PEERS, 'known', Known)
     result = bench(['a'], ['heyoka', 'known'], say=said.append)
     assert {row['program'] for row in result['rows']} == {'known'}
     assert len(result['missing']) == 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.work_precision.equations import piece_kernels as kernels
-from benchmarks.work_precision.peer import MissingPeerError
 from benchmarks.work_precision.problems import CaseProblem, Numbers, Problem, Sea
 from tauto_core.samples import FloatArray
 
@@ -148,59 +146,32 @@ class SeaPieces:
 # g_eff^2 = A^2 + B^2.
 
 
-def library(peer: str, module: str, package: str) -> Any:
-    """Return a peer's module.
-
-    Raises:
-        MissingPeerError: it is not installed.
-    """
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        raise MissingPeerError(peer, package) from error
-
-
 @dataclass(frozen=True)
 class Vertical:
     """Thread and ship at an instant: lean eta, eta' [rad, rad/s], g_eff [m/s2], rho, rho'."""
 
-    lean: Any
-    lean_rate: Any
-    gravity: Any
-    roll: Any
-    roll_rate: Any
+    lean: float
+    lean_rate: float
+    gravity: float
+    roll: float
+    roll_rate: float
 
 
-def angular_frequency(sea: Sea, kind: type = np.float64) -> Any:
-    """Return 2 pi/period of the components [rad/s] to the precision of `kind`, shape (n,)."""
-    pi = np.arccos(np.asarray(-1.0, dtype=kind))
-    return 2 * pi / np.asarray(sea.period, dtype=kind)
-
-
-def vertical(numbers: Numbers, time_s: float, kind: type = np.float64) -> Vertical:
-    """Return the direction of the thread at a time from the start [s].
-
-    Args:
-        kind: float type of the arithmetic, np.float64 or np.longdouble.
-    """
-    gravity = kind(numbers.gravity)
-    zero = kind(0.0)
-    sea = numbers.sea
+def vertical(numbers: Numbers, time_s: float) -> Vertical:
+    """Return the direction of the thread at a time from the start [s]."""
+    gravity, sea = numbers.gravity, numbers.sea
     if sea is None:
-        return Vertical(zero, zero, gravity, zero, zero)
-    amplitude: Any = np.asarray(sea.amplitude, dtype=kind)
-    omega = angular_frequency(sea, kind)
-    angle = omega * kind(time_s) + np.asarray(sea.phase, dtype=kind)
-    cosine, sine = amplitude * np.cos(angle), amplitude * np.sin(angle)
-    roll, rate = np.sum(cosine), -np.sum(omega * sine)
-    second, third = -np.sum(omega**2 * cosine), np.sum(omega**3 * sine)
-    height = kind(sea.height)
-    across = height * second - gravity * np.sin(roll)
-    along = gravity * np.cos(roll) - height * rate * rate
-    across_rate = height * third - gravity * np.cos(roll) * rate
-    along_rate = -rate * (gravity * np.sin(roll) + 2 * height * second)
+        return Vertical(0.0, 0.0, gravity, 0.0, 0.0)
+    angle = sea.omega * time_s + sea.phase
+    cosine, sine = sea.amplitude * np.cos(angle), sea.amplitude * np.sin(angle)
+    roll, rate = np.sum(cosine), -np.sum(sea.omega * sine)
+    second, third = -np.sum(sea.omega**2 * cosine), np.sum(sea.omega**3 * sine)
+    across = sea.height * second - gravity * np.sin(roll)
+    along = gravity * np.cos(roll) - sea.height * rate * rate
+    across_rate = sea.height * third - gravity * np.cos(roll) * rate
+    along_rate = -rate * (gravity * np.sin(roll) + 2 * sea.height * second)
     square = across * across + along * along
-    follows = kind(1.0 if numbers.follows_vertical else 0.0)
+    follows = 1.0 if numbers.follows_vertical else 0.0
     return Vertical(
         follows * np.arctan2(across, along),
         follows * (across_rate * along - across * along_rate) / square,
@@ -210,25 +181,23 @@ def vertical(numbers: Numbers, time_s: float, kind: type = np.float64) -> Vertic
     )
 
 
-def mass_ratio(numbers: Numbers, kind: type = np.float64) -> Any:
+def mass_ratio(numbers: Numbers) -> float:
     """Return eps = m b^2/I."""
-    return kind(numbers.mass) * kind(numbers.lever_rate) ** 2 / kind(numbers.inertia)
+    return numbers.mass * numbers.lever_rate**2 / numbers.inertia
 
 
-def start(numbers: Numbers, kind: type = np.float64) -> tuple[Any, Any]:
+def start(numbers: Numbers) -> tuple[float, float]:
     """Return x [rad] and u [rad/s] of the wheel released at rest in its case."""
-    at = vertical(numbers, 0.0, kind)
-    x = kind(numbers.release_angle) - at.lean
-    u = -(1 + mass_ratio(numbers, kind) * x * x) * at.lean_rate + at.lean_rate + at.roll_rate
+    at = vertical(numbers, 0.0)
+    x = numbers.release_angle - at.lean
+    u = -(1 + mass_ratio(numbers) * x * x) * at.lean_rate + at.lean_rate + at.roll_rate
     return x, u
 
 
-def wheel(
-    numbers: Numbers, time_s: float, x: Any, u: Any, kind: type = np.float64
-) -> tuple[Any, Any]:
+def wheel(numbers: Numbers, time_s: float, x: float, u: float) -> tuple[float, float]:
     """Return theta [rad] and theta' [rad/s] of the wheel in its case."""
-    at = vertical(numbers, time_s, kind)
-    speed = (u - at.lean_rate - at.roll_rate) / (1 + mass_ratio(numbers, kind) * x * x)
+    at = vertical(numbers, time_s)
+    speed = (u - at.lean_rate - at.roll_rate) / (1 + mass_ratio(numbers) * x * x)
     return x + at.lean, speed + at.lean_rate
 
 
@@ -236,13 +205,11 @@ def start_of(problem: Problem) -> tuple[float, ...]:
     """Return the state at the start: x and u, or the case's theta, phi and their rates."""
     if isinstance(problem, CaseProblem):
         return problem.numbers.release_angle, problem.numbers.release_angle, 0.0, 0.0
-    x, u = start(problem.numbers)
-    return float(x), float(u)
+    return start(problem.numbers)
 
 
 def end_of(problem: Problem, time_s: float, state: Any) -> tuple[float, float]:
     """Return the angle [rad] and rate [rad/s] that are compared: theta of the wheel or phi."""
     if isinstance(problem, CaseProblem):
         return float(state[1]), float(state[3])
-    angle, rate = wheel(problem.numbers, time_s, state[0], state[1])
-    return float(angle), float(rate)
+    return wheel(problem.numbers, time_s, float(state[0]), float(state[1]))

@@ -1,1 +1,1 @@
-"""The programs that take part, one module each; `registry` lists them by name."""
+"""The programs that take part, one module each; `peer` lists them by name."""

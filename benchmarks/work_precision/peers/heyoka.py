@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.metadata import files, version
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numba import njit
 
 from benchmarks.work_precision.equations.sea import (
     SeaPieces,
-    angular_frequency,
     end_of,
-    library,
     mass_ratio,
     start,
     start_of,
@@ -23,8 +21,7 @@ from benchmarks.work_precision.equations.sea import (
     vertical,
     wheel,
 )
-from benchmarks.work_precision.equations.sea import vertical as vertical_at
-from benchmarks.work_precision.peer import Outcome
+from benchmarks.work_precision.peer import MissingPeerError, Outcome
 from benchmarks.work_precision.problems import (
     CaseProblem,
     HungCase,
@@ -35,6 +32,41 @@ from benchmarks.work_precision.problems import (
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError, UsageError
+
+
+def library(peer: str = 'heyoka') -> Any:
+    """Return heyoka's module.
+
+    Raises:
+        MissingPeerError: it is not installed.
+    """
+    try:
+        import heyoka
+    except ModuleNotFoundError as error:
+        raise MissingPeerError(peer, 'heyoka') from error
+    return heyoka
+
+
+class _OfHeyoka:
+    """What the three forms share."""
+
+    name: str
+
+    def __init__(self) -> None:
+        library(self.name)
+
+    def version(self) -> str:
+        """Return the version of the library."""
+        return version('heyoka')
+
+
+def _until(integrator: Any, end_s: float) -> None:
+    outcome = integrator.propagate_until(end_s)[0]
+    if outcome != library().taylor_outcome.time_limit:
+        raise PropagationError(
+            f'heyoka stopped with {outcome}. Choose a coarser tolerance.', float(integrator.time)
+        )
+
 
 # -----------------------------------------------------------------------------
 # heyoka: Taylor integration of arbitrary order, compiled by LLVM.
@@ -49,9 +81,7 @@ from tauto_core.scene.errors import PropagationError, UsageError
 # fast_math. heyoka keeps compiled code on disk, so that `compile_s` is small from the second run
 # on.
 
-NAME = 'heyoka'
 COMPENSATED = 'compensated'
-REFERENCE_TOLERANCE = 1e-18
 
 _LINEAR = ('1e-9', '1e-12', '1e-15', '1e-18', '1e-21', '1e-24', '1e-30')
 _TOLERANCES = {
@@ -68,17 +98,10 @@ _X, _U, _THETA, _ROLL, _ROLL_2 = range(5)
 _STATES = 5
 
 
-class Heyoka:
+class Heyoka(_OfHeyoka):
     """heyoka's adaptive Taylor integrator in double precision; settings are tolerances."""
 
-    name = NAME
-
-    def __init__(self) -> None:
-        library(NAME, 'heyoka', 'heyoka')
-
-    def version(self) -> str:
-        """Return the version of the library."""
-        return version('heyoka')
+    name = 'heyoka'
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return tolerances, coarse to fine; closer where the error passes what is compared."""
@@ -101,58 +124,19 @@ class Heyoka:
         if isinstance(problem, CaseProblem):
             integrator = _case_integrator(problem, options)
         else:
-            integrator = _integrator(problem.numbers, np.float64, **options)
+            integrator = _integrator(problem.numbers, options)
         ready = time.perf_counter()
-        _run(integrator, duration_s)
+        _until(integrator, duration_s)
         run_s = time.perf_counter() - ready
         angle, rate = end_of(problem, duration_s, integrator.state)
         return Outcome(duration_s, angle, rate, run_s, ready - began)
-
-
-def reference_states(
-    problem: WheelProblem, times_s: Sequence[float], tolerance: float = REFERENCE_TOLERANCE
-) -> list[tuple[float, float]]:
-    """Return theta [rad] and theta' [rad/s] at times from the start, from extended precision.
-
-    Arithmetic is np.longdouble (64 bits of significand on x86-64) with compensated Taylor sums;
-    impulses are events of the same precision.
-
-    Args:
-        times_s: increasing, > 0 [s].
-        tolerance: of the integrator, above the type's rounding (1.1e-19).
-
-    Raises:
-        MissingPeerError: heyoka is not installed.
-        PropagationError: heyoka stopped before the end.
-    """
-    library(NAME, 'heyoka', 'heyoka')
-    kind = np.longdouble
-    integrator = _integrator(
-        problem.numbers, kind, tol=kind(tolerance), high_accuracy=True, fp_type=kind
-    )
-    states = []
-    for instant in times_s:
-        _run(integrator, kind(instant))
-        x, u = integrator.state[_X], integrator.state[_U]
-        angle, rate = wheel(problem.numbers, instant, x, u, kind)
-        states.append((float(angle), float(rate)))
-    return states
-
-
-def _run(integrator: Any, end_s: Any) -> None:
-    outcome = integrator.propagate_until(end_s)[0]
-    reached = library(NAME, 'heyoka', 'heyoka').taylor_outcome.time_limit
-    if outcome != reached:
-        raise PropagationError(
-            f'heyoka stopped with {outcome}. Choose a coarser tolerance.', float(integrator.time)
-        )
 
 
 def _case_integrator(problem: CaseProblem, options: dict[str, Any]) -> Any:
     """Return an integrator with the state (theta, phi, theta', phi') of the case."""
     from benchmarks.work_precision.equations.case_kernels import bends
 
-    hy, case = library(NAME, 'heyoka', 'heyoka'), problem.numbers
+    hy, case = library(), problem.numbers
     theta, phi, theta_rate, phi_rate = hy.make_vars('theta', 'phi', 'theta_rate', 'phi_rate')
     delta = phi - theta
     theta_bend, phi_bend = bends(
@@ -166,60 +150,49 @@ def _case_integrator(problem: CaseProblem, options: dict[str, Any]) -> Any:
     return hy.taylor_adaptive(equations, np.array(start_of(problem)), **options)
 
 
-def _integrator(numbers: Numbers, kind: type, **options: Any) -> Any:
+def _integrator(numbers: Numbers, options: dict[str, Any]) -> Any:
     """Return an integrator with the state (x, u, theta, roll, roll'', cosines, sines)."""
-    hy = library(NAME, 'heyoka', 'heyoka')
+    hy = library()
     x, u, theta, roll, second = hy.make_vars('x', 'u', 'theta', 'roll', 'second')
-    pairs, first, third, turning = _turning(hy, numbers, kind)
-    gravity, lean_rate = _vertical(hy, numbers, kind, (roll, first, second, third))
-    eps, inertia = mass_ratio(numbers, kind), kind(numbers.inertia)
-    lever, force, mass = kind(numbers.lever_rate), kind(numbers.force), kind(numbers.mass)
-    pull = (lever * force / inertia) + (lever * mass / inertia) * gravity
+    pairs, first, third, turning = _turning(hy, numbers)
+    gravity, lean_rate = _vertical(hy, numbers, (roll, first, second, third))
+    eps, inertia, lever = mass_ratio(numbers), numbers.inertia, numbers.lever_rate
+    pull = (lever * numbers.force / inertia) + (lever * numbers.mass / inertia) * gravity
     speed = u - lean_rate - first
     torque = -pull * x
     if numbers.mass:
-        speed = speed / (kind(1.0) + eps * x * x)
+        speed = speed / (1.0 + eps * x * x)
         torque = x * (eps * speed * speed - pull)
     if numbers.viscous:
-        torque = torque - (kind(numbers.viscous) / inertia) * (speed + lean_rate)
+        torque = torque - (numbers.viscous / inertia) * (speed + lean_rate)
     equations = [(x, speed), (u, torque), (theta, speed + lean_rate)]
     equations += [(roll, first), (second, third), *pairs]
     if numbers.impulse_energy:
-        event = hy.t_event(theta, callback=_impulse(numbers, kind), fp_type=kind)
-        options['t_events'] = [event]
-    state = np.concatenate([_start(numbers, kind), turning])
+        options['t_events'] = [hy.t_event(theta, callback=_impulse(numbers))]
+    state = np.concatenate([_start(numbers), turning])
     return hy.taylor_adaptive(equations, state, **options)
 
 
-def _start(numbers: Numbers, kind: type) -> NDArray[Any]:
-    x, u = start(numbers, kind)
-    at = vertical_at(numbers, 0.0, kind)
-    second = kind(0.0)
-    if numbers.sea is not None:
-        omega = angular_frequency(numbers.sea, kind)
-        phase: Any = np.asarray(numbers.sea.phase, dtype=kind)
-        second = -np.sum(np.asarray(numbers.sea.amplitude, kind) * omega**2 * np.cos(phase))
-    return np.array([x, u, numbers.release_angle, at.roll, second], dtype=kind)
+def _start(numbers: Numbers) -> FloatArray:
+    second, sea = 0.0, numbers.sea
+    if sea is not None:
+        second = -np.sum(sea.amplitude * sea.omega**2 * np.cos(sea.phase))
+    roll = vertical(numbers, 0.0).roll
+    return np.array([*start(numbers), numbers.release_angle, roll, second])
 
 
-def _turning(
-    hy: Any, numbers: Numbers, kind: type
-) -> tuple[list[tuple[Any, Any]], Any, Any, NDArray[Any]]:
+def _turning(hy: Any, numbers: Numbers) -> tuple[list[tuple[Any, Any]], Any, Any, FloatArray]:
     """Return the pairs' equations, roll', roll''' as sums, and the pairs at the start.
 
-    There are none with impulses in double precision.
+    There are none with impulses.
     """
-    sea = numbers.sea
-    if sea is None:
-        nothing = hy.expression(kind(0.0))
-        return [], nothing, nothing, np.empty(0, dtype=kind)
-    omega = angular_frequency(sea, kind)
-    phase: Any = np.asarray(sea.phase, dtype=kind)
-    scale = np.asarray(sea.amplitude, dtype=kind) * omega
-    indices = range(len(omega))
-    turning: NDArray[Any] = np.empty(0, dtype=kind)
+    sea, turning = numbers.sea, np.empty(0)
     equations: list[tuple[Any, Any]] = []
-    if numbers.impulse_energy and kind is np.float64:
+    if sea is None:
+        return equations, hy.expression(0.0), hy.expression(0.0), turning
+    omega, phase, scale = sea.omega, sea.phase, sea.amplitude * sea.omega
+    indices = range(len(omega))
+    if numbers.impulse_energy:
         sine = [scale[i] * hy.sin(omega[i] * hy.time + phase[i]) for i in indices]
     else:
         cosine = [hy.expression(f'c{i}') for i in indices]
@@ -231,37 +204,34 @@ def _turning(
     return equations, -hy.sum(sine), third, turning
 
 
-def _vertical(
-    hy: Any, numbers: Numbers, kind: type, roll: tuple[Any, Any, Any, Any]
-) -> tuple[Any, Any]:
+def _vertical(hy: Any, numbers: Numbers, roll: tuple[Any, Any, Any, Any]) -> tuple[Any, Any]:
     """Return g_eff and the lean's rate as expressions of roll and its derivatives."""
-    gravity = hy.expression(kind(numbers.gravity))
-    nothing = hy.expression(kind(0.0))
     if numbers.sea is None or not (numbers.mass or numbers.follows_vertical):
-        return gravity, nothing
+        return hy.expression(numbers.gravity), hy.expression(0.0)
     angle, first, second, third = roll
-    height, g = kind(numbers.sea.height), kind(numbers.gravity)
+    height, g = numbers.sea.height, numbers.gravity
     sine, cosine = hy.sin(angle), hy.cos(angle)
     across = height * second - g * sine
     along = g * cosine - height * first * first
     square = across * across + along * along
     if not numbers.follows_vertical:
-        return hy.sqrt(square), nothing
+        return hy.sqrt(square), hy.expression(0.0)
     across_rate = height * third - g * cosine * first
     along_rate = -first * (g * sine + 2 * height * second)
     return hy.sqrt(square), (across_rate * along - across * along_rate) / square
 
 
-def _impulse(numbers: Numbers, kind: type) -> Callable[[Any, int], bool]:
+def _impulse(numbers: Numbers) -> Callable[[Any, int], bool]:
     """Return the callback that raises the kinetic energy where theta passes zero.
 
     v becomes sqrt(v^2 + 2 E/M) in the direction of the motion, M = I (1 + eps x^2); u gains
     (1 + eps x^2) times what v gains.
     """
-    eps = mass_ratio(numbers, kind)
-    twice = kind(2.0) * kind(numbers.impulse_energy) / kind(numbers.inertia)
-    gravity, height, (scale, omega, phase) = _sea_numbers(numbers, kind)
-    follows = numbers.follows_vertical
+    eps, gravity, follows = mass_ratio(numbers), numbers.gravity, numbers.follows_vertical
+    twice = 2.0 * numbers.impulse_energy / numbers.inertia
+    height, (scale, omega, phase) = 0.0, np.empty((3, 0))
+    if (sea := numbers.sea) is not None:
+        height, scale, omega, phase = sea.height, sea.amplitude * sea.omega, sea.omega, sea.phase
 
     def kick(state: Any, now: Any) -> None:
         sines = scale * np.sin(omega * now + phase)
@@ -278,26 +248,14 @@ def _impulse(numbers: Numbers, kind: type) -> Callable[[Any, int], bool]:
         faster = np.sqrt(speed * speed + twice / load)
         state[_U] += load * ((faster if speed > 0 else -faster) - speed)
 
-    if kind is np.float64:
-        numba = library(NAME, 'numba', 'numba')
-        kick = numba.njit(kick)
-        kick(np.ones(_STATES), 0.0)
+    compiled: Any = njit(kick)
+    compiled(np.ones(_STATES), 0.0)
 
     def met(integrator: Any, _direction: int) -> bool:
-        kick(integrator.state, integrator.time)
+        compiled(integrator.state, integrator.time)
         return True
 
     return met
-
-
-def _sea_numbers(numbers: Numbers, kind: type) -> tuple[Any, Any, Any]:
-    """Return g, z0 and the components: amplitude of the rate, frequency, phase, shape (3, n)."""
-    if numbers.sea is None:
-        return kind(numbers.gravity), kind(0.0), np.empty((3, 0), dtype=kind)
-    omega = angular_frequency(numbers.sea, kind)
-    rate = np.asarray(numbers.sea.amplitude, dtype=kind) * omega
-    components = np.stack([rate, omega, np.asarray(numbers.sea.phase, dtype=kind)])
-    return kind(numbers.gravity), kind(numbers.sea.height), components
 
 
 # -----------------------------------------------------------------------------
@@ -362,20 +320,13 @@ _ELSEWHERE = {
 }
 
 
-class HeyokaTuned:
+class HeyokaTuned(_OfHeyoka):
     """heyoka on polynomials of the sea, in a stretched time or in momenta.
 
     Settings are tolerances, at sea with the length of a piece and the number of its points.
     """
 
     name = TUNED
-
-    def __init__(self) -> None:
-        library(TUNED, 'heyoka', 'heyoka')
-
-    def version(self) -> str:
-        """Return the version of the library."""
-        return version('heyoka')
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return tolerances; none for a, whose best formulation is the plain one."""
@@ -430,7 +381,6 @@ class _Pieces:
         self, numbers: Numbers, sea: Sea, tolerance: float, length_s: float, points: int
     ) -> None:
         from benchmarks.work_precision.equations.piece_kernels import advance_pieces
-        from benchmarks.work_precision.equations.sea import SeaPieces
 
         self._numbers, self._advance = numbers, advance_pieces
         self._pieces = SeaPieces(numbers, sea, length_s, points, SCALE)
@@ -441,7 +391,7 @@ class _Pieces:
         self._taylor = np.zeros((2 + chains, integrator.order + 1))
         self._side = 1.0 if numbers.impulse_energy else 0.0
         twice = 2.0 * numbers.impulse_energy / numbers.inertia
-        self._kick = float(mass_ratio(numbers)), twice, SCALE, 2.0 / length_s
+        self._kick = mass_ratio(numbers), twice, SCALE, 2.0 / length_s
         # compiles, or loads what was compiled
         first = self._state.copy()
         self.advance(0.0, 1e-9)
@@ -484,7 +434,7 @@ def integrator_of(numbers: Numbers, pieces: Any, tolerance: float, ships: int = 
         tolerance: of heyoka.
         ships: more than one: the integrator of a batch, a ship a lane.
     """
-    hy, n = library(TUNED, 'heyoka', 'heyoka'), pieces.points
+    hy, n = library(), pieces.points
     per_half, back, inertia = 2.0 / pieces.length_s, 1.0 / SCALE, numbers.inertia
     x, u = hy.make_vars('x', 'u')
     chains = [[hy.expression(f'z{m}_{j}') for j in range(n)] for m in range(pieces.channels)]
@@ -494,7 +444,7 @@ def integrator_of(numbers: Numbers, pieces: Any, tolerance: float, ships: int = 
         for j in range(n)
     ]
     if numbers.mass:
-        eps, pull = float(mass_ratio(numbers)), numbers.lever_rate * numbers.mass / inertia
+        eps, pull = mass_ratio(numbers), numbers.lever_rate * numbers.mass / inertia
         speed = (u - back * chains[0][0]) / (1.0 + eps * x * x)
         torque = x * (eps * speed * speed - pull * back * chains[1][0])
         if numbers.viscous:
@@ -536,20 +486,12 @@ def compiled_step(integrator: Any) -> tuple[Any, int]:
     return engine, engine.get_function_address('step')
 
 
-def _until(integrator: Any, end: float) -> None:
-    outcome = integrator.propagate_until(end)[0]
-    if outcome != library(TUNED, 'heyoka', 'heyoka').taylor_outcome.time_limit:
-        raise PropagationError(
-            f'heyoka stopped with {outcome}. Choose a coarser tolerance.', float(integrator.time)
-        )
-
-
 class _Stretched:
     """The weight on land in the time tau."""
 
     def __init__(self, problem: WheelProblem, tolerance: float) -> None:
-        hy, numbers = library(TUNED, 'heyoka', 'heyoka'), problem.numbers
-        self._eps = float(mass_ratio(numbers))
+        hy, numbers = library(), problem.numbers
+        self._eps = mass_ratio(numbers)
         square, angle = numbers.frequency**2, numbers.release_angle
         x, u, p = hy.make_vars('x', 'u', 'p')
         energy = 0.5 * square * angle**2
@@ -581,10 +523,7 @@ class _Momenta:
     """The case: theta, phi and the momenta e theta' + c cos(delta) phi' and that of phi."""
 
     def __init__(self, case: HungCase, tolerance: float) -> None:
-        hy, (e, c, k, g) = (
-            library(TUNED, 'heyoka', 'heyoka'),
-            (case.e, case.c, case.k, case.gravity),
-        )
+        hy, e, c, k, g = library(), case.e, case.c, case.k, case.gravity
         self._case = case
         theta, phi, y, z = hy.make_vars('theta', 'phi', 'y', 'z')
         sine, cosine = hy.sin(phi - theta), hy.cos(phi - theta)
@@ -623,20 +562,13 @@ SHIPS = 8
 """Lanes of eight doubles: 512 bits; on processors with 256 heyoka splits them."""
 
 
-class HeyokaBatch:
+class HeyokaBatch(_OfHeyoka):
     """heyoka's batch integrator on polynomials of the sea, a ship a lane.
 
     Settings are those of `heyoka_tuned` at sea.
     """
 
     name = BATCH
-
-    def __init__(self) -> None:
-        library(BATCH, 'heyoka', 'heyoka')
-
-    def version(self) -> str:
-        """Return the version of the library."""
-        return version('heyoka')
 
     def settings(self, problem: Problem) -> tuple[str, ...]:
         """Return tolerances with pieces for c and e; none for what is not an ensemble at sea."""
@@ -692,7 +624,7 @@ class _Fleet:
         self._taylor = np.zeros((2 + chains, integrator.order + 1, SHIPS))
         self._sides = np.full(SHIPS, 1.0 if numbers.impulse_energy else 0.0)
         twice = 2.0 * numbers.impulse_energy / numbers.inertia
-        self._kick = float(mass_ratio(numbers)), twice, SCALE, 2.0 / length_s
+        self._kick = mass_ratio(numbers), twice, SCALE, 2.0 / length_s
         # compiles, or loads what was compiled
         first = self.state.copy()
         self.advance(0.0, 1e-9)
