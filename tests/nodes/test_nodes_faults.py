@@ -85,6 +85,16 @@ def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: TrochleaNode) 
 sent = [0]
 
 
+def with_sensor(bench: Bench, *nodes: Any) -> tuple[Any, Heard]:
+    """Run nodes beside a sensor; return its publisher, which the first has found, and its ears."""
+    sensor = bench.add(Node('xsens'), *nodes)
+    heard, known = Heard(sensor), port(SHIP_IMU)
+    publisher = sensor.create_publisher(known.message, SHIP_IMU, known.profile)
+    bench.until(lambda: nodes[0].inputs[SHIP_IMU].matched)
+    sent[0] = 0
+    return publisher, heard
+
+
 def garbage(topic: str, rng: random.Random) -> bytes:
     """Return random bytes, or a message of the topic with random numbers or a byte changed."""
     kind = rng.randrange(3)
@@ -176,10 +186,7 @@ def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path
 
 def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, imu_rotation='0 0 0'))
-    sensor = bench.add(Node('xsens'), trochlea)
-    heard = Heard(sensor)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    publisher, heard = with_sensor(bench, trochlea)
     one = encode(SHIP_IMU, replace(still_sensor(5.0), frame_id='mast'))
     other = encode(SHIP_IMU, replace(still_sensor(5.0, 0.02), frame_id='keel'))
     for pair in zip(one, other, strict=True):
@@ -193,11 +200,7 @@ def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
 
 def test_a_driver_restarted_in_another_frame_is_an_error_and_then_taken(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, imu_rotation='0 0 0', stale_after=0.2))
-    sensor = bench.add(Node('xsens'), trochlea)
-    heard = Heard(sensor)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
-    sent[0] = 0
+    publisher, heard = with_sensor(bench, trochlea)
     send(publisher, replace(still_sensor(5.0), frame_id='mast'), bench, trochlea)
     send(publisher, replace(still_sensor(9.0, 5.0), frame_id='keel'), bench, trochlea)
     words = "ship/imu: frame 'keel', not 'mast' as before; such messages are left aside"
@@ -248,9 +251,7 @@ def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench
 def test_a_publisher_outside_ros_is_worded_for_a_person(bench: Bench) -> None:
     """Such a publisher has no node, and rmw gives it a placeholder for a name."""
     trochlea = TrochleaNode(**overrides(**FOREIGN))
-    sensor = bench.add(Node('xsens'), trochlea)
-    sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    with_sensor(bench, trochlea)
     [info] = trochlea.get_publishers_info_by_topic(SHIP_IMU)
     assert node_of(info) == '/xsens'
     info.node_name, info.node_namespace = '_NODE_NAME_UNKNOWN_', '_NODE_NAMESPACE_UNKNOWN_'
@@ -261,9 +262,7 @@ def test_motion_that_begins_elsewhere_is_refused_with_the_parameter_that_takes_i
     bench: Bench,
 ) -> None:
     trochlea = TrochleaNode(**overrides(scene='measured'))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
+    publisher, _ = with_sensor(bench, trochlea)
     for payload in encode(SHIP_IMU, still_sensor(5.0)):
         publisher.publish(payload)
     with pytest.raises(PropagationError, match='source:=foreign for every node'):
@@ -276,13 +275,8 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     drift = DriftEstimatorNode(**overrides(**FOREIGN))
     recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
-    sensor = bench.add(
-        Node('xsens'), trochlea, drift, LongitudeNode(**overrides(**FOREIGN)), recorder
-    )
-    heard = Heard(sensor)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)
-    sent[0] = 0
+    longitude = LongitudeNode(**overrides(**FOREIGN))
+    publisher, heard = with_sensor(bench, trochlea, drift, longitude, recorder)
     send(publisher, still_sensor(10.0), bench, trochlea)
     broken = still_sensor(3.0, 10.0)
     broken.orientation[:] = np.nan
@@ -333,10 +327,7 @@ def test_only_the_clock_topic_sets_the_dial_anew_when_it_goes_back(bench: Bench)
 
 def test_who_asks_for_it_has_the_dial_set_anew(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, reset_on_time_jump=True))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
-    sent[0] = 0
+    publisher, _ = with_sensor(bench, trochlea)
     for _ in range(2):
         send(publisher, still_sensor(5.0), bench, trochlea)
     bench.until(lambda: trochlea.health()['dial_settings'] == 1)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -74,17 +76,29 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
     np.testing.assert_array_equal(readings.stamp_ns, (1_700_000_000 + np.arange(11)) * 10**9)
 
 
-def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Bench) -> None:
-    turned = TrochleaNode(**overrides(**FOREIGN, imu_rotation='180 0 0'))
-    sensor = bench.add(Node('xsens'), turned)
+def heard_from(
+    bench: Bench, change: Callable[[Imu], object], **parameters: Any
+) -> tuple[TrochleaNode, tuple[bytes, str]]:
+    """Return a clock that has taken 101 changed messages of a sensor, and its own status."""
+    trochlea = TrochleaNode(**overrides(**FOREIGN, **parameters))
+    sensor = bench.add(Node('xsens'), trochlea)
     publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    bench.until(lambda: turned.inputs[SHIP_IMU].matched)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
     for number in range(101):
         message = foreign_imu(number)
-        message.linear_acceleration.z *= -1.0  # upside down
-        message.orientation.w, message.orientation.x = 0.0, -1.0
+        change(message)
         publisher.publish(message)
-    bench.until(lambda: turned.outputs[READING].sent)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
+    return trochlea, assess(trochlea, time.monotonic())
+
+
+def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Bench) -> None:
+    def upside_down(message: Imu) -> None:
+        message.linear_acceleration.z *= -1.0
+        message.orientation.w, message.orientation.x = 0.0, -1.0
+
+    turned, _ = heard_from(bench, upside_down, imu_rotation='180 0 0')
+    assert turned.outputs[READING].sent
     assert not turned.notices
     assert not turned.health()['gravity_refused']
 
@@ -123,21 +137,29 @@ def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> 
     assert trochlea.stage.health() == alone.health()
 
 
-def test_a_frame_of_which_nobody_says_how_it_is_mounted_is_refused_by_name(bench: Bench) -> None:
-    trochlea = TrochleaNode(**overrides(**FOREIGN))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
-    for number in range(101):
-        message = foreign_imu(number)
-        message.header.frame_id = 'imu_link'
-        publisher.publish(message)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
-    level, words = assess(trochlea, time.monotonic())
+@pytest.mark.parametrize(
+    ('part', 'name', 'value', 'said'),
+    [
+        (
+            'header',
+            'frame_id',
+            'imu_link',
+            r"frame 'imu_link' is not clock_mount.*tf2_ros is not installed here",
+        ),
+        ('linear_acceleration', 'z', 1.0, r'is it in g\?'),
+    ],
+)
+def test_a_sensor_that_no_clock_can_take_is_an_error(
+    part: str, name: str, value: object, said: str, bench: Bench
+) -> None:
+    trochlea, (level, words) = heard_from(bench, lambda m: setattr(getattr(m, part), name, value))
     assert level == DiagnosticStatus.ERROR
-    assert "frame 'imu_link' is not clock_mount" in words
-    assert 'tf2_ros is not installed here' in words
-    assert not trochlea.outputs[READING].sent
+    assert re.search(said, words)
+    assert part != 'header' or not trochlea.outputs[READING].sent
+
+
+def test_a_mounting_that_is_none_is_refused(ros: Any) -> None:
+    ros(())
     with pytest.raises(ParameterError, match='must be roll, pitch and yaw'):
         TrochleaNode(**overrides(**FOREIGN, imu_rotation='90'))
 
@@ -174,21 +196,6 @@ def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
     assert (turned.frame_id, mounting.trouble) == (MOUNT_FRAME, '')
     assert mounting.applied(replace(to_port, frame_id='mast')) is None
     assert "frame 'mast'" in mounting.trouble
-
-
-def test_a_sensor_that_gives_g_is_an_error(bench: Bench) -> None:
-    trochlea = TrochleaNode(**overrides(**FOREIGN))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
-    for number in range(101):
-        message = foreign_imu(number)
-        message.linear_acceleration.z = 1.0
-        publisher.publish(message)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
-    level, words = assess(trochlea, time.monotonic())
-    assert level == DiagnosticStatus.ERROR
-    assert 'is it in g?' in words
 
 
 def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from conftest import Bench, overrides
 from rclpy.node import Node
-from test_nodes_faults import FOREIGN, START_NS, send, sent, still_sensor
+from test_nodes_faults import FOREIGN, START_NS, send, still_sensor, with_sensor
 from test_nodes_processes import PATIENCE_S, start
 
 from tauto_core.bags import decode, encode
@@ -163,10 +163,7 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
 
 def test_finish_ends_the_run_and_its_state(bench: Bench, tmp_path: Path) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, state_folder=str(tmp_path), state_interval=0.1))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched == 1)
-    sent[0] = 0
+    publisher, _ = with_sensor(bench, trochlea)
     send(publisher, still_sensor(5.0), bench, trochlea)
     bench.until(lambda: list(tmp_path.glob('*.state')))
     trochlea.end_input()
