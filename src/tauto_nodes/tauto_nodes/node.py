@@ -472,8 +472,7 @@ class GraphNode(Node):
             return
         self.flow.hear(report)
         for topic, output in self.outputs.items():
-            if output.queue:
-                self._pump(topic, output)
+            self._pump(topic, output)
         if not self.backlogged:
             self.tick()
 
@@ -566,8 +565,7 @@ class GraphNode(Node):
         self.tick()
         # Waiting messages are sent before new work, which a node with a backlog does not take.
         for topic, output in self.outputs.items():
-            if output.queue:
-                self._pump(topic, output)
+            self._pump(topic, output)
         self._work()
         if self.flow is None:
             return

@@ -257,7 +257,47 @@ _STALE = Parameter(
     low=0.1,
     high=86400.0,
 )
-_FLOW = (
+_SCENE = Parameter(
+    'scene', 'measured', 'scene file or name of a built-in scene', required=True, is_path=True
+)
+_DURATION = Parameter(
+    'duration',
+    0.0,
+    "replaces the duration of the scene; 0: the scene's own",
+    unit='s',
+    low=0.0,
+    high=1e10,
+)
+_IMU = Parameter(
+    'imu_reliability',
+    'reliable',
+    'reliability that the subscription to ship/imu requests; most sensors only offer '
+    '`best_effort`',
+    choices=('reliable', 'best_effort'),
+)
+_MOUNT = Parameter(
+    'imu_rotation',
+    '',
+    'how the sensor is mounted: roll, pitch and yaw of its axes in those of the clock, in degrees '
+    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or one "
+    'from which a static transform of tf2 leads there. With a foreign source',
+)
+_CLOCK = Parameter(
+    'publish_clock',
+    False,
+    'publish /clock, at most 100 times a second; refused if another node publishes it',
+)
+_WAIT = Parameter(
+    'wait',
+    2.0,
+    'without flow control: begin when each topic has a subscriber, but after this time anyway',
+    unit='s',
+    low=0.0,
+    high=3600.0,
+)
+_COMMON = (
+    _EXECUTOR,
+    _STALE,
     Parameter(
         'flow_control',
         'none',
@@ -278,58 +318,17 @@ _FLOW = (
         'topics; the topics themselves carry what others subscribe to. On all nodes or on none',
     ),
 )
-_SCENE = Parameter(
-    'scene', 'measured', 'scene file or name of a built-in scene', required=True, is_path=True
-)
-_DURATION = Parameter(
-    'duration',
-    0.0,
-    "replaces the duration of the scene; 0: the scene's own",
-    unit='s',
-    low=0.0,
-    high=1e10,
-)
-_SOURCE = Parameter(
-    'source',
-    'scene',
-    "`scene`: the inputs follow the scene's schedule from its first stamp; `foreign`: a sensor, "
-    'another simulator or a bag drives the graph, which is anchored at the first stamp that comes',
-    choices=('scene', 'foreign'),
-)
-_IMU = Parameter(
-    'imu_reliability',
-    'reliable',
-    'reliability that the subscription to ship/imu requests; most sensors only offer '
-    '`best_effort`',
-    choices=('reliable', 'best_effort'),
-)
-_MOUNT = Parameter(
-    'imu_rotation',
-    '',
-    'how the sensor is mounted: roll, pitch and yaw of its axes in those of the clock, in degrees '
-    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or one "
-    'from which a static transform of tf2 leads there. With a foreign source',
-)
-_RESET = Parameter(
-    'reset_on_time_jump',
-    False,
-    'with a foreign source: set the dial again where the stamps of ship/imu go back for good; '
-    'otherwise it does so only where /clock goes back, under `use_sim_time`',
-)
-_CLOCK = Parameter(
-    'publish_clock',
-    False,
-    'publish /clock, at most 100 times a second; refused if another node publishes it',
-)
-_WAIT = Parameter(
-    'wait',
-    2.0,
-    'without flow control: begin when each topic has a subscriber, but after this time anyway',
-    unit='s',
-    low=0.0,
-    high=3600.0,
-)
-_STATE = (
+_STAGE = (
+    _SCENE,
+    _DURATION,
+    Parameter(
+        'source',
+        'scene',
+        "`scene`: the inputs follow the scene's schedule from its first stamp; `foreign`: a "
+        'sensor, another simulator or a bag drives the graph, which is anchored at the first '
+        'stamp that comes',
+        choices=('scene', 'foreign'),
+    ),
     Parameter(
         'state_folder',
         '',
@@ -345,9 +344,8 @@ _STATE = (
         low=0.1,
         high=86400.0,
     ),
+    *_COMMON,
 )
-_COMMON = (_EXECUTOR, _STALE, *_FLOW)
-_STAGE = (_SCENE, _DURATION, _SOURCE, *_STATE, *_COMMON)
 
 PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'ship_motion': (
@@ -366,7 +364,17 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         _WAIT,
         *_COMMON,
     ),
-    'trochlea': (*_STAGE, _IMU, _MOUNT, _RESET),
+    'trochlea': (
+        *_STAGE,
+        _IMU,
+        _MOUNT,
+        Parameter(
+            'reset_on_time_jump',
+            False,
+            'with a foreign source: set the dial again where the stamps of ship/imu go back for '
+            'good; otherwise it does so only where /clock goes back, under `use_sim_time`',
+        ),
+    ),
     'drift_estimator': (*_STAGE, _IMU, _MOUNT),
     'longitude': _STAGE,
     'recorder': (
