@@ -22,7 +22,7 @@ LIMITS = {
     'lines of src': (77_500, 69_000),
     'files of src': (187, 185),
     'lines of tests': (52_900, 42_000),
-    'lines of benchmarks': (8_200, 7_000),
+    'lines of benchmarks': (7_450, 7_000),
     'circles of imports': (0, 0),
 }
 """A limit is lowered when a figure has fallen; none is raised before a goal is reached."""
