@@ -41,7 +41,13 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.airs import BoxTemperature
-from tauto_core.ship.buffer import MotionBuffer, SharedBuffers, felt_step_ns, samples_a_piece
+from tauto_core.ship.buffer import (
+    BufferInCommon,
+    MotionBuffer,
+    SharedBuffers,
+    felt_step_ns,
+    samples_a_piece,
+)
 from tauto_core.ship.imu import Sensed, message, parted, screen
 from tauto_core.wording import significant
 
@@ -370,7 +376,7 @@ class TrochleaStage:
         if scene.suspension is not None:
             from tauto_core.ship.suspension import CaseInCommon, Suspension
         if buffers is None:
-            self._buffer: MotionBuffer = MotionBuffer(**settings)
+            self._buffer: MotionBuffer | BufferInCommon = MotionBuffer(**settings)
             if scene.suspension is not None:
                 self._suspension = Suspension(scene, max_gap_s=MAX_GAP_S)
         else:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, Generic, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -391,7 +391,6 @@ class MotionBuffer:
             for rows, part in in_parts(imu, rate is not None, force):
                 others = (None if each is None else each[rows] for each in (rate, lean, gravity))
                 self._read(part, roll[rows], *others)
-        if not isinstance(imu, HungImu):
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
@@ -510,13 +509,9 @@ class MotionBuffer:
                 first = first[piece]
             nodes = window_nodes(self._stride, self._before)
             return {'window': Window(nodes, Polynomials(values, rates, first, fitted))}
-        found = {'neutral': self.fitted('line', pieces, self._data.get('line_rate'))}
-        if self._apparent_vertical:
-            found['tilt'] = self.fitted('tilt', pieces)
-        if self._apparent_gravity:
-            found['gravity'] = self.fitted('gravity', pieces)
-        if self._leans:
-            found['lean'] = self.fitted('lean', pieces)
+        felt = [name for name in ('tilt', 'gravity', 'lean') if name in self._data]
+        found = {name: self.fitted(name, pieces) for name in felt}
+        found['neutral'] = self.fitted('line', pieces, self._data.get('line_rate'))
         if piece is not None:
             found = {name: coefficients[piece] for name, coefficients in found.items()}
         return found
@@ -573,87 +568,85 @@ TURNS = 4
 """Turns whose answers are kept: a clock may take several parts of its samples at once."""
 
 
-class InTurn(Generic[T]):
-    """What clocks that are fed in turn ask for alike: the first one computes it for all."""
+@dataclass
+class _Shared:
+    """What clocks that are fed in turn have in common, and what it has answered last."""
 
-    def __init__(self) -> None:
-        self._turns = 0
-        self._said: deque[tuple[T | None, TautoError | None]] = deque(maxlen=TURNS)
-
-    def answer(self, turn: int, compute: Callable[[], T]) -> T:
-        """Return, or raise, what was computed in a turn; clocks count their turns from 1."""
-        if turn > self._turns:
-            self._turns = turn
-            try:
-                self._said.append((compute(), None))
-            except TautoError as error:
-                self._said.append((None, error))
-        if self._turns - turn >= len(self._said):
-            raise RuntimeError('a clock is fed behind the others in its sea')
-        found, failed = self._said[turn - self._turns - 1]
-        if failed is not None:
-            raise failed
-        return cast(T, found)
+    part: Any
+    turns: int = 0
+    last_ns: int = -1
+    said: deque[tuple[Any, TautoError | None]] = field(default_factory=lambda: deque(maxlen=TURNS))
 
 
 class SharedBuffers:
-    """Buffers of clocks in one sea, which are fed in turn; common parts are computed once.
+    """Buffers and cases of clocks in one sea, which are fed in turn; each is computed once.
 
     Clocks whose buffers have the same settings, and that take their samples in the same parts,
     get the same forcing.
-
-    Attributes:
-        cases: the suspended cases, by all on which their motion depends.
     """
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], _Shared] = {}
-        self.cases: dict[tuple[object, ...], Any] = {}
 
-    def buffer(self, parts: object, **settings: Any) -> MotionBuffer:
+    def common(self, key: tuple[object, ...], make: Callable[[], object]) -> _Shared:
+        """Return what clocks with this key have in common; it is made for the first of them."""
+        if key not in self._known:
+            self._known[key] = _Shared(make())
+        return self._known[key]
+
+    def buffer(self, parts: object, **settings: Any) -> BufferInCommon:
         """Return the buffer of one more clock; `parts` says on what its parts depend."""
         key = parts, *sorted(settings.items())
-        if key not in self._known:
-            self._known[key] = _Shared(MotionBuffer(**settings), InTurn())
-        return _InCommon(self._known[key], **settings)
+        return BufferInCommon(self.common(key, lambda: MotionBuffer(**settings)))
 
 
-@dataclass
-class _Shared:
-    """The buffer of all clocks with the same settings, and its last output."""
+class InCommon:
+    """A buffer or case that clocks have in common, as one of them sees it."""
 
-    buffer: MotionBuffer
-    forced: InTurn[Forcing | None]
-    last_ns: int = -1
-
-
-class _InCommon(MotionBuffer):
-    """The buffer of one of the clocks."""
-
-    def __init__(self, shared: _Shared, **settings: Any) -> None:
-        super().__init__(**settings)
+    def __init__(self, shared: _Shared) -> None:
         self._shared, self._turn = shared, 0
+        self.bridged = self.crowded = 0
+
+    def in_turn(self, compute: Callable[[], T]) -> T:
+        """Return, or raise, the answer of the next turn; the first clock to ask computes it."""
+        shared = self._shared
+        self._turn += 1
+        if self._turn > shared.turns:
+            shared.turns = self._turn
+            try:
+                shared.said.append((compute(), None))
+            except TautoError as error:
+                shared.said.append((None, error))
+        self.bridged, self.crowded = shared.part.bridged, shared.part.crowded
+        if shared.turns - self._turn >= len(shared.said):
+            raise RuntimeError('a clock is fed behind the others in its sea')
+        found, failed = shared.said[self._turn - shared.turns - 1]
+        if failed is not None:
+            raise failed
+        return cast(T, found)
+
+    def state(self) -> State:
+        """Refuse: what clocks share is not saved with one of them."""
+        raise TypeError('what clocks in one sea have in common is not saved')
+
+    def restore(self, _: State) -> None:
+        """Refuse as `state` does."""
+        self.state()
+
+
+class BufferInCommon(InCommon):
+    """The buffer of one of the clocks."""
 
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples, unless another clock has brought them."""
         shared = self._shared
         if int(imu.stamp_ns[-1]) > shared.last_ns:
-            shared.buffer.add(imu, origin_ns)
+            shared.part.add(imu, origin_ns)
             shared.last_ns = int(imu.stamp_ns[-1])
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, as another clock has had it."""
-        shared = self._shared
-        self._turn += 1
-        found = shared.forced.answer(
-            self._turn, lambda: shared.buffer.forcing(log_ns, end_ns, final=final)
-        )
-        self.bridged, self.crowded = shared.buffer.bridged, shared.buffer.crowded
-        return found
-
-    def state(self) -> State:
-        """Refuse: shared parts are not saved with one of the clocks."""
-        raise TypeError('the buffer of clocks in one sea is not saved')
+        return self.in_turn(lambda: self._shared.part.forcing(log_ns, end_ns, final=final))
 
 
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:

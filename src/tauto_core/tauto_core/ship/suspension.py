@@ -12,7 +12,6 @@ the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +30,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.ship.buffer import (
-    InTurn,
+    InCommon,
     MotionBuffer,
     SharedBuffers,
     felt_step_ns,
@@ -473,15 +472,7 @@ class Suspension:
 # A case in which several clocks of one sea hang.
 
 
-@dataclass
-class _Case:
-    """A case, and what the clocks in it have felt last."""
-
-    motion: Suspension
-    felt: InTurn[HungImu | None]
-
-
-class CaseInCommon:
+class CaseInCommon(InCommon):
     """The suspension of one of several clocks that are fed in turn in one sea.
 
     Their cases move alike, so the first of them computes the motion. Arguments are those of
@@ -492,36 +483,13 @@ class CaseInCommon:
         self, scene: Scene, buffers: SharedBuffers, parts: object, *, max_gap_s: float
     ) -> None:
         words = repr(scene.suspension), repr(scene.solver)
-        key = parts, scene.g, scene.step_ns, scene.accuracy, *words
-        if key not in buffers.cases:
-            buffers.cases[key] = _Case(Suspension(scene, max_gap_s=max_gap_s), InTurn())
-        self.key, self._turn = key, 0
-        self._case: _Case = buffers.cases[key]
-
-    @property
-    def bridged(self) -> int:
-        """Number of gaps in the ship's motion that were interpolated."""
-        return self._case.motion.bridged
-
-    @property
-    def crowded(self) -> int:
-        """Number of samples of the ship that were left out."""
-        return self._case.motion.crowded
+        self.key = parts, scene.g, scene.step_ns, scene.accuracy, *words
+        super().__init__(buffers.common(self.key, lambda: Suspension(scene, max_gap_s=max_gap_s)))
 
     def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
         """Take screened samples; return those of the case that are known by now, if any."""
-        self._turn += 1
-        return self._case.felt.answer(self._turn, lambda: self._case.motion.feed(imu, origin_ns))
+        return self.in_turn(lambda: self._shared.part.feed(imu, origin_ns))
 
     def finish(self, origin_ns: int) -> HungImu | None:
         """Return the remaining samples, interpolated with one-sided windows."""
-        self._turn += 1
-        return self._case.felt.answer(self._turn, lambda: self._case.motion.finish(origin_ns))
-
-    def state(self) -> State:
-        """Refuse: a case that clocks share is not saved with one of them."""
-        raise TypeError('the case of clocks in one sea is not saved')
-
-    def restore(self, _: State) -> None:
-        """Refuse as `state` does."""
-        raise TypeError('the case of clocks in one sea is not saved')
+        return self.in_turn(lambda: self._shared.part.finish(origin_ns))
