@@ -510,7 +510,7 @@ class MotionBuffer:
             nodes = window_nodes(self._stride, self._before)
             return {'window': Window(nodes, Polynomials(values, rates, first, fitted))}
         felt = [name for name in ('tilt', 'gravity', 'lean') if name in self._data]
-        found = {name: self.fitted(name, pieces) for name in felt}
+        found: dict[str, Any] = {name: self.fitted(name, pieces) for name in felt}
         found['neutral'] = self.fitted('line', pieces, self._data.get('line_rate'))
         if piece is not None:
             found = {name: coefficients[piece] for name, coefficients in found.items()}
@@ -603,8 +603,10 @@ class SharedBuffers:
 class InCommon:
     """A buffer or case that clocks have in common, as one of them sees it."""
 
+    part: Any
+
     def __init__(self, shared: _Shared) -> None:
-        self._shared, self._turn = shared, 0
+        self._shared, self.part, self._turn = shared, shared.part, 0
         self.bridged = self.crowded = 0
 
     def in_turn(self, compute: Callable[[], T]) -> T:
@@ -617,7 +619,7 @@ class InCommon:
                 shared.said.append((compute(), None))
             except TautoError as error:
                 shared.said.append((None, error))
-        self.bridged, self.crowded = shared.part.bridged, shared.part.crowded
+        self.bridged, self.crowded = self.part.bridged, self.part.crowded
         if shared.turns - self._turn >= len(shared.said):
             raise RuntimeError('a clock is fed behind the others in its sea')
         found, failed = shared.said[self._turn - shared.turns - 1]
@@ -637,16 +639,18 @@ class InCommon:
 class BufferInCommon(InCommon):
     """The buffer of one of the clocks."""
 
+    part: MotionBuffer
+
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples, unless another clock has brought them."""
         shared = self._shared
         if int(imu.stamp_ns[-1]) > shared.last_ns:
-            shared.part.add(imu, origin_ns)
+            self.part.add(imu, origin_ns)
             shared.last_ns = int(imu.stamp_ns[-1])
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, as another clock has had it."""
-        return self.in_turn(lambda: self._shared.part.forcing(log_ns, end_ns, final=final))
+        return self.in_turn(lambda: self.part.forcing(log_ns, end_ns, final=final))
 
 
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:

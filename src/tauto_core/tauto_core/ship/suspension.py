@@ -479,6 +479,8 @@ class CaseInCommon(InCommon):
     `Suspension`, the buffers of these clocks, and `parts`, the key of their parts of the samples.
     """
 
+    part: Suspension
+
     def __init__(
         self, scene: Scene, buffers: SharedBuffers, parts: object, *, max_gap_s: float
     ) -> None:
@@ -488,8 +490,8 @@ class CaseInCommon(InCommon):
 
     def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
         """Take screened samples; return those of the case that are known by now, if any."""
-        return self.in_turn(lambda: self._shared.part.feed(imu, origin_ns))
+        return self.in_turn(lambda: self.part.feed(imu, origin_ns))
 
     def finish(self, origin_ns: int) -> HungImu | None:
         """Return the remaining samples, interpolated with one-sided windows."""
-        return self.in_turn(lambda: self._shared.part.finish(origin_ns))
+        return self.in_turn(lambda: self.part.finish(origin_ns))

@@ -125,6 +125,11 @@ def _states(setting: WeatherSetting) -> tuple[WeatherState, ...]:
     return checked(setting.weather.resolved(setting), setting.scene)
 
 
+def _wrong(*rows: tuple[object, str, Any, str, str]) -> Iterator[Problem]:
+    """Yield the problems whose condition, which comes first, holds."""
+    return (Problem(*words) for holds, *words in rows if holds)
+
+
 class SeaShip(ShipKind):
     """Roll, and heave if set, from waves that the ship meets at a speed and heading.
 
@@ -255,15 +260,7 @@ class SeaShip(ShipKind):
     def setting(self, scene: Surroundings) -> WeatherSetting:
         """Return scene and ship for which the weather is resolved."""
         assert self.weather is not None
-        around = Around(
-            name=scene.name,
-            seed=scene.seed,
-            g=scene.g,
-            duration=scene.duration,
-            duration_ns=scene.duration_ns,
-            log_interval_ns=scene.log_interval_ns,
-            voyage=scene.voyage,
-        )
+        around = Around(**{each.name: getattr(scene, each.name) for each in fields(Around)})
         return WeatherSetting(
             around, self.weather, self.relative_heading, self.speed, self._length
         )
@@ -393,95 +390,100 @@ class SeaShip(ShipKind):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""
-        if self.sea is not None:
-            yield from self.sea.problems(self.rate)
-        if self.weather is not None:
-            yield from self.weather.problems(self.rate)
-            if self.weather.follow_route and self.speed:
-                yield Problem(
-                    'ship.speed',
-                    self.speed,
-                    'does not go with ship.weather.follow_route: the voyage has a speed',
-                    'Leave one of them out.',
-                )
-        if self.sea is None and self.weather is None:
-            yield Problem(
+        sea, weather, roll, rao = self.sea, self.weather, self.roll, self.rao
+        if sea is not None:
+            yield from sea.problems(self.rate)
+        if weather is not None:
+            yield from weather.problems(self.rate)
+        yield from _wrong(
+            (
+                weather is not None and weather.follow_route and self.speed,
+                'ship.speed',
+                self.speed,
+                'does not go with ship.weather.follow_route: the voyage has a speed',
+                'Leave one of them out.',
+            ),
+            (
+                sea is None and weather is None,
                 'ship.sea',
                 ABSENT,
                 'is missing, and there is no weather in its place',
-                'Write `sea: …`, mapping: spectrum, significant_wave_height, peak_period, …; or '
-                '`weather: …`, mapping with `kind`.',
-            )
-        if self.sea is not None and self.weather is not None:
-            yield Problem(
+                'Write `sea: …`, mapping: spectrum, significant_wave_height, peak_period, …; '
+                'or `weather: …`, mapping with `kind`.',
+            ),
+            (
+                sea is not None and weather is not None,
                 'ship.weather',
                 ABSENT,
                 'does not go with ship.sea: the sea is one, or one after another',
                 'Leave one of them out.',
-            )
-        if self.roll is None and self.rao is None:
-            yield Problem(
+            ),
+            (
+                roll is None and rao is None,
                 'ship.roll',
                 ABSENT,
                 'is missing, and there is no rao in its place',
-                'Write `roll: …`, mapping: natural_period, damping_ratio, slope_coefficient; or '
-                '`rao: …`, mapping: path, heading.',
-            )
-        if self.roll is not None and self.rao is not None:
-            yield Problem(
+                'Write `roll: …`, mapping: natural_period, damping_ratio, slope_coefficient; '
+                'or `rao: …`, mapping: path, heading.',
+            ),
+            (
+                roll is not None and rao is not None,
                 'ship.rao',
                 ABSENT,
                 'does not go with ship.roll: the roll follows from one of them',
                 'Leave one of them out.',
-            )
-        if self.heading is not None and self.rao is not None and self.rao.heading is not None:
-            yield Problem(
+            ),
+            (
+                self.heading is not None and rao is not None and rao.heading is not None,
                 'ship.heading',
                 self.heading,
                 'does not go with ship.rao, which has its own heading',
                 'Give it as ship.rao.heading.',
-            )
+            ),
+        )
         yield from self._problems_of_hull()
-        if self.rao is not None:
-            yield from self.rao.problems(heave=self.heave)
+        if rao is not None:
+            yield from rao.problems(heave=self.heave)
 
     def _problems_of_hull(self) -> Iterator[Problem]:
-        if self.hull is None:
-            if self.roll is not None and self.roll.slope_coefficient is None:
-                yield Problem(
-                    'ship.roll.slope_coefficient',
-                    ABSENT,
-                    'is missing, and there is no hull that answers to the slope of the waves',
-                    'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
-                )
-            if self.clock is not None and not self.turns_in_space:
-                yield Problem(
-                    'ship.clock',
-                    ABSENT,
-                    'is a place in a hull, and there is none',
-                    'Write `hull: …` in ship, or leave it out.',
-                )
-            if self.clock is not None and self.rao is not None:
-                # without a length that of the longest ship; none is wider than half of it
-                length = self.rao.length or 400.0
-                for key, most in (('forward', 0.5 * length), ('port', 0.25 * length)):
-                    at = getattr(self.clock, key)
-                    if not abs(at) <= most:
-                        yield Problem(
-                            f'ship.clock.{key}',
-                            at,
-                            f'must lie in [{-most:g}, {most:g}] m: the clock is outside the ship',
-                            "Measure from the operator's origin.",
-                        )
-            return
-        yield from self.hull.problems()
-        if self.rao is not None:
-            yield Problem(
+        clock, rao, bare = self.clock, self.rao, self.hull is None
+        if self.hull is not None:
+            yield from self.hull.problems()
+        yield from _wrong(
+            (
+                bare and self.roll is not None and self.roll.slope_coefficient is None,
+                'ship.roll.slope_coefficient',
+                ABSENT,
+                'is missing, and there is no hull that answers to the slope of the waves',
+                'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
+            ),
+            (
+                bare and clock is not None and not self.turns_in_space,
+                'ship.clock',
+                ABSENT,
+                'is a place in a hull, and there is none',
+                'Write `hull: …` in ship, or leave it out.',
+            ),
+            (
+                not bare and rao is not None,
                 'ship.hull',
                 ABSENT,
                 'does not go with ship.rao: the motions follow from one of them',
                 'Leave one of them out.',
-            )
+            ),
+        )
+        if bare and clock is not None and rao is not None:
+            # without a length that of the longest ship; none is wider than half of it
+            length = rao.length or 400.0
+            for key, most in (('forward', 0.5 * length), ('port', 0.25 * length)):
+                at = getattr(clock, key)
+                if not abs(at) <= most:
+                    yield Problem(
+                        f'ship.clock.{key}',
+                        at,
+                        f'must lie in [{-most:g}, {most:g}] m: the clock is outside the ship',
+                        "Measure from the operator's origin.",
+                    )
 
     @property
     def motions(self) -> tuple[str, ...]:
@@ -680,28 +682,25 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
                 outside = sea_motion(scene, here, number + place * SWELL_STREAMS).outside
                 above, below = max(above, outside[0]), max(below, outside[1])
 
+    names = [each.name for each in fields(SixMotions)]
+    if not ship.turns_in_space:
+        names = ['roll', 'heave'] if ship.heave else ['roll']
+
     def motions_of(number: int) -> list[Harmonics]:
         parts = []
         for place, alone in enumerate(states[number].alone):
             found = sea_motion(scene, ship.in_state(alone), number + place * SWELL_STREAMS)
-            if found.six is not None:
-                parts.append([getattr(found.six, each.name) for each in fields(found.six)])
-            else:
-                parts.append([found.roll] if found.heave is None else [found.roll, found.heave])
+            parts.append([getattr(found.six or found, name) for name in names])
         return parts[0] if len(parts) == 1 else list(map(together, zip(*parts, strict=True)))
 
     setting = ship.setting(scene)
-    warnings = (*sea_warnings(above, below), *setting.weather.warnings(setting))
-    metadata = ship.metadata(scene)
-    if ship.turns_in_space:
-        six = SixMotions(*fades_of(states, motions_of, len(fields(SixMotions))))
-        return Channels(six.roll, six.heave, six=six, metadata=metadata, warnings=warnings)
-    moved = fades_of(states, motions_of, 2 if ship.heave else 1)
+    moved = dict(zip(names, fades_of(states, motions_of, len(names)), strict=True))
     return Channels(
-        moved[0],
-        moved[1] if ship.heave else None,
-        metadata=metadata,
-        warnings=warnings,
+        moved['roll'],
+        moved.get('heave'),
+        six=SixMotions(**moved) if ship.turns_in_space else None,
+        metadata=ship.metadata(scene),
+        warnings=(*sea_warnings(above, below), *setting.weather.warnings(setting)),
     )
 
 
