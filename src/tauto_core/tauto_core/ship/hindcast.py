@@ -15,6 +15,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, date, datetime
+from functools import partial
 from itertools import chain, pairwise, product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
@@ -154,21 +155,11 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     read = dict(content)
     ship = content.get('ship')
     if isinstance(ship, dict) and names_hindcast(ship.get('weather')):
-
-        def weather(asked: HindcastFile) -> dict[str, Any]:
-            return hindcast_weather(asked, scene)
-
-        read['ship'] = {
-            **ship,
-            'weather': section_read(
-                HindcastFile, weather, ship, 'weather.path', origin, any_size=True
-            ),
-        }
+        weather = partial(hindcast_weather, scene=scene)
+        keys = section_read(HindcastFile, weather, ship, 'weather.path', origin, any_size=True)
+        read['ship'] = {**ship, 'weather': keys}
     if names_hindcast(content.get('air')):
-
-        def air(asked: AirHindcastFile) -> dict[str, Any]:
-            return hindcast_air(asked, scene)
-
+        air = partial(hindcast_air, scene=scene)
         read['air'] = section_read(
             AirHindcastFile, air, content, 'air.path', origin, prefix='', any_size=True
         )
@@ -194,41 +185,35 @@ def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
         )
         remedy = f'Sail for at least {1.5 * INTERVAL_S / 3600.0:g} h, or use weather kind states.'
         raise SceneError(scene.name, 'ship.weather.kind', asked.kind, problem, remedy)
-    seas: list[list[tuple[float, float, float]]] = []
     with opened(asked.path) as grid:
         track = (start_s + at_ns / NS_PER_S, *passage.places(at_ns))
-        if 'swh' in grid:
+        if grid.one_of('swh', 'u10') == 'swh':
             name = grid.one_of('pp1d', 'mwp')
             heights, directions = grid.along('swh', *track), grid.along('mwd', *track, turns=True)
             periods = grid.along(name, *track) / (1.0 if name == 'pp1d' else MEAN_OF_PEAK)
             rows = zip(heights.tolist(), periods.tolist(), directions.tolist(), strict=True)
-            seas += [[row] for row in rows]
-        elif 'u10' in grid:
+            seas = [[row] for row in rows]
+        else:
             east, north = grid.along('u10', *track), grid.along('v10', *track)
             winds, winds_from = np.hypot(east, north), np.degrees(np.arctan2(-east, -north))
             hours = at_ns / NS_PER_S / 3600.0
             grown = grown_seas(hours.tolist(), winds.tolist(), (winds_from % 360.0).tolist())
-            seas += [[(*sea,) for sea in both] for both in grown]
-        else:
-            grid.one_of('swh', 'u10')
+            seas = [[(*sea,) for sea in both] for both in grown]
     kept = [
         [
-            (height, period, math.radians(come_from + 180.0) % math.tau)
+            [height, period, math.radians(come_from + 180.0) % math.tau]
             for height, period, come_from in row
             if height >= RIPPLES_M
         ]
         for row in seas
     ]
-    times = [passage.sails_ns, *at_ns.tolist()]
-    kept.insert(0, [])
-    if passage.arrives_ns <= scene.duration_ns + step_ns:
-        times.append(passage.arrives_ns)
-        kept.append([])
+    arrives = passage.arrives_ns <= scene.duration_ns + step_ns
+    times = [passage.sails_ns, *at_ns.tolist(), *[passage.arrives_ns] * arrives]
     return {
         **asked.model_dump(exclude={'path', 'begins'}),
         'source': source_name(asked.path)[-LONGEST_TEXT:],
         'time': [each / NS_PER_S for each in times],
-        'seas': [[list(sea) for sea in row] for row in kept],
+        'seas': [[], *kept, *[[]] * arrives],
     }
 
 
@@ -352,10 +337,9 @@ class Hindcast:
                 )
                 problem = f'does not increase from value to value: {values}'
                 raise SceneError(path, name, ABSENT, problem, 'Sort the file, each value once.')
-        count = len(self._longitude)
+        self._count = len(self._longitude)
         step = float(self._longitude[1] - self._longitude[0])
         self._round = float(self._longitude[-1] - self._longitude[0]) + 1.5 * step > 360.0
-        self._count = count
         if self._round:  # each meridian three times, for tracks in both directions
             turns = [self._longitude + turn for turn in (-360.0, 0.0, 360.0)]
             self._longitude = np.concatenate(turns)
@@ -364,14 +348,10 @@ class Hindcast:
     def _grid(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         return self._at_s, self._latitude, self._longitude
 
-    def __contains__(self, name: str) -> bool:
-        """Return whether there is a field of this name."""
-        return name in self._data
-
     def one_of(self, *names: str) -> str:
         """Return the first of some names that is a field; a `SceneError` if none is."""
         for name in names:
-            if name in self:
+            if name in self._data:
                 return name
         problem = f'is missing; the file has {", ".join(map(str, self._data.data_vars)) or "none"}'
         raise SceneError(self._path, ' or '.join(names), ABSENT, problem, _FORM)

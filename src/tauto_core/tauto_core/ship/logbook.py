@@ -88,6 +88,9 @@ MOST_ROWS_TOLD = 12
 
 FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
 
+_WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
+"""Names of a passage, and their columns in our tables."""
+
 Progress = Callable[[float], None]
 
 
@@ -130,11 +133,9 @@ class LoggedPassage:
     def fault(self) -> Problem | None:
         """Return the first problem, with the rows of the others, in one line; None if it sails."""
         found = list(self.problems())
-        if not found:
-            return None
+        if len(found) < 2:
+            return found[0] if found else None
         first, *others = found
-        if not others:
-            return first
         rows = [part for each in others for part in re.findall(r', row (\d+) ', each.key)]
         said = ', '.join(rows[:MOST_ROWS_TOLD]) + ', …' * (len(rows) > MOST_ROWS_TOLD)
         problem = f'{first.problem} (wrong too: {counted(len(rows), "row")}, {said})'
@@ -188,11 +189,9 @@ class LoggedPassage:
 
     def section(self) -> dict[str, Any]:
         """Return the keys of `voyage.log`, with the entries as figures."""
-        keys: dict[str, Any] = {'source': self.source, 'passage': self.name}
-        for key in ('ship', 'nation', 'sailed_from', 'bound_to'):
-            if getattr(self, key):
-                keys[key] = getattr(self, key)
-        return {**keys, 'entries': [list(each) for each in self.entries]}
+        words = {key: getattr(self, key) for key in _WORDS if getattr(self, key)}
+        entries = [list(each) for each in self.entries]
+        return {'source': self.source, 'passage': self.name, **words, 'entries': entries}
 
 
 def scene_of_passage(
@@ -353,20 +352,21 @@ def read_passages(
             ours = _OURS & {name.casefold() for name in names}
             rows = csv.reader(told(), delimiter=divided)
             if is_track:
-                yield from _pieces(path, _tracks(path, winds), 'point', progress)
+                logs = _tracks(path, winds)
             elif _IMMA.match(beginning):
                 logs = _archive(chain([beginning], told()))
-                yield from _pieces(path, logs, 'line', progress)
             elif 'YR' in names:
-                yield from _pieces(path, _release_21(path, names, rows), 'line', progress)
+                logs = _release_21(path, names, rows)
             elif 'Lat3' in names or ('UTC' in names and not ours - {'utc'}):
-                yield from _pieces(path, _release_15(path, names, rows), 'line', progress)
+                logs = _release_15(path, names, rows)
             elif ours:
                 part = 1.0
                 yield from _ours(path, names, rows)
+                return
             else:
                 problem = f'is not a known log-book; its columns are {header_words(names)}'
                 raise SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
+            yield from _pieces(path, logs, 'point' if is_track else 'line', progress)
     except (OSError, EOFError, zlib.error) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         raise SceneError(path, '', None, problem, 'Name another file.') from None
@@ -398,13 +398,9 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
             raise SceneError(path, f'line 1, column {name}', ABSENT, problem, remedy)
     missing = [name for name in wanted if name not in names]
     if missing:
-        others = [name for name in names if name not in wanted]
-        letters = {name.casefold(): name for name in others}
-        near = [
-            letters[each]
-            for each in difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
-        ]
-        guess = f'Rename {near[0]}, with its unit, if that is meant. ' if near else ''
+        letters = {name.casefold(): name for name in names if name not in wanted}
+        near = difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
+        guess = f'Rename {letters[near[0]]}, with its unit, if that is meant. ' if near else ''
         problem = f'is missing; the columns are {", ".join(names)}'
         remedy = f'{guess}Give {FORMS}.'
         raise SceneError(path, f'line 1, column {missing[0]}', ABSENT, problem, remedy)
@@ -425,14 +421,12 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
                 place = at.get(column, len(names))
                 cell = cells[place].strip() if place < len(cells) else ''
                 try:
-                    value = _measured(column, cell)
+                    entry.append(_measured(column, cell))
                 except ValueError as error:
-                    remedy = 'Correct it.'
-                    if column == 'wind_from_deg':
-                        remedy = 'Leave it empty if the wind was variable.'
+                    windy = column == 'wind_from_deg'
+                    remedy = 'Leave it empty if the wind was variable.' if windy else 'Correct it.'
                     wrong = wrong or EntryProblem(row, column, cell or ABSENT, str(error), remedy)
-                    value = 0.0
-                entry.append(value)
+                    entry.append(0.0)
             entry[2] = _wrapped(entry[2])
             entries.append(tuple(entry))
             if len(cells) != len(names):
@@ -456,17 +450,14 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             name, source_name(path), **words, lines=lines, entries=tuple(entries), wrong=wrong
         )
 
-    numbered = ((rows_read + 2, cells) for rows_read, cells in enumerate(rows))
-    named = ((line, cells) for line, cells in numbered if ''.join(cells).strip())
-    empty = True
+    named = ((line, cells) for line, cells in enumerate(rows, 2) if ''.join(cells).strip())
 
     def name_of(row: tuple[int, list[str]]) -> str:
         return _printed((row[1] + [''] * len(names))[at['passage']])
 
     for name, group in groupby(named, name_of):
-        empty = False
         yield passage(name, list(group))
-    if empty:
+    if not past:
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', 'Add some.')
 
 
@@ -496,9 +487,6 @@ def _measured(column: str, cell: str) -> float | None:
     return value
 
 
-_WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
-
-
 def _wrapped(longitude: float) -> float:
     """Return a longitude within ±180 degrees."""
     return longitude if -180.0 <= longitude <= 180.0 else (longitude + 180.0) % 360.0 - 180.0
@@ -521,6 +509,14 @@ class _Logs:
     rows: dict[Any, array[float]] = field(default_factory=dict)
     named: dict[Any, dict[str, str]] = field(default_factory=dict)
     lost: dict[Any, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+
+    def full(self, width: int, rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
+        """Yield the rows below a header that have as many cells, by their lines."""
+        for line, cells in enumerate(rows, 2):
+            if len(cells) == width:
+                yield line, cells
+            else:
+                self.lost[None]['with more or fewer cells than the header'] += 1
 
     def put(
         self,
@@ -644,9 +640,7 @@ def _number(cell: str, factor: float = 1.0) -> float | None:
     return round(factor * found, 9) if math.isfinite(found) else None
 
 
-def _archive(
-    lines: Iterable[str],
-) -> _Logs:
+def _archive(lines: Iterable[str]) -> _Logs:
     """Return the logs of a text in the form of the marine archive (IMMA), release 1.5 or 2.1.
 
     Places of the core (from 0): YR 0, MO 4, DY 6, HR 8 [0.01 h], LAT 12, LON 17 [0.01 degrees],
@@ -672,23 +666,21 @@ def _archive(
     return logs
 
 
-_UNITS = {'HR': 0.01, 'LAT': 0.01, 'LON': 0.01, 'W': 0.1}
+_UNITS = {'HR': 0.01, 'LAT': 0.01, 'LON': 0.01, 'W': 0.1, 'AT': 0.1}
 
 
 def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
     """Return the logs of a table of release 2.1: the fields of the archive, by their names."""
     wanted = ('YR', 'MO', 'DY', 'HR', 'LAT', 'LON', 'ID', 'D', 'W')
-    at = _places(path, names, wanted)
-    logs = _Logs()
-    for line, cells in enumerate(rows, 2):
-        if len(cells) != len(names):
-            logs.lost[None]['with more or fewer cells than the header'] += 1
-            continue
-        found = {name: _number(cells[at[name]], _UNITS.get(name, 1.0)) for name in wanted}
-        air = _number(cells[at['AT']], 0.1) if 'AT' in at else None
-        log, day = cells[at['ID']].strip(), (found['YR'], found['MO'], found['DY'])
-        wind = found['D'], found['W'], air
-        logs.put(log, line, day, found['HR'], (found['LAT'], found['LON']), wind)
+    at, logs = _places(path, names, wanted), _Logs()
+    for line, cells in logs.full(len(names), rows):
+        *day, hour, latitude, longitude, blows_from, blows, air = (
+            _number(cells[at[name]], _UNITS.get(name, 1.0)) if name in at else None
+            for name in (*wanted, 'AT')
+            if name != 'ID'
+        )
+        log, wind = cells[at['ID']].strip(), (blows_from, blows, air)
+        logs.put(log, line, tuple(day), hour, (latitude, longitude), wind)
         if log not in logs.named:
             logs.named[log] = {'number': log.lstrip('0') or '0', **_cliwoc_words(at, cells)}
     return logs
@@ -724,10 +716,7 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
         raise SceneError(path, 'Lookup_*_WindForce.csv', ABSENT, problem, remedy)
     logs = _Logs()
     own = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
-    for line, cells in enumerate(rows, 2):
-        if len(cells) != len(names):
-            logs.lost[None]['with more or fewer cells than the header'] += 1
-            continue
+    for line, cells in logs.full(len(names), rows):
         utc = cells[at['UTC']].strip().partition('.')[0]
         latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
         known = len(utc) == 10 and utc.isdecimal()
