@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.curves.numerics import trapezoid
 from tauto_core.ensembles.comparison import with_roll
-from tauto_core.samples import FloatArray, ImuSamples, join
+from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.ship.hull import ClockPlace, Hull, named_hull
@@ -74,17 +74,6 @@ def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> Non
     # each of 400 bins has its energy at a frequency drawn within it
     expected = [trapezoid(along, omega) for along in density.T]
     np.testing.assert_allclose(found, expected, rtol=0.01)
-
-
-def test_the_imu_has_the_same_bits_in_chunks_of_any_size(scene: Any) -> None:
-    ready = scene(duration=600.0)
-    motion, chunked = ShipMotion(ready), ShipMotion(ready)
-    whole, parts = motion.produce(motion.total), []
-    for count in (1, 7, 500, 3, 10_000):
-        parts.append(chunked.produce(count))
-    joined = join([each for each in parts if len(each.stamp_ns)])
-    for name in ('orientation', 'angular_velocity', 'linear_acceleration'):
-        np.testing.assert_array_equal(getattr(joined, name), getattr(whole, name))
 
 
 def rates(ready: Scene) -> tuple[float, float]:

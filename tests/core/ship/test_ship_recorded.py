@@ -193,11 +193,6 @@ def test_file_that_went_away_is_refused(tmp_path):
         ShipMotion(scene)
 
 
-def test_scene_longer_than_the_record_is_refused():
-    with pytest.raises(MotionDataError, match=r'lasts 660\.0 s, the record only 624\.003 s'):
-        ShipMotion(load_scene('measured', duration=660.0, voyage=None))
-
-
 def test_byte_order_mark_and_blank_lines_are_passed_over(tmp_path):
     text = '\n'.join(rows())
     plain = ShipMotion(csv_scene(tmp_path / 'a.csv', text)).produce(9)
@@ -207,6 +202,7 @@ def test_byte_order_mark_and_blank_lines_are_passed_over(tmp_path):
 
 
 def test_the_longest_duration_that_is_named_is_accepted():
-    with pytest.raises(MotionDataError, match=r'at most 624\.$'):
+    said = r'lasts 700\.0 s, the record only 624\.003 s.*at most 624\.$'
+    with pytest.raises(MotionDataError, match=said):
         ShipMotion(load_scene('measured', duration=700.0))
     assert ShipMotion(load_scene('measured', duration=624.0)).total > 624

@@ -17,7 +17,6 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import (
     ThreadPlane,
     Turned,
-    attitude,
     force_in_plane,
     imu_from_motions,
     imu_from_roll,
@@ -63,13 +62,6 @@ def test_the_turning_is_the_derivative_of_the_orientation() -> None:
     # in the ship's axes, by central differences: h² times a third derivative of about 1
     found = (behind.inv() * ahead).as_rotvec() / (2.0 * h)
     np.testing.assert_allclose(imu.angular_velocity, found, atol=1e-9)
-
-
-def test_roll_and_its_rate_come_back() -> None:
-    angle, rate, acceleration = motion()
-    read = attitude(imu_from_motions(np.arange(N), angle, rate, acceleration, G))
-    np.testing.assert_allclose(read.roll, angle.roll, atol=1e-14)
-    np.testing.assert_allclose(read.roll_rate, rate.roll, atol=1e-14)
 
 
 def test_a_ship_that_only_rolls_has_the_readings_of_one_that_only_rolls() -> None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from geographiclib.geodesic import Geodesic
 
-from tauto_core.samples import join
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import Passage, ShipMotion, bag_metadata
 from tauto_core.ship.waves import SampledFades
@@ -99,21 +98,6 @@ def test_the_motion_at_the_clock_is_the_second_derivative_of_what_is_sent():
     wanted_z = (g + heave_2) * np.cos(rho) - z0 * rate**2
     np.testing.assert_allclose(imu.linear_acceleration[:, 1], wanted_y, rtol=0, atol=3e-9)
     np.testing.assert_allclose(imu.linear_acceleration[:, 2], wanted_z, rtol=0, atol=3e-9)
-
-
-def test_bits_depend_neither_on_the_split_nor_on_a_resume():
-    scene = scene_of({'at': 0.0, **LOW}, {'at': 900.0, **CALM}, {'at': 1800.0, **HIGH})
-    whole = ShipMotion(scene).produce(10**6)
-    ship, parts = ShipMotion(scene), []
-    for count in (1, 511, 512, 17_999, 3, 700, 20_001):
-        parts.append(ship.produce(count))
-        state = ship.state()
-        ship = ShipMotion(scene)
-        ship.restore(state)
-    parts.append(ship.produce(10**6))
-    joined = join(parts)
-    for name in ('stamp_ns', 'orientation', 'angular_velocity', 'linear_acceleration'):
-        np.testing.assert_array_equal(getattr(joined, name), getattr(whole, name))
 
 
 def test_speed_and_heading_follow_the_route():
