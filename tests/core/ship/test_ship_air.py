@@ -58,7 +58,7 @@ def integrated(scene: Scene, mean, longitude, knots_s) -> np.ndarray:
     for a, b in pairwise(edges):
         here = (times >= a) & (times <= b)
         at = np.unique(np.append(times[here], b))
-        run = solve_ivp(slope, (a, b), [reached], 'DOP853', t_eval=at, rtol=1e-12, atol=1e-11)
+        run = solve_ivp(slope, (a, b), [reached], 'DOP853', t_eval=at, rtol=1e-10, atol=1e-9)
         found[here], reached = run.y[0, : here.sum()], float(run.y[0, -1])
     return found
 

@@ -18,19 +18,22 @@ from tauto_core.scene import Scene, load_scene
 from tauto_core.ship import LOOKAHEAD, ShipMotion, attitude
 
 SCENES = Path(__file__).parents[1] / 'scenes_ref'
-ROLLING = {'kind': 'sea', 'roll': {'natural_period': 11.0, 'damping_ratio': 0.08}, 'height': 3.0}
+ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08}
 SEA = {'significant_wave_height': 2.5, 'peak_period': 9.0}
-STATES = {'at': 0.0, **SEA}, {'at': 100.0, 'still': True}, {'at': 200.0, **SEA}
+STATES = [{'at': 0.0, **SEA}, {'at': 100.0, 'still': True}, {'at': 200.0, **SEA}]
 CHANGING = {
-    **ROLLING,
-    'roll': {**ROLLING['roll'], 'slope_coefficient': 0.7},
+    'kind': 'sea',
+    'height': 3.0,
     'heave': True,
-    'weather': {'kind': 'states', 'states': list(STATES)},
+    'roll': {**ROLL, 'slope_coefficient': 0.7},
+    'weather': {'kind': 'states', 'states': STATES},
 }
 HULL = {
+    'kind': 'sea',
     'hull': 'deptford',
     'clock': {'forward': 12.0},
     'heading': 3.1,
+    'roll': ROLL,
     'sea': {'spectrum': 'bretschneider', **SEA},
 }
 KINDS = {
@@ -40,7 +43,7 @@ KINDS = {
     'recorded': lambda: load_scene('measured', duration=60.0),
     'real': lambda: load_scene('buoy_44004_supply', duration=60.0),
     'weather': lambda: load_scene('ideal', ship=CHANGING, duration=400.0),
-    'hull': lambda: load_scene('ideal', ship={**ROLLING, **HULL}, duration=60.0),
+    'hull': lambda: load_scene('ideal', ship=HULL, duration=60.0),
 }
 
 
