@@ -127,6 +127,11 @@ class Problem:
         return ArgumentText(where, self.problem, '. ', self.remedy)
 
 
+def problems_where(*rows: tuple[object, str, object, str, str]) -> Iterator[Problem]:
+    """Yield the problems of those rows whose condition, which comes first, holds."""
+    return (Problem(key, value, *said) for holds, key, value, *said in rows if holds)
+
+
 class SceneError(TautoError):
     """A scene that cannot be run. The message lists all problems, one on each line.
 

@@ -398,7 +398,6 @@ class Suspension:
             tilt = self._swing.release(sway, lift, *rolling)
             self._last = np.array([tilt, tilt, 0.0, 0.0])
             rubbed = self._swing.bend_at_rest(rolling[1]) if rolling else 0.0
-            upright = lift * math.cos(tilt) - sway * math.sin(tilt)
             across, upright = self._case.c * rubbed, lift * math.cos(tilt) - sway * math.sin(tilt)
             first = tilt, 0.0, math.atan2(-across, upright), math.hypot(across, upright)
         bearing = self._buffer.motion(final=final)

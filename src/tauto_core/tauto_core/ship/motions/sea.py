@@ -15,7 +15,7 @@ from pydantic import Field, Strict, field_validator, model_validator
 
 from tauto_core.curves.numerics import trapezoid
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, problems_where
 from tauto_core.scene.sections import Flag, Itinerary, KindIn, key_of_place
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.motions import (
@@ -123,11 +123,6 @@ class Around:
 def _states(setting: WeatherSetting) -> tuple[WeatherState, ...]:
     """Return the states of a weather; a `SceneError` where it does not go with the scene."""
     return checked(setting.weather.resolved(setting), setting.scene)
-
-
-def _wrong(*rows: tuple[object, str, Any, str, str]) -> Iterator[Problem]:
-    """Yield the problems whose condition, which comes first, holds."""
-    return (Problem(*words) for holds, *words in rows if holds)
 
 
 class SeaShip(ShipKind):
@@ -395,7 +390,7 @@ class SeaShip(ShipKind):
             yield from sea.problems(self.rate)
         if weather is not None:
             yield from weather.problems(self.rate)
-        yield from _wrong(
+        yield from problems_where(
             (
                 weather is not None and weather.follow_route and self.speed,
                 'ship.speed',
@@ -449,7 +444,7 @@ class SeaShip(ShipKind):
         clock, rao, bare = self.clock, self.rao, self.hull is None
         if self.hull is not None:
             yield from self.hull.problems()
-        yield from _wrong(
+        yield from problems_where(
             (
                 bare and self.roll is not None and self.roll.slope_coefficient is None,
                 'ship.roll.slope_coefficient',

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, Strict
 
-from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, problems_where
 from tauto_core.scene.sections import Flag, Kind, OneLine, Positive, SceneTime, Section
 from tauto_core.scene.times import LAST_STAMP_S, NS_PER_S, nanoseconds, whole_intervals
 from tauto_core.ship.motions import Surroundings, sampled
@@ -377,47 +377,48 @@ class SeaState(Section):
             if self.at is not None:
                 what, remedy = 'does not go with waypoint', 'Leave one of them out.'
             yield Problem(f'{key}.at', ABSENT if self.at is None else self.at, what, remedy)
-        if self.still:
-            given = [name for name in _OF_WAVES if getattr(self, name) is not None]
-            for name in given[:1]:
-                yield Problem(
+        given = {name: getattr(self, name) for name in _OF_WAVES}
+        told = [name for name, value in given.items() if value is not None]
+        if self.still and told:
+            said = 'does not go with still: a calm has no waves'
+            yield Problem(f'{key}.{told[0]}', given[told[0]], said, 'Leave out one of them.')
+        if not self.still:
+            yield from (
+                Problem(
                     f'{key}.{name}',
-                    getattr(self, name),
-                    'does not go with still: a calm has no waves',
-                    'Leave out one of them.',
+                    ABSENT,
+                    'is missing',
+                    f'Write `{name}: …`, or `still: true` for a calm.',
                 )
-        else:
-            for name in ('significant_wave_height', 'peak_period'):
-                if getattr(self, name) is None:
-                    yield Problem(
-                        f'{key}.{name}',
-                        ABSENT,
-                        'is missing',
-                        f'Write `{name}: …`, or `still: true` for a calm.',
-                    )
+                for name in ('significant_wave_height', 'peak_period')
+                if name not in told
+            )
             if self.peak_period is not None:
                 yield from sampled(f'{key}.peak_period', self.peak_period, rate_hz)
-        if self.waves_to is not None and self.heading is not None:
-            yield Problem(
+        turned, waves_to = self.heading is not None, self.waves_to
+        yield from problems_where(
+            (
+                waves_to is not None and turned,
                 f'{key}.waves_to',
-                self.waves_to,
+                waves_to,
                 'does not go with heading: either says where the waves run to',
                 'Leave one of them out.',
-            )
-        elif self.waves_to is not None and not follow_route:
-            yield Problem(
+            ),
+            (
+                waves_to is not None and not turned and not follow_route,
                 f'{key}.waves_to',
-                self.waves_to,
+                waves_to,
                 'needs the course made good',
                 'Write `follow_route: true` in ship.weather, or give heading.',
-            )
-        if self.speed is not None and follow_route:
-            yield Problem(
+            ),
+            (
+                self.speed is not None and follow_route,
                 f'{key}.speed',
                 self.speed,
                 'does not go with follow_route: the voyage has a speed',
                 'Leave one of them out.',
-            )
+            ),
+        )
 
 
 class StatesWeather(WeatherKind):
