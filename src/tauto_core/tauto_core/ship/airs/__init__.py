@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.scene.errors import ABSENT, Problem, SceneError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, problems_where
 from tauto_core.scene.sections import (
     LONGEST_TEXT,
     Kind,
@@ -317,40 +317,48 @@ class RouteAir(AirKind):
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
         """Yield the problems of its places and temperatures."""
-        voyage = scene.voyage
+        voyage, at = scene.voyage, self.at
         if self.celsius is not None:
             yield from implausible_celsius('air.celsius', self.celsius)
-            if self.at is not None:
-                yield Problem(
-                    'air.celsius', self.celsius, 'does not go with at', 'Leave one of them out.'
-                )
-        elif self.at is None and (voyage is None or voyage.date is None):
-            lacks = 'there is no voyage' if voyage is None else 'voyage.date is missing'
-            key = 'air.celsius' if voyage is None else 'voyage.date'
-            remedy = 'Write `celsius: …` [°C]'
-            if voyage is not None:
-                remedy = 'Write the day on which she sails, `date: 1761-11-18`, or `air.at: …`'
-            yield Problem(
-                key,
+        bare = self.celsius is None and at is None
+        lacks = (
+            'is needed: air gives no temperatures, and {}, from which latitude and month would '
+            'follow'
+        )
+        yield from problems_where(
+            (
+                self.celsius is not None and at is not None,
+                'air.celsius',
+                self.celsius,
+                'does not go with at',
+                'Leave one of them out.',
+            ),
+            (
+                bare and voyage is None,
+                'air.celsius',
                 ABSENT,
-                f'is needed: air gives no temperatures, and {lacks}, from which latitude and '
-                'month would follow',
-                f'{remedy}.',
-            )
-        if self.at is None:
-            return
-        if voyage is None:
-            yield Problem(
+                lacks.format('there is no voyage'),
+                'Write `celsius: …` [°C].',
+            ),
+            (
+                bare and voyage is not None and voyage.date is None,
+                'voyage.date',
+                ABSENT,
+                lacks.format('voyage.date is missing'),
+                'Write the day on which she sails, `date: 1761-11-18`, or `air.at: …`.',
+            ),
+            (
+                at is not None and voyage is None,
                 'air.at',
                 ABSENT,
                 'names places of a voyage, and the scene has none',
                 'Write `celsius: …` for a clock in harbour, or `voyage: …`.',
-            )
-        if not self.at:
-            yield Problem('air.at', ABSENT, 'is empty', 'Name at least one place.')
-        for index, each in enumerate(self.at):
+            ),
+            (at == (), 'air.at', ABSENT, 'is empty', 'Name at least one place.'),
+        )
+        last = 0 if voyage is None else len(voyage.places) - 1
+        for index, each in enumerate(at or ()):
             yield from implausible_celsius(f'air.at[{index}].celsius', each.celsius)
-            last = 0 if voyage is None else len(voyage.places) - 1
             if voyage is not None and each.waypoint > last:
                 yield Problem(
                     f'air.at[{index}].waypoint',
@@ -359,7 +367,7 @@ class RouteAir(AirKind):
                     f'{last} the arrival',
                     f'Give a number from 0 to {last}.',
                 )
-        for index, (before, after) in enumerate(pairwise(self.at), 1):
+        for index, (before, after) in enumerate(pairwise(at or ()), 1):
             if after.waypoint <= before.waypoint:
                 yield Problem(
                     f'air.at[{index}].waypoint',
