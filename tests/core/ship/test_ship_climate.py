@@ -86,15 +86,6 @@ def test_each_step_adds_independent_noise(of_60_seeds):
     assert abs(np.mean(noise[:, 1:] * x[:, :-2])) < 4.0 / math.sqrt(n)
 
 
-def test_the_mean_height_is_that_of_a_log_normal(of_60_seeds):
-    """⟨Hs⟩ = median exp(σ²/2)."""
-    heights = 2.0 * np.exp(0.4 * of_60_seeds)
-    rho = math.exp(-21_600.0 / 100_000.0)
-    worth = heights.size * (1.0 - rho) / (1.0 + rho)
-    expected = 2.0 * math.exp(0.08)
-    assert abs(heights.mean() - expected) < 4.0 * heights.std() / math.sqrt(worth)
-
-
 def test_the_period_goes_with_the_height_by_the_steepness():
     scene = scene_of(OWN, days=30.0)
     for state in states_of(scene):

@@ -67,7 +67,9 @@ def test_roll_under_way_solves_its_equation(course):
     natural = 2.0 * np.pi / 11.0
     roll = roll_answer(waves(), ROLL, course)
     terms = at(roll, 2), 2.0 * 0.08 * natural * at(roll, 1), natural**2 * at(roll)
-    np.testing.assert_allclose(sum(terms), natural**2 * 0.7 * slope, rtol=0, atol=1e-12)
+    # rounding of angles of some hundred radians at rest, of some thousand under way
+    close = 1e-12 if course.speed else 1e-14
+    np.testing.assert_allclose(sum(terms), natural**2 * 0.7 * slope, rtol=0, atol=close)
 
 
 def answer(found: Answer, name: str, course: Encounter) -> Harmonics:

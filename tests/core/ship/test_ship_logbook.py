@@ -62,6 +62,12 @@ def scene_in(folder: Path, text: str = HEADER + ROWS) -> str:
     return str(file)
 
 
+@pytest.fixture(scope='module')
+def own():
+    """The mapping of a scene that may sail any passage."""
+    return load_scene('esperance_to_the_cape').model_dump(mode='json', exclude_none=True)
+
+
 def test_our_columns_are_read_passage_by_passage(tmp_path):
     one, other = read_passages(book(tmp_path))
     assert (one.name, one.ship, one.nation, one.sailed_from) == (
@@ -146,14 +152,13 @@ def test_a_column_that_is_there_twice_is_refused(tmp_path):
         list(read_passages(book(tmp_path, HEADER.replace('\n', ',latitude\n') + rows)))
 
 
-def test_names_over_several_lines_and_without_end_are_names_in_one_line(tmp_path):
+def test_names_over_several_lines_and_without_end_are_names_in_one_line(tmp_path, own):
     named = '"La\r\nFolle\x1b[2J\u2028 et fille"'
     text = ROWS.replace('A-1', 'A' * 5000).replace('La Folle', named)
     one, other = read_passages(book(tmp_path, HEADER + text))
     assert one.ship == 'La Folle [2J et fille'
     assert one.name == 'A' * 1000
     assert other.name == 'B-2'
-    own = load_scene('esperance_to_the_cape').model_dump(mode='json', exclude_none=True)
     scene = parse_scene(write_mapping(scene_of_passage(own, one, 1.0)), 'made')
     assert scene.voyage.log.passage == one.name
 
@@ -402,7 +407,7 @@ LOGS = {
 
 
 @pytest.mark.parametrize(('rows', 'wrong'), LOGS.values(), ids=LOGS.keys())
-def test_a_log_is_sailed_or_refused_by_its_row(tmp_path, rows, wrong):
+def test_a_log_is_sailed_or_refused_by_its_row(tmp_path, own, rows, wrong):
     text = ''.join(f'It,,,,,{",".join(row)}\n' for row in rows)
     passage = find_passage(book(tmp_path, HEADER + text), None)
     problems = [each.key for each in passage.problems()]
@@ -410,7 +415,6 @@ def test_a_log_is_sailed_or_refused_by_its_row(tmp_path, rows, wrong):
         assert problems[0] == f'passage It, {wrong}'
         return
     assert not problems
-    own = load_scene('esperance_to_the_cape').model_dump(mode='json', exclude_none=True)
     scene = parse_scene(write_mapping(scene_of_passage(own, passage, 1.0)), 'made')
     way, at = Passage(scene, scene.voyage), np.array([0, 43_200, 86_400, 129_600]) * 10**9
     latitude, longitude = way.places(np.concatenate([at, at + way.arrives_ns - at[-1]]))

@@ -66,13 +66,19 @@ def test_first_is_counted_and_last_is_not():
     assert observations.between(151 * S, 250 * S).stamp_ns.tolist() == []
 
 
-def test_errors_are_normal_with_the_given_sigma():
-    """4000 seeded draws: mean within 4 sigma/sqrt(n), variance within 4 sqrt(2/n)."""
-    scene = scene_of(duration=40_000.0, interval=10.0, sigma=0.3)
-    seen = Observations(scene).between(0, 10**18)
-    errors = (seen.time_ref_ns - seen.stamp_ns) / S / 0.3
+@pytest.mark.parametrize(
+    ('source', 'sigma', 'scene'),
+    [
+        ('port', 0.3, lambda: scene_of(duration=40_000.0, interval=10.0, sigma=0.3)),
+        ('lunar', 30.0, lambda: at_sea(lunars={'interval': 20.0, 'sigma': 30.0})),
+    ],
+)
+def test_errors_are_normal_with_the_sigma_of_their_source(source, sigma, scene):
+    """Some thousand seeded draws: mean within 4 sigma/sqrt(n), variance within 4 sqrt(2/n)."""
+    seen = Observations(scene()).between(0, 10**18)
+    errors = (seen.time_ref_ns - seen.stamp_ns)[seen.source == source] / S / sigma
     n = len(errors)
-    assert n == 4001
+    assert n > 1900
     assert abs(errors.mean()) < 4.0 / np.sqrt(n)
     assert abs(errors.var() - 1.0) < 4.0 * np.sqrt(2.0 / n)
     # successive errors are independent
@@ -128,17 +134,6 @@ def test_lunar_distances_are_taken_between_the_ports_alone():
     np.testing.assert_array_equal(seen.stamp_ns[others], plain.stamp_ns)
     np.testing.assert_array_equal(seen.time_ref_ns[others], plain.time_ref_ns)
     assert seen.stamp_ns.tolist() == schedule(scene).tolist()
-
-
-def test_their_errors_are_normal_with_their_own_sigma():
-    """1949 draws: variance within 4 sqrt(2/n)."""
-    lunars = {'interval': 20.0, 'sigma': 30.0}
-    seen = Observations(at_sea(lunars=lunars)).between(0, 10**18)
-    errors = (seen.time_ref_ns - seen.stamp_ns)[seen.source == 'lunar'] / S / 30.0
-    n = len(errors)
-    assert n > 1900
-    assert abs(errors.mean()) < 4.0 / np.sqrt(n)
-    assert abs(errors.var() - 1.0) < 4.0 * np.sqrt(2.0 / n)
 
 
 def test_clouds_hide_their_share_and_change_nothing_else():

@@ -1,15 +1,12 @@
-"""The sea's energy, its spectrum, and the roll as a solution of its equation."""
+"""The sea's energy and its spectrum."""
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tauto_core.scene import Roll, SceneError, Sea, load_scene
+from tauto_core.scene import SceneError, Sea, load_scene
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape, roll_answer
-from tauto_core.ship.waves import Encounter
-
-G = 9.80665
+from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape
 
 
 def sea(spectrum: str, components: int = 64) -> Sea:
@@ -65,25 +62,6 @@ def test_steps_of_frequency_are_uneven_and_follow_the_seed():
     assert not np.isin(first.period, other.period).any()
     assert not np.isin(first.phase, other.phase).any()
     assert np.diff(np.log(first.period)).std() > 0.005
-
-
-def test_roll_solves_its_equation():
-    """rho'' + 2 zeta w rho' + w^2 rho = w^2 kappa d(elevation)/dy, waves running to port."""
-    waves = elevation(sea('bretschneider'), 4)
-    settings = Roll(natural_period=11.0, damping_ratio=0.08, slope_coefficient=0.7)
-    roll = roll_answer(waves, settings, Encounter(0.0, 0.5 * np.pi, G))
-    w = 2.0 * np.pi / 11.0
-    t = np.linspace(0.0, 300.0, 200)[:, None]
-    omega = 2.0 * np.pi / waves.period
-    slope = np.sum(waves.amplitude * omega**2 / G * np.sin(omega * t + waves.phase), axis=1)
-    angle = omega * t + roll.phase
-    rho = np.sum(roll.amplitude * np.cos(angle), axis=1)
-    rate = -np.sum(roll.amplitude * omega * np.sin(angle), axis=1)
-    acceleration = -np.sum(roll.amplitude * omega**2 * np.cos(angle), axis=1)
-    residual = acceleration + 2.0 * 0.08 * w * rate + w**2 * rho - w**2 * 0.7 * slope
-    assert np.abs(w**2 * 0.7 * slope).max() > 1e-3
-    # rounding of angles of a few hundred radians
-    np.testing.assert_allclose(residual, 0.0, atol=1e-14)
 
 
 def test_waves_too_short_for_the_rate_are_refused():
