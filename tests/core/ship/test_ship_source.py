@@ -20,10 +20,11 @@ from tauto_core.ship import LOOKAHEAD, ShipMotion, attitude
 SCENES = Path(__file__).parents[1] / 'scenes_ref'
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08}
 SEA = {'significant_wave_height': 2.5, 'peak_period': 9.0}
-STATES = [{'at': 0.0, **SEA}, {'at': 100.0, 'still': True}, {'at': 200.0, **SEA}]
+STATES = [{'at': 0.0, **SEA}, {'at': 600.0, 'still': True}, {'at': 1200.0, **SEA}]
 CHANGING = {
     'kind': 'sea',
     'height': 3.0,
+    'rate': 5.0,
     'heave': True,
     'roll': {**ROLL, 'slope_coefficient': 0.7},
     'weather': {'kind': 'states', 'states': STATES},
@@ -42,7 +43,7 @@ KINDS = {
     'sea': lambda: load_scene('involute_weight_at_sea', duration=60.0),
     'recorded': lambda: load_scene('measured', duration=60.0),
     'real': lambda: load_scene('buoy_44004_supply', duration=60.0),
-    'weather': lambda: load_scene('ideal', ship=CHANGING, duration=400.0),
+    'weather': lambda: load_scene('ideal', ship=CHANGING, duration=1320.0),
     'hull': lambda: load_scene('ideal', ship=HULL, duration=60.0),
 }
 
