@@ -380,8 +380,12 @@ def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
         assert lasting(sailed()) == lasting(alone.rows)
 
 
-def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, monkeypatch):
-    """The worker is killed with the first ship under way, the scheduler with the fourth."""
+def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(tmp_path, monkeypatch):
+    """The worker is killed with the first ship under way, the scheduler with the fourth.
+
+    Each sails longer than this process takes to hear of one, so that some are left to lose.
+    """
+    fleet = plan(duration=4 * 86_400.0)
     folder, lost = tmp_path / 'fleet', []
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
     monkeypatch.setattr(workers, 'ASK_S', 0.2)
@@ -405,7 +409,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
 
         monkeypatch.setattr(workers.warnings, 'warn', hire)
         with pytest.raises(WorkerError, match=r'scheduler is lost .* \d of 6 ships came in; they'):
-            sail_fleet(plan(), Crew(2, scheduler.address), folder, lose)
+            sail_fleet(fleet, Crew(2, scheduler.address), folder, lose)
     assert lost == [worker, scheduler]
     monkeypatch.undo()
     kept = [
@@ -413,7 +417,9 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(alone, tmp_path, mon
     ]
     assert 2 <= len(kept) < 6
     assert all(row['failure'] is None for row in kept)
-    assert lasting(sail_fleet(plan(), Crew(1), folder).rows) == lasting(alone.rows)
+    assert lasting(sail_fleet(fleet, Crew(1), folder).rows) == lasting(
+        sail_fleet(fleet, Crew(1)).rows
+    )
 
 
 def row(number, error, **values):
