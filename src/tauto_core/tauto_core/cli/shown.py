@@ -37,9 +37,10 @@ def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
     """Return a voyage, sailed or replayed."""
     if as_json:
         return found.result
-    from tauto_core.cli.tables import replay_tables
+    from tauto_core.cli.tables import stability_table, voyage_table
 
-    return [replay_tables(found.result)]
+    stability = found.result.get('stability')
+    return [voyage_table(found.result), *([stability_table(stability)] if stability else [])]
 
 
 def facts(found: dict[str, Any], as_json: bool, _: Given) -> Said:

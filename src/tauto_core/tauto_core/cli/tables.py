@@ -110,18 +110,11 @@ def sea_words(sea: Facts) -> str:
 
 
 # -----------------------------------------------------------------------------
-# A replay as tables to read: the voyage and the stability of the clock.
+# The stability of a clock that is replayed.
 
 
-def replay_tables(result: Mapping[str, Any]) -> RenderableType:
-    """Return the tables of a replay: the voyage and, if requested, its stability."""
-    tables = [voyage_table(result)]
-    if stability := result.get('stability'):
-        tables.append(_stability(stability))
-    return Group(*tables)
-
-
-def _stability(stability: Mapping[str, Any]) -> Table:
+def stability_table(stability: Facts) -> Table:
+    """Return the deviations of the clock against the averaging time, with their bounds."""
     percent = f'{100.0 * stability["confidence"]:g} %'
     table = WholeTable(
         title=f'stability from {stability["samples"]:,} readings, as deviations of the relative '
@@ -548,8 +541,6 @@ def fleet_tables(result: Answers) -> list[Table]:
     """Return quantiles of the error, influences, and of a long voyage shares within the Act's
     limits.
     """
-    from tauto_core.ensembles.answers import QUANTILES
-
     found = []
     if within := result.within:
         limits = (f'{each.limit_nmi:g} nmi' for each in within['raw'])
@@ -560,15 +551,9 @@ def fleet_tables(result: Answers) -> list[Table]:
                 for each in within[clock]
             )
             found[-1].add_row(said, *shares)
-    quantiles = of_fleet(
-        'error of the longitude below which so many ships stay [nmi]',
-        'clock',
-        *(f'{percent(each)}' for each in QUANTILES),
-    )
-    for clock, said in _CLOCKS.items():
-        sizes: Sequence[float | None] = result.quantiles_nmi[clock] or [None] * len(QUANTILES)
-        quantiles.add_row(said, *(figure(size, 'nmi') for size in sizes))
-    found.append(quantiles)
+    title = 'error of the longitude below which so many ships stay [nmi]'
+    sizes = ((said, result.quantiles_nmi[clock]) for clock, said in _CLOCKS.items())
+    found.append(_quantiles(title, sizes))
     if result.influences:
         clocks = tuple(_CLOCKS.values())
         title = 'rank correlation with the error, and with its size'
@@ -590,6 +575,16 @@ def of_fleet(title: str, *columns: str) -> Table:
     return table
 
 
+def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> Table:
+    """Return the quantiles of the error of each clock; dashes where there are none."""
+    from tauto_core.ensembles.answers import QUANTILES
+
+    table = of_fleet(title, 'clock', *map(percent, QUANTILES))
+    for clock, sizes in rows:
+        table.add_row(clock, *(figure(size, 'nmi') for size in sizes or [None] * len(QUANTILES)))
+    return table
+
+
 # -----------------------------------------------------------------------------
 # Clocks on the passages of a log-book.
 
@@ -602,8 +597,6 @@ WAYS = {
 
 def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
     """Yield the table of prizes, the quantiles, and the parts by season and by ocean."""
-    from tauto_core.ensembles.answers import QUANTILES
-
     several = len(answers.clocks) > 1
     rows = [(clock, way) for clock in answers.clocks for way in clock.ways]
 
@@ -629,11 +622,8 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
             )
         yield table
     title = 'error below which so many passages stay [nmi]'
-    table = of_fleet(title, 'clock', *(percent(each) for each in QUANTILES))
-    for clock, way in rows:
-        sizes: Sequence[float | None] = clock.ways[way].quantiles_nmi or [None] * len(QUANTILES)
-        table.add_row(called(clock, way), *(figure(size, 'nmi') for size in sizes))
-    yield table
+    sizes = ((called(clock, way), clock.ways[way].quantiles_nmi) for clock, way in rows)
+    yield _quantiles(title, sizes)
     if answers.wind_draws or answers.hull_draws:
         title = 'change of the error of a passage in the median [nmi]'
         table = of_fleet(title, 'clock', 'wind drawn anew', 'hull drawn anew')
