@@ -57,34 +57,27 @@ __all__ = [
     'shipped_scenes',
 ]
 
+_HOMES = {
+    'loader': (
+        'DEFAULT_SCENE',
+        'Scene',
+        'load_scene',
+        'parse_scene',
+        'scene_yaml',
+        'shipped_scenes',
+    ),
+    'sections': ('Clock', 'DriftSettings', 'Itinerary', 'Log', 'Solver', 'Waypoint'),
+    'tables': ('data_path',),
+    'tauto_core.machines.drags': ('Drag',),
+    'tauto_core.machines.parts': ('Rest',),
+    'tauto_core.machines.sections': ('FluidTautochroneRegulator', 'Trochlea'),
+    'tauto_core.ship.motions': ('Component',),
+    'tauto_core.ship.motions.recorded': ('Recorded',),
+    'tauto_core.ship.sections': ('Rao', 'Roll', 'Sea', 'SpectrumTable'),
+    'tauto_core.ship.suspensions': ('AxleSuspension',),
+}
 _of_a_section = loaded_from(
-    __name__,
-    {
-        'DEFAULT_SCENE': 'loader',
-        'AxleSuspension': 'tauto_core.ship.suspensions',
-        'Clock': 'sections',
-        'Component': 'tauto_core.ship.motions',
-        'Drag': 'tauto_core.machines.drags',
-        'DriftSettings': 'sections',
-        'FluidTautochroneRegulator': 'tauto_core.machines.sections',
-        'Itinerary': 'sections',
-        'Log': 'sections',
-        'Rao': 'tauto_core.ship.sections',
-        'Recorded': 'tauto_core.ship.motions.recorded',
-        'Rest': 'tauto_core.machines.parts',
-        'Roll': 'tauto_core.ship.sections',
-        'Scene': 'loader',
-        'Sea': 'tauto_core.ship.sections',
-        'Solver': 'sections',
-        'SpectrumTable': 'tauto_core.ship.sections',
-        'Trochlea': 'tauto_core.machines.sections',
-        'Waypoint': 'sections',
-        'data_path': 'tables',
-        'load_scene': 'loader',
-        'parse_scene': 'loader',
-        'scene_yaml': 'loader',
-        'shipped_scenes': 'loader',
-    },
+    __name__, {name: home for home, names in _HOMES.items() for name in names}
 )
 
 

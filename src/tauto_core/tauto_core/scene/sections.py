@@ -182,6 +182,7 @@ class KindIn:
 # Sections with only one kind: dial, navigator, log, solver.
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
+Sigma: TypeAlias = Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)]
 # The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 LEAST_ACCURACY, LARGEST_ACCURACY = 1e-9, 1.0
@@ -256,7 +257,7 @@ class Lunars(Section):
     interval: Positive = Field(
         default=DAY_S, description='time between lunar distances at sea [s]'
     )
-    sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+    sigma: Sigma = Field(
         default=60.0, description='standard deviation of the time they give, 1e-9 to 86400 [s]'
     )
 
@@ -275,18 +276,18 @@ class CoefficientPrior(Section):
     )
 
 
+_TrialPrior: TypeAlias = Annotated[
+    CoefficientPrior | None,
+    Field(description='mapping: value, sigma; when left out: from trial runs'),
+]
+
+
 class Coefficients(Section):
     """Priors of coefficients of the rate equation that replace those from trial runs."""
 
-    heave: CoefficientPrior | None = Field(
-        default=None, description='mapping: value, sigma; when left out: from trial runs'
-    )
-    roll: CoefficientPrior | None = Field(
-        default=None, description='mapping: value, sigma; when left out: from trial runs'
-    )
-    gravity: CoefficientPrior | None = Field(
-        default=None, description='mapping: value, sigma; when left out: from trial runs'
-    )
+    heave: _TrialPrior = None
+    roll: _TrialPrior = None
+    gravity: _TrialPrior = None
     temperature: CoefficientPrior | None = Field(
         default=None,
         description='mapping: value, sigma [1/K]; 1.16e-5 is a second a day; when left out: from '
@@ -305,13 +306,13 @@ class DriftSettings(Section):
     observation_interval: Positive = Field(
         default=DAY_S, description='time between observations in port [s]'
     )
-    observation_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+    observation_sigma: Sigma = Field(
         default=0.5, description='standard deviation of an observation, 1e-9 to 86400 [s]'
     )
     lunars: Lunars | None = Field(
         default=None, description='mapping: interval, sigma of lunar distances between the ports'
     )
-    gnss_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] | None = Field(
+    gnss_sigma: Sigma | None = Field(
         default=None,
         description='standard deviation of the time that a GNSS receiver gives the graph (source '
         'gnss or gps), 1e-9 to 86400 [s] (when left out: 0.2, the delay of its messages)',
@@ -321,7 +322,7 @@ class DriftSettings(Section):
         description='share of the observations in port and by the Moon that clouds hide, 0 to 1',
     )
     states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
-    prior_rate_sigma: Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)] = Field(
+    prior_rate_sigma: Sigma = Field(
         default=1000.0,
         description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day]; the "
         'default covers a dial regulated for small swings (E7 in navigator.md)',
@@ -617,6 +618,22 @@ def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
         yield EntryProblem(number, 'air_celsius', celsius, said, 'Give it in °C.')
 
 
+# Keys of a log-book, whether its entries are in the scene or in a file.
+_HarbourDays: TypeAlias = Annotated[
+    float,
+    Strict(),
+    Field(
+        ge=0.0,
+        le=1000.0,
+        description='time in still water before the first entry, at its place, so that the clock '
+        'can be rated; the log does not hold it, 0 to 1000 [days]',
+    ),
+]
+_LongestGapDays: TypeAlias = Annotated[
+    Positive, Field(description='longest time between two entries that is bridged [days]')
+]
+
+
 class VoyageLog(Section):
     """A passage of a log-book, in place of departure, waypoints, arrival and times."""
 
@@ -630,14 +647,8 @@ class VoyageLog(Section):
         description='list of [UTC, latitude, longitude, direction from which the wind blows '
         '(degrees), its speed (m/s), air (°C)]; null where there is none, at most 10000'
     )
-    harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
-        default=0.0,
-        description='time in still water before the first entry, at its place, so that the clock '
-        'can be rated; the log does not hold it, 0 to 1000 [days]',
-    )
-    longest_gap_days: Positive = Field(
-        default=6.0, description='longest time between two entries that is bridged [days]'
-    )
+    harbour_days: _HarbourDays = 0.0
+    longest_gap_days: _LongestGapDays = 6.0
 
     @property
     def days(self) -> tuple[float, ...]:
@@ -692,14 +703,8 @@ class LogFile(Section):
         default=None,
         description='for a track in GPX: CSV file with utc, wind_from_deg, wind_mps, air_celsius',
     )
-    harbour_days: Annotated[float, Strict(), Field(ge=0.0, le=1000.0)] = Field(
-        default=0.0,
-        description='time in still water before the first entry, at its place, so that the clock '
-        'can be rated; the log does not hold it, 0 to 1000 [days]',
-    )
-    longest_gap_days: Positive = Field(
-        default=6.0, description='longest time between two entries that is bridged [days]'
-    )
+    harbour_days: _HarbourDays = 0.0
+    longest_gap_days: _LongestGapDays = 6.0
 
 
 def log_of_voyage(voyage: object) -> VoyageLog | None:
