@@ -27,8 +27,6 @@ WITHOUT_CALL = {
     'schema': 'prints a file, without options',
     **dict.fromkeys(ROS_COMMANDS, 'of another distribution'),
 }
-BY_HAND = {'scenes': ('scenes',)}
-"""Calls of the commands that are not made of them."""
 
 
 def commands() -> Iterator[tuple[str, Any, Any]]:
@@ -51,7 +49,7 @@ def test_every_option_is_an_argument_and_every_argument_an_option(
         return
     asked = {
         option(Argument(each.name))
-        for call in (entry.calls if isinstance(entry, Command) else BY_HAND[name])
+        for call in entry.calls
         for each in inspect.signature(getattr(api, call)).parameters.values()
         if each.kind is not each.VAR_KEYWORD and each.name not in OF_PYTHON
     }

@@ -133,7 +133,7 @@ def _tell(words: str) -> None:
 
 
 def scenes() -> list[str]:
-    """Return the names of the built-in scenes."""
+    """List the built-in scenes, for `tauto sail NAME`."""
     from tauto_core.scene import shipped_scenes
 
     return shipped_scenes()

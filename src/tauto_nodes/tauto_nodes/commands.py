@@ -10,16 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
-from tauto_core.cli.terminal import (
-    Accuracy,
-    Anyway,
-    AsJson,
-    Duration,
-    SceneName,
-    Settings,
-    given_values,
-    print_rich,
-)
+from tauto_core.cli.calls import option_of
+from tauto_core.cli.terminal import AsJson, SceneName, Settings, given_values, print_rich
 from tauto_core.scene.errors import UsageError
 
 if TYPE_CHECKING:
@@ -52,10 +44,10 @@ def graph(
         Path | None,
         typer.Option(metavar='DIR', help='Folder of the bag; default: bags/out/SCENE.'),
     ] = None,
-    force: Annotated[bool, typer.Option('--force', help='Replace the bag in --out.')] = False,
-    anyway: Anyway = False,
-    duration: Duration = None,
-    accuracy: Accuracy = None,
+    force: Annotated[bool, option_of('sail', 'force')] = False,
+    anyway: Annotated[bool, option_of('sail', 'anyway')] = False,
+    duration: Annotated[float | None, option_of('sail', 'duration')] = None,
+    accuracy: Annotated[float | None, option_of('sail', 'accuracy')] = None,
     settings: Settings = None,
     compose: Annotated[
         bool, typer.Option('--compose', help='All nodes in one process instead of one each.')

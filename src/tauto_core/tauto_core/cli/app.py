@@ -111,6 +111,9 @@ REMEDY = (
 class MissingCommandError(TautoError):
     """The distribution of a command, or a library that it needs, is not installed."""
 
+    def __init__(self, command: str, needed: str) -> None:
+        super().__init__(f'`tauto {command}` needs {needed}, which is not installed. {REMEDY}')
+
 
 def run_of_ros(ctx: typer.Context) -> None:
     """Pass the rest of the command line to the command of the same name."""
@@ -119,9 +122,7 @@ def run_of_ros(ctx: typer.Context) -> None:
     name = str(ctx.info_name)
     found = next(iter(entry_points(group=GROUP, name=name)), None)
     if found is None:
-        raise MissingCommandError(
-            f'`tauto {name}` needs tauto_nodes, which is not installed. {REMEDY}'
-        )
+        raise MissingCommandError(name, 'tauto_nodes')
     try:
         function = found.load()
         holder = typer.Typer(add_completion=False, rich_markup_mode=None)
@@ -132,9 +133,7 @@ def run_of_ros(ctx: typer.Context) -> None:
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition('.')[0] not in ('rclpy', 'tauto_nodes'):
             raise
-        raise MissingCommandError(
-            f'`tauto {name}` needs {error.name}, which is not installed. {REMEDY}'
-        ) from None
+        raise MissingCommandError(name, error.name) from None
 
 
 class Commands(TyperGroup):
@@ -260,7 +259,7 @@ SMOOTH = (
 ENTRIES: dict[str, Entry] = {
     'sail': Command(('sail',), shown.voyage, has_scene=True, warns=True, writes=()),
     'replay': Command(('replay',), shown.voyage, gone={'smooth': SMOOTH}),
-    'scenes': scene.scenes,
+    'scenes': Command(('scenes',), scene.scenes),
     'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
     'axle': Command(('axle',), shown.axle),

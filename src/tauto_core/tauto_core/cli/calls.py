@@ -307,6 +307,11 @@ def _option(call: str, each: inspect.Parameter, shared: bool) -> inspect.Paramet
     )
 
 
+def option_of(call: str, name: str) -> Any:
+    """Return how typer is told of an argument of a call, for a command written by hand."""
+    return _option(call, signature_of(call)[name], shared=True).annotation.__metadata__[0]
+
+
 def _kind(name: str, said: str, words: str) -> tuple[Any, Callable[[Any], Any] | None, str | None]:
     """Return type, parser and metavar of an option; the metavar of a quantity is its unit."""
     if said.startswith('Literal'):

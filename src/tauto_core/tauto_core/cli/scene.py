@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperOption
-
-from tauto_core.cli.terminal import AsJson
 
 
 def shipped_summary(name: str) -> str:
@@ -23,17 +21,13 @@ def shipped_summary(name: str) -> str:
     return ' '.join(lines).partition(':')[0]
 
 
-def scenes(as_json: AsJson = False) -> None:
-    """List the built-in scenes, for `tauto sail NAME`."""
-    from tauto_core.scene import shipped_scenes
-
-    found = {name: shipped_summary(name) for name in shipped_scenes()}
+def scenes(names: list[str], as_json: bool, _: Mapping[str, Any]) -> dict[str, Any] | str:
+    """Return the built-in scenes with their descriptions."""
+    found = {name: shipped_summary(name) for name in names}
     if as_json:
-        typer.echo(json.dumps({'scenes': found}))
-        return
+        return {'scenes': found}
     width = max(map(len, found))
-    for name, summary in found.items():
-        typer.echo(f'{name:{width}}  {summary}')
+    return '\n'.join(f'{name:{width}}  {summary}' for name, summary in found.items())
 
 
 class NewCommand(TyperCommand):

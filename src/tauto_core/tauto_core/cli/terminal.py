@@ -51,23 +51,6 @@ SceneName: TypeAlias = Annotated[
 AsJson: TypeAlias = Annotated[
     bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
 ]
-Anyway: TypeAlias = Annotated[
-    bool,
-    typer.Option('--anyway', help='Sail even machines and ships larger than any known.'),
-]
-Duration: TypeAlias = Annotated[
-    float | None,
-    typer.Option(metavar='S', help='Sail this long instead [s].', parser=measured('s')),
-]
-Accuracy: TypeAlias = Annotated[
-    float | None,
-    typer.Option(
-        metavar='S',
-        help="Largest error of the reading for a day of the run [s]; replaces the scene's "
-        'solver.accuracy, solver.tolerance and ship.rate.',
-        parser=measured('s'),
-    ),
-]
 Settings: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
