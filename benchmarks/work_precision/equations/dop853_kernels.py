@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.integrate import DOP853
 
-from benchmarks.work_precision.equations.case_kernels import fill_slope as case_slope
+from benchmarks.work_precision.equations.case_kernels import compiled_bends
 from benchmarks.work_precision.equations.wheel_kernels import (
     ENERGY,
     FORCE,
@@ -76,7 +76,14 @@ def fill_slope(
         out: output, of the state's shape.
     """
     if kind == CASE:
-        case_slope(state, constants, out)
+        theta, delta = state[0], state[1] - state[0]
+        out[0], out[1] = state[2], state[3]
+        out[2], out[3] = compiled_bends(
+            (constants[0], constants[1], constants[2], constants[3]),
+            (state[2], state[3]),
+            (math.sin(theta), math.cos(theta)),
+            (math.sin(delta), math.cos(delta)),
+        )
     elif constants[MASS] == 0.0:
         roll = roll_of(time, sea) if kind == WAVES else _channel(sea[0], time * per_half)
         out[0] = state[1]

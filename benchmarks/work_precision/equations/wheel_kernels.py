@@ -1,4 +1,4 @@
-"""The equations of the wheel's problems, compiled by numba.
+"""The problems' equations and the plain integrators on them, compiled by numba.
 
 `constants` is (I, b, P, m, g, c, E, z0) as in `Numbers`; `sea` has the rows amplitude, omega and
 phase at time zero of the kernel. The state of the weight-driven machine is (x, p) with
@@ -105,3 +105,130 @@ def impulse(time: float, state: FloatArray, constants: FloatArray, sea: FloatArr
     speed = (state[1] - constants[INERTIA] * vertical[2]) / mass + vertical[2] - vertical[4]
     faster = math.sqrt(speed * speed + 2.0 * constants[ENERGY] / mass)
     return float(mass * (math.copysign(faster, speed) - speed))
+
+
+@njit(cache=True, nogil=True)
+def gauss_step(
+    state: FloatArray,
+    time: float,
+    step: float,
+    nodes: FloatArray,
+    ratio: FloatArray,
+    weights: FloatArray,
+    constants: FloatArray,
+    sea: FloatArray,
+) -> FloatArray:
+    """Return the gain of (x, p) in one Gauss–Legendre step, iterated until it no longer changes.
+
+    Args:
+        state: (x, p) at `time`.
+        time: from time zero of `sea` [s].
+        step: [s].
+        nodes: c, shape (s,).
+        ratio: a_ij/b_j, shape (s, s).
+        weights: b, shape (s,).
+        constants: constants of the problem.
+        sea: sea of the problem.
+    """
+    s = len(nodes)
+    vertical = np.empty((s, 5))
+    gains = np.empty((s, 2))
+    for i in range(s):
+        vertical[i] = vertical_at(time + nodes[i] * step, sea, constants)
+        first = slope(state[0], state[1], vertical[i], constants)
+        gains[i, 0] = step * weights[i] * first[0]
+        gains[i, 1] = step * weights[i] * first[1]
+    last, stalls = np.inf, 0
+    for _ in range(60):
+        new = np.empty((s, 2))
+        change = 0.0
+        for i in range(s):
+            x = p = 0.0
+            for j in range(s):
+                x += ratio[i, j] * gains[j, 0]
+                p += ratio[i, j] * gains[j, 1]
+            rates = slope(state[0] + x, state[1] + p, vertical[i], constants)
+            new[i, 0] = step * weights[i] * rates[0]
+            new[i, 1] = step * weights[i] * rates[1]
+            change += abs(new[i, 0] - gains[i, 0])
+            change += abs(new[i, 1] - gains[i, 1]) / constants[INERTIA]
+        gains = new
+        # ending the iteration above rounding would make the amplitude drift
+        stalls += 1 if change >= last and change < 1e-12 else 0
+        if stalls == 2:
+            break
+        last = change
+    gain = np.zeros(2)
+    for i in range(s):
+        gain += gains[i]
+    return gain
+
+
+@njit(cache=True, nogil=True)
+def _add(state: FloatArray, lost: FloatArray, gain: FloatArray) -> None:
+    """Add with compensation of rounding (Kahan)."""
+    for i in range(2):
+        part = gain[i] + lost[i]
+        total = state[i] + part
+        lost[i] = part - (total - state[i])
+        state[i] = total
+
+
+@njit(cache=True, nogil=True)
+def gauss_advance(
+    state: FloatArray,
+    lost: FloatArray,
+    side: float,
+    duration: float,
+    steps: int,
+    nodes: FloatArray,
+    ratio: FloatArray,
+    weights: FloatArray,
+    constants: FloatArray,
+    sea: FloatArray,
+) -> float:
+    """Advance (x, p) in place over a stretch from time zero of `sea`; return the side of theta.
+
+    A step in which theta changes sign is shortened, by Newton's method on its length, to end
+    there; the impulse follows.
+
+    Args:
+        state: (x, p).
+        lost: what rounding kept back, shape (2,).
+        side: sign of theta at the start.
+        duration: of the stretch [s].
+        steps: of equal length.
+        nodes: c, shape (s,).
+        ratio: a_ij/b_j, shape (s, s).
+        weights: b, shape (s,).
+        constants: of the problem.
+        sea: of the problem.
+    """
+    time = 0.0
+    for k in range(1, steps + 1):
+        goal = duration * k / steps
+        while time < goal:
+            step = goal - time
+            gain = gauss_step(state, time, step, nodes, ratio, weights, constants, sea)
+            if (
+                constants[ENERGY] == 0.0
+                or wheel_angle(goal, state + gain, constants, sea) * side > 0.0
+            ):
+                _add(state, lost, gain)
+                time = goal
+                continue
+            for _ in range(12):
+                there = state + gain
+                angle = wheel_angle(time + step, there, constants, sea)
+                vertical = vertical_at(time + step, sea, constants)
+                speed, _ = slope(there[0], there[1], vertical, constants)
+                change = angle / (speed + vertical[2] - vertical[4])
+                step -= change
+                gain = gauss_step(state, time, step, nodes, ratio, weights, constants, sea)
+                if abs(change) < 1e-10:  # the next correction would be some 1e-20
+                    break
+            _add(state, lost, gain)
+            time += step
+            _add(state, lost, np.array([0.0, impulse(time, state, constants, sea)]))
+            side = -side
+    return side

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from mpmath import mp
 from numpy.polynomial import legendre
 
-from benchmarks.work_precision.equations.gauss_kernels import gauss_advance
 from benchmarks.work_precision.equations.sea import constants_of, sea_from, stretches, turns_at
+from benchmarks.work_precision.equations.wheel_kernels import gauss_advance
 from benchmarks.work_precision.peer import MissingPeerError
 from benchmarks.work_precision.problems import HungCase, Numbers, Sea, WheelProblem
 from benchmarks.work_precision.references import exact
@@ -56,34 +56,21 @@ def gauss_states(
         times_s: whole multiples of `GAUSS_STRETCH_S` [s], rising.
         steps_a_second: of the integration.
     """
-    numbers, states = problem.numbers, []
+    numbers = problem.numbers
+    constants, rule = constants_of(numbers), gauss_rule(STAGES)
     with mp.workdps(exact.DIGITS):
         state = np.array([float(value) for value in exact.release(numbers)])
-    side = 1.0 if numbers.impulse_energy else 0.0
-    steps = _gauss(state, side, constants_of(numbers), numbers.sea, times_s, steps_a_second)
-    for time in steps:
-        with mp.workdps(exact.DIGITS):
-            x, p = (mp.mpf(float(value)) for value in state)
-            angle, rate = exact.wheel(numbers, time, x, p)
-        states.append((float(angle), float(rate)))
-    return states
-
-
-def _gauss(
-    state: FloatArray,
-    side: float,
-    constants: FloatArray,
-    sea: Sea | None,
-    times_s: Sequence[float],
-    steps_a_second: float,
-) -> Iterator[float]:
-    """Advance the state in place; yield each of the times when it is there."""
-    lost, rule = np.zeros(len(state)), gauss_rule(STAGES)
+    lost, side, wanted, states = np.zeros(2), 1.0, set(times_s), []
     for start, length in stretches(max(times_s), GAUSS_STRETCH_S):
-        steps, waves = round(length * steps_a_second), sea_from(sea, start)
-        side = gauss_advance(state, lost, side, length, steps, rule, constants, waves)
-        if start + length in times_s:
-            yield start + length
+        sea = sea_from(numbers.sea, start)
+        steps = round(length * steps_a_second)
+        side = gauss_advance(state, lost, side, length, steps, *rule, constants, sea)
+        if start + length in wanted:
+            with mp.workdps(exact.DIGITS):
+                x, p = (mp.mpf(float(value)) for value in state)
+                angle, rate = exact.wheel(numbers, start + length, x, p)
+            states.append((float(angle), float(rate)))
+    return states
 
 
 # -----------------------------------------------------------------------------
@@ -304,7 +291,15 @@ def gauss_case(
         times_s: multiples of `GAUSS_STRETCH_S` [s].
         steps_a_second: of the integration.
     """
+    from benchmarks.work_precision.equations.case_kernels import case_gauss_advance
+
+    _, ratio, weights = gauss_rule(STAGES)
+    numbers: Any = case.e, case.c, case.k, case.gravity
     state = np.array([case.release_angle, case.release_angle, 0.0, 0.0])
-    constants = np.array([case.e, case.c, case.k, case.gravity])
-    steps = _gauss(state, 0.0, constants, None, times_s, steps_a_second)
-    return [state.copy() for _ in steps]
+    lost, wanted, states = np.zeros(4), set(times_s), []
+    for begin, length in stretches(max(times_s), GAUSS_STRETCH_S):
+        steps = round(length * steps_a_second)
+        case_gauss_advance(state, lost, length / steps, steps, ratio, weights, numbers)
+        if begin + length in wanted:
+            states.append(state.copy())
+    return states
