@@ -105,7 +105,7 @@ $(LOGS):
 	@echo 'make trial: there is no log-book $@. Name one with LOGS=…; docs/theory/logbooks.md says where' \
 	  'they are had' >&2; exit 2
 
-stress: setup-dev  ## predicted errors, order of the steps, hulls, faulty sensors; fails if a limit breaks
+stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
 	.venv/bin/python -m pip install --quiet -e 'src/tauto_core[cad,hull]' 'trimesh>=5.2'
 	.venv/bin/python benchmarks/stress.py
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
