@@ -21,7 +21,7 @@ LIMITS = {
     'statements of src': (36_500, 32_500),
     'lines of src': (77_300, 69_000),
     'files of src': (185, 185),
-    'lines of tests': (51_800, 42_000),
+    'lines of tests': (51_850, 42_000),
     'lines of benchmarks': (8_450, 7_000),
     'circles of imports': (0, 0),
 }

@@ -29,6 +29,27 @@ REFUSALS = {
         'must be greater than 0.0 (duration is given, ',
         'Write `duration: …`',
     ),
+    **{
+        f'{command} --set {key}=1': (
+            f'--set {key}: ',
+            'an argument of the command. ',
+            'See its -h',
+        )
+        for command, key in {
+            'sail ideal': 'out',
+            'fleet ideal': 'scene',
+            'budget ideal': 'anyway',
+            'cam ideal': 'csv',
+            'plot ideal error': 'what',
+            'report ideal': 'source',
+            'scene check ideal': 'progress',
+        }.items()
+    },
+    'fleet ideal --set no.such=false': (
+        "ideal: no = {'such': False}: ",
+        'is not a key',
+        'Keys here',
+    ),
     'sail ideal --force': ('--force ', 'and there is no --out. ', 'Name it'),
     'replay no_such_bag': ('no_such_bag ', 'does not exist; ', 'name a rosbag2 folder'),
     'plot ideal sound': ("'sound': ", 'is not a picture. ', 'Choose one of error, rate, '),

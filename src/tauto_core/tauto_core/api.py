@@ -394,7 +394,7 @@ def cam(
     stl: File | None = None,
     plate: bool = False,
     reach_rad: Quantity | None = None,
-    points: int = 200,
+    points: int | None = None,
     thread_mm: Quantity | None = None,
     cutter_mm: Quantity | None = None,
     tolerance_mm: Quantity | None = None,
@@ -429,7 +429,8 @@ def cam(
         plate: close both cheeks into a plate; `template` and solids do.
         reach_rad: largest angle drawn [rad]; default: half as far again as the wheel swings,
             within the cam and before the cheeks meet.
-        points: points on each cheek or branch.
+        points: points on each cheek or branch; default: 200, of a cam that `tauto cam` only
+            prints 11.
         thread_mm: thickness of the thread [mm]; cheeks are cut back by half; default: 0, of a
             plate 0.5, the width of its slot.
         cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre;
@@ -470,7 +471,7 @@ def cam(
     sizes = {name: number(name, size, 'mm') for name, size in lengths.items() if size is not None}
     reach = None if reach_rad is None else number('reach_rad', reach_rad, 'rad')
     is_plate = plate or not files.keys().isdisjoint(('template', 'step', 'stl'))
-    count = whole('points', points)
+    count = 200 if points is None else whole('points', points)
     cutting.check_cut(files, sizes, is_plate, count)
     loaded = _load(scene, overrides)
     with naming(_origin(scene), loaded.name):

@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from golden_numbers import entries
@@ -130,6 +131,29 @@ def test_a_half_swing_backward_is_that_of_the_integrated_motion(start):
     np.testing.assert_allclose(rate, expected[1], atol=loose * max(start, 1.0))
     assert float(arc[-1]) == pytest.approx(float(end_arc(1.0, start)), rel=1e-14)
     assert float(end_arc(1.0, start)) < math.log(1.5)
+
+
+@pytest.mark.parametrize('start', [1e-9, 0.5, 8.0, 30.0])
+def test_a_half_swing_backward_keeps_its_digits_however_far_it_starts(start):
+    """W = W₂ − (W₂ + q) sn²(K − u) in 60 digits; the rounding grows as e^{κs₁/2}."""
+    with mpmath.workdps(60):
+        s = mpmath.mpf(start)
+        q, left = -mpmath.expm1(-s), mpmath.exp(-s)
+        third = (0.5 + left + mpmath.sqrt((0.5 + left) * (1.5 + 3 * q))) / 2
+        second = q * (0.5 + left) / third
+        m = (second + q) / (second + third)
+        pace, whole = mpmath.sqrt((second + third) / 6), mpmath.ellipk(m)
+        times = [float(part * whole / pace) for part in (0.001, 0.1, 0.3, 0.49, 0.51, 0.8, 0.99)]
+        expected = [
+            mpmath.log1p(second - (second + q) * mpmath.ellipfun('sn', whole - pace * t, m=m) ** 2)
+            for t in times
+        ]
+    arc, _ = reverse_half_swing(1.0, 1.0, np.full(7, start), np.array(times))
+    np.testing.assert_allclose(
+        arc,
+        [float(each) for each in expected],
+        atol=2e-15 * min(start, 1.0) * math.exp(0.5 * start),
+    )
 
 
 def test_without_a_fluid_both_ways_are_harmonic():

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from tauto_core import sail
+from tauto_core import isochronism, sail
 from tauto_core.curves.fluid import Cycloid, FluidTautochrone
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.machines.fluid_pendulum import arc_of_harmonic, harmonic_of_arc
@@ -165,6 +165,13 @@ def test_it_never_stops_and_underflows_without_harm() -> None:
     assert np.all(np.isfinite(joints.position))
     assert abs(joints.position[-1, 0]) < 1e-300
     assert np.all(np.isfinite(voyage.samples['trochlea/phase'].position))
+
+
+def test_periods_are_told_by_amplitude() -> None:
+    found = isochronism('globe_in_oil', amplitudes=[0.05, 0.4], **oil(viscous=0.3))
+    slow = math.sqrt(math.pi**2 - 0.25 * 0.3**2)
+    np.testing.assert_allclose(found.half_swing_s, math.pi / slow, rtol=1e-6)
+    assert found.nominal_period_s == pytest.approx(2.0 * math.pi / slow, rel=1e-5)
 
 
 @pytest.mark.parametrize(

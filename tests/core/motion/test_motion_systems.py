@@ -46,6 +46,7 @@ RECOILING = {
 CLOCKS: dict[str, tuple[str, dict[str, Any]]] = {
     **{f'{name}, kept going': (name, KEPT_GOING) for name in TROCHLEAS},
     'wheel, recoil': ('wheel', RECOILING),
+    'lever, recoil': ('lever', RECOILING),
     'thread, recoil': ('thread', RECOILING),
     'unbalanced wheel, kept going': ('unbalanced wheel', KEPT_GOING),
 }

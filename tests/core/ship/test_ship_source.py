@@ -9,7 +9,7 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import TrochleaStage
@@ -44,7 +44,7 @@ KINDS = {
     'recorded': lambda: load_scene('measured', duration=60.0),
     'real': lambda: load_scene('buoy_44004_supply', duration=60.0),
     'weather': lambda: load_scene('ideal', ship=CHANGING, duration=1320.0),
-    'hull': lambda: load_scene('ideal', ship=HULL, duration=60.0),
+    'hull': lambda: load_scene('ideal', ship=HULL, duration=300.0),
 }
 
 
@@ -66,6 +66,7 @@ def assert_same(a: ImuSamples, b: ImuSamples) -> None:
 @pytest.mark.parametrize('kind', sorted(KINDS))
 @settings(max_examples=4, deadline=None)
 @given(counts=st.lists(st.integers(1, 700), max_size=12))
+@example(counts=[1, 511, 512, 1999, 3100, 400])  # beyond a block, and each state of the weather
 def test_bits_do_not_depend_on_the_split_nor_on_a_resume(kind, counts):
     scene = scene_of(kind)
     ship = ShipMotion(scene)

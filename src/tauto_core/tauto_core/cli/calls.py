@@ -131,7 +131,7 @@ class Command:
                 raise UsageError(Argument(name, value=True), why)
         if self.has_scene:
             of_scene = [given.pop(key, None) for key in ('settings', 'duration', 'accuracy')]
-            given |= given_values(*of_scene)
+            given |= self._unlike_arguments(given_values(*of_scene))
         with ExitStack() as held:
             held.enter_context(saying_warnings())
             odd = self._warned(given, held) if self.warns else []
@@ -154,6 +154,14 @@ class Command:
             print_rich(*said)
         if self.holds is not None and not self.holds(result):
             raise typer.Exit(1)
+
+    def _unlike_arguments(self, values: dict[str, Any]) -> dict[str, Any]:
+        """Return values of a scene; refuse what the call would take as an argument of its own."""
+        for key in values.keys() - {'duration'}:
+            if any(key in signature_of(call) for call in self.calls):
+                argument = 'is no key of a scene but an argument of the command. See its -h'
+                raise UsageError(f'--set {key}: {argument}')
+        return values
 
     def _warned(self, given: dict[str, Any], held: ExitStack) -> list[str]:
         """Load the scene and print warnings about it, before anything starts."""

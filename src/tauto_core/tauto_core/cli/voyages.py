@@ -95,8 +95,8 @@ def report(given: dict[str, Any]) -> None:
 def cam(given: dict[str, Any]) -> Any:
     """Return a cam; of one that is only looked at a few points, or as many as were asked for."""
     is_read = given.keys().isdisjoint(CAM_FILES) and not given['plate']
-    if is_read and given['points'] == signature_of('cam')['points'].default:
-        given['points'] = SHOWN
+    if is_read:
+        given.setdefault('points', SHOWN)
     with progress_bar('cam'):
         return api.cam(**given)
 
@@ -104,14 +104,15 @@ def cam(given: dict[str, Any]) -> Any:
 def fleet(given: dict[str, Any]) -> Any:
     """Send many ships on one voyage, or clocks along the passages of a log-book."""
     asked, other = ('trial', 'fleet') if 'logs' in given else ('fleet', 'trial')
-    for name in signature_of(other).keys() - signature_of(asked).keys() & given.keys():
+    apart = signature_of(other).keys() - signature_of(asked).keys()
+    for name in apart & given.keys():
         if given[name] is not False:
             wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             if asked == 'trial':
                 which = ', whose passages are the ships. Leave one of them out'
                 wrong = ': does not go with ', Argument('logs'), which
             raise UsageError(Argument(name, given[name]), *wrong)
-    chosen = {key: each for key, each in given.items() if each is not False}
+    chosen = {key: each for key, each in given.items() if key not in apart}
     things = 'voyages' if asked == 'trial' else 'ships'
     with ended_by_sigterm(), counting_bar(things) as progress:
         return getattr(api, asked)(**chosen, progress=progress)

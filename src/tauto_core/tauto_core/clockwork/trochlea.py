@@ -600,9 +600,10 @@ SILENCE_PERIODS = 2.0
 which a clock counts as stopped. A swing beats twice a period.
 """
 
-BODY_SILENCE_PERIODS = 4.0
-"""The same for a body in place of a wheel, over the period of small swings: wide swings on an axle
-take longer.
+BODY_REST_PERIODS = 4.0
+"""Number of periods of small swings at rest after which a body in place of a wheel counts as
+stopped. Its phase is then constant to the bit. That no beat comes proves nothing: a ship that
+rolls farther than the body swings carries it past the middle only as often as she rolls.
 """
 
 THERMAL_ENERGY_J = 1.380649e-23 * 293.0
@@ -629,6 +630,7 @@ class SwingTally:
         self._last_ns = self._beat_ns = self._reach_ns = 0
         self._short_ns: int | None = None
         self._beats = 0.0
+        self._phase, self._moved_ns = math.nan, 0
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of `trochlea/joint_states` and `trochlea/phase`, in order within each."""
@@ -641,6 +643,10 @@ class SwingTally:
             if len(more):
                 self._beat_ns = int(phase.stamp_ns[more[-1]])
             self._beats = float(beats[-1])
+            moved = np.flatnonzero(np.diff(phase.position[:, 0], prepend=self._phase))
+            if len(moved):
+                self._moved_ns = int(phase.stamp_ns[moved[-1]])
+            self._phase = float(phase.position[-1, 0])
             self._last_ns = max(self._last_ns, int(phase.stamp_ns[-1]))
         machine = self._machine
         if isinstance(machine, InPlaceOfWheel):
@@ -670,8 +676,11 @@ class SwingTally:
         """
         machine = self._machine
         if isinstance(machine, InPlaceOfWheel):
-            silent = self._silent(BODY_SILENCE_PERIODS * machine.small_period, 'body')
-            stopped_s, why = self._since_start(silent)
+            at_rest_s = (self._last_ns - self._moved_ns) / NS_PER_S
+            is_at_rest = at_rest_s > BODY_REST_PERIODS * machine.small_period
+            stopped_s, why = self._since_start(
+                [(self._beat_ns, 'from then on the body did not pass the middle')] * is_at_rest
+            )
             return {} if self._first_ns is None else {'stopped_s': stopped_s, 'stopped_why': why}
         if not len(self._angle):
             return {}
@@ -709,7 +718,9 @@ class SwingTally:
         times that of small swings.
         """
         allowed_s = SILENCE_PERIODS * nearest_period(machine, amplitude)
-        ends = self._silent(allowed_s, 'wheel')
+        ends: list[tuple[int, str]] = []
+        if (self._last_ns - self._beat_ns) / NS_PER_S > allowed_s:
+            ends.append((self._beat_ns, 'from then on the wheel did not pass the middle'))
         # The counter shows a beat wherever it lies between two logged instants. The energy is
         # known at logged instants alone, so that a single one with too little proves nothing.
         short_ns = self._last_ns if self._short_ns is None else self._short_ns
@@ -721,12 +732,6 @@ class SwingTally:
                 why = f'its swing had become too small to reach the impulse, at {angle} rad'
             ends.append((self._reach_ns, why))
         return self._since_start(ends)
-
-    def _silent(self, allowed_s: float, what: str) -> list[tuple[int, str]]:
-        """Return the last beat, where none has come for so long."""
-        if (self._last_ns - self._beat_ns) / NS_PER_S <= allowed_s:
-            return []
-        return [(self._beat_ns, f'from then on the {what} did not pass the middle')]
 
     def _since_start(self, ends: list[tuple[int, str]]) -> tuple[float | None, str | None]:
         """Return the first of several ends, from the start [s], and why; None without any."""

@@ -67,7 +67,11 @@ _TAKEN_AWAY = {
         'is a key no more: the case is taken as too heavy for the wheel to turn',
         'Leave it out. `tauto scene check` says by how much the rate would change in a case of '
         '10 kg.',
-    )
+    ),
+    'ship.sea.time': (
+        'is a key no more: the files of buoys are not read',
+        'Leave it out. wavespectra makes the CSV of a spectrum (docs/seas.md).',
+    ),
 }
 _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 

@@ -447,7 +447,7 @@ def named_hull(name: str) -> HullCoefficients:
         HullError: no such shape.
     """
     if name not in SHAPES:
-        near = difflib.get_close_matches(name, SHAPES, 1)
+        near = difflib.get_close_matches(str(name), SHAPES, 1)
         meant = f' Did you mean {near[0]}?' if near else ''
         known = f'must be one of {", ".join(SHAPES)}'
         raise HullError('shape', name, known, f'Make others with `tauto hull`.{meant}')
