@@ -108,7 +108,7 @@ $(LOGS):
 stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a limit breaks
 	.venv/bin/python -m pip install --quiet -e 'src/tauto_core[cad,hull]' 'trimesh>=5.2'
 	.venv/bin/python benchmarks/stress.py
-	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/test_nodes_faults.py -k garbage
+	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/live/test_nodes_faults.py -k garbage
 	.venv/bin/python -m pytest tests/core/plots/test_solids.py
 	.venv/bin/python benchmarks/graph_freeze.py
 

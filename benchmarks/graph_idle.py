@@ -24,7 +24,8 @@ from typing import Any
 import rclpy
 
 from tauto_core.bags import TOPICS
-from tauto_nodes.running import DOMAIN, claim_domain, local_discovery
+from tauto_nodes.live import DOMAIN, local_discovery
+from tauto_nodes.simulation import claim_domain
 
 SETTLE_S = 10.0
 FOREIGN = ('-p', 'source:=foreign')

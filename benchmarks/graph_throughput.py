@@ -48,9 +48,10 @@ from tauto_core.samples import READING, SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.graph import GraphPlan, run_graph
-from tauto_nodes.ports import port
-from tauto_nodes.running import executor_named, graph_environment
+from tauto_nodes.live import executor_named
+from tauto_nodes.live.node import port
+from tauto_nodes.simulation import graph_environment
+from tauto_nodes.simulation.supervisor import GraphPlan, run_graph
 
 SCENE = 'second_cam_at_sea'
 SHORT_S = 60.0

@@ -29,7 +29,7 @@ from tauto_core.bags.check import check_bag
 from tauto_core.bags.read import open_mcap
 from tauto_core.samples import OBSERVATION
 from tauto_core.scene import load_scene
-from tauto_nodes.graph import NODE_NAMES, GraphPlan, Outcome, run_graph
+from tauto_nodes.simulation.supervisor import NODE_NAMES, GraphPlan, Outcome, run_graph
 
 GROWTH_MB = 5.0
 LOOK_S = 1.0

@@ -29,7 +29,7 @@ setup(
         'Typing :: Typed',
     ],
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['py.typed', 'fastdds.xml', 'fastdds_loopback.xml']},
+    package_data={PACKAGE: ['py.typed', 'simulation/*.xml']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
         (f'share/{PACKAGE}', ['package.xml']),
@@ -54,11 +54,12 @@ setup(
         'console_scripts': [
             f'{node} = {PACKAGE}.{module}:{node}'
             for module, nodes in (
-                ('sources', ('ship_motion', 'player')),
-                ('stages', ('trochlea', 'drift_estimator', 'longitude')),
-                ('recorder', ('recorder',)),
-                ('markers', ('markers',)),
-                ('launching', ('launch_plan',)),
+                ('live.stages', ('trochlea', 'drift_estimator', 'longitude')),
+                ('live.recorder', ('recorder',)),
+                ('live.player', ('player',)),
+                ('live.markers', ('markers',)),
+                ('simulation.ship', ('ship_motion',)),
+                ('commands', ('launch_plan',)),
             )
             for node in nodes
         ],

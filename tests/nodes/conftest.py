@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gc
 import os
+import subprocess
+import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import repeat
-from typing import Any, ClassVar
+from typing import IO, Any, ClassVar
 
 import numpy as np
 import pytest
@@ -36,10 +38,10 @@ from tauto_core.samples import (
     scalars,
     take,
 )
-from tauto_nodes.node import TICK_S
-from tauto_nodes.ports import port
-from tauto_nodes.running import claim_domain, executor_named
-from tauto_nodes.sources import SourceNode
+from tauto_nodes.live import executor_named
+from tauto_nodes.live.node import TICK_S, port
+from tauto_nodes.live.player import SourceNode
+from tauto_nodes.simulation import claim_domain
 
 with warnings.catch_warnings():
     # rclpy imports it when the first node is made; its lark imports the deprecated sre_parse.
@@ -96,6 +98,18 @@ log: {interval: 10.0}
 
 PATIENCE_S = 300.0
 """How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
+
+
+def start(
+    node: str, *arguments: str, stdout: int | IO[str] = subprocess.PIPE
+) -> subprocess.Popen[str]:
+    """Start a node in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, '-m', 'tauto_nodes', node, *arguments],
+        stdout=stdout,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
 
 
 class Bench:

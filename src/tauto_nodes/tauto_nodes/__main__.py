@@ -9,13 +9,13 @@ import sys
 from importlib import import_module
 
 _MODULES = {
-    'ship_motion': 'sources',
-    'player': 'sources',
-    'trochlea': 'stages',
-    'drift_estimator': 'stages',
-    'longitude': 'stages',
-    'recorder': 'recorder',
-    'markers': 'markers',
+    'ship_motion': 'simulation.ship',
+    'player': 'live.player',
+    'trochlea': 'live.stages',
+    'drift_estimator': 'live.stages',
+    'longitude': 'live.stages',
+    'recorder': 'live.recorder',
+    'markers': 'live.markers',
 }
 
 
@@ -23,10 +23,10 @@ def main() -> None:
     """Run the node that the first argument names; `compose`: all nodes of the graph."""
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
     if name == 'compose':
-        from tauto_nodes.recorder import RecorderNode
-        from tauto_nodes.running import main_of
-        from tauto_nodes.sources import ShipMotionNode
-        from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+        from tauto_nodes.live import main_of
+        from tauto_nodes.live.recorder import RecorderNode
+        from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+        from tauto_nodes.simulation.ship import ShipMotionNode
 
         main_of(RecorderNode, LongitudeNode, DriftEstimatorNode, TrochleaNode, ShipMotionNode)()
     elif name in _MODULES:

@@ -30,10 +30,10 @@ from tauto_core.samples import READING, SHIP_IMU, SLACK, ImuSamples, TimeSamples
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.markers import MARKERS, MarkersNode
-from tauto_nodes.ports import node_of, port
-from tauto_nodes.recorder import RecorderNode
-from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+from tauto_nodes.live.markers import MARKERS, MarkersNode
+from tauto_nodes.live.node import node_of, port
+from tauto_nodes.live.recorder import RecorderNode
+from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 COVARIATES = {

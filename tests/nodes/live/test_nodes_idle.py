@@ -1,4 +1,4 @@
-"""How often a node that waits wakes up, counted by its callbacks."""
+"""How often a live node that waits wakes up, counted by its callbacks; what it has loaded."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from pathlib import Path
 COUNTED = """
 import os, signal, sys
 from rclpy.node import Node
-from tauto_nodes.running import run_nodes
-from tauto_nodes.node import PERIOD_S
-from tauto_nodes import recorder, sources, stages
+from tauto_nodes.live import run_nodes
+from tauto_nodes.live.node import PERIOD_S
+from tauto_nodes.live import recorder, stages
 
 calls, statuses = 0, 0
 create = Node.create_timer
@@ -32,6 +32,7 @@ Node.create_timer = counted
 role, *arguments = sys.argv[1:]
 node = {'trochlea': stages.TrochleaNode, 'recorder': recorder.RecorderNode}[role]
 assert run_nodes((node,), arguments) == 0
+assert not [name for name in sys.modules if 'simulation' in name]  # it belongs on no boat
 print(calls)
 """
 

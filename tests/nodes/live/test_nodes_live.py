@@ -31,11 +31,13 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import ShipSource, replay, sail
-from tauto_nodes import NodesError, ParameterError, sources
-from tauto_nodes.node import TICK_S, assess
-from tauto_nodes.recorder import RecorderNode
-from tauto_nodes.sources import PlayerNode, ShipMotionNode
-from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, Mounting, TrochleaNode
+from tauto_nodes import NodesError, ParameterError
+from tauto_nodes.live import player as playing
+from tauto_nodes.live.node import TICK_S, assess
+from tauto_nodes.live.player import PlayerNode
+from tauto_nodes.live.recorder import RecorderNode
+from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, Mounting, TrochleaNode
+from tauto_nodes.simulation.ship import ShipMotionNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 
@@ -179,7 +181,7 @@ def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tree = Tree()
-    monkeypatch.setattr('tauto_nodes.stages.StaticTransforms', lambda _: tree)
+    monkeypatch.setattr('tauto_nodes.live.stages.StaticTransforms', lambda _: tree)
     node = bench.add(Node('clock'))
     mounting = Mounting(node, '')
     to_port = replace(
@@ -307,7 +309,7 @@ def test_a_played_bag_drives_the_clock_again(
     bench.until(lambda: recorder.inputs[READING].matched)
     ticks = count()
     clock = SimpleNamespace(monotonic=lambda: TICK_S * next(ticks), sleep=lambda _: None)
-    monkeypatch.setattr(sources, 'time', clock)
+    monkeypatch.setattr(playing, 'time', clock)
     bench.add(player)
     bench.until(lambda: player.over)
     assert next(ticks) * TICK_S >= 2.0  # a minute thirty times as fast
@@ -445,7 +447,7 @@ def test_a_recorder_that_is_left_alone_stops_in_the_end(
     bench.until(lambda: recorder.inputs[READING].matched)
     assert recorder.lingers()
     later_s = time.monotonic() + 5.0
-    monkeypatch.setattr('tauto_nodes.recorder.time.monotonic', lambda: later_s)
+    monkeypatch.setattr('tauto_nodes.live.recorder.time.monotonic', lambda: later_s)
     assert not recorder.lingers()
     monkeypatch.undo()
     recorder.close()
@@ -463,7 +465,7 @@ def test_an_rclpy_without_events_is_told_before_a_bag_is_there(
     ros: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ros(())
-    monkeypatch.setattr('tauto_nodes.parameters.find_spec', lambda _: None)
+    monkeypatch.setattr('tauto_nodes.live.parameters.find_spec', lambda _: None)
     with pytest.raises(ParameterError, match='it came with 7'):
         RecorderNode(**overrides(output=str(tmp_path / 'bag')))
     assert not (tmp_path / 'bag').exists()

@@ -1,30 +1,33 @@
-"""The nodes that pace time: they send stamped messages when these are due. Ship and player."""
+"""Nodes that pace time: they send stamped messages when these are due. The player of a bag."""
 
 from __future__ import annotations
 
 import math
 import time
 from collections.abc import Callable, Iterator
-from itertools import groupby, repeat
+from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from tauto_core import samples as s
-from tauto_core.bags import TOPICS, Bag, encode, read_bag
+from tauto_core.bags import TOPICS, Bag, read_bag
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.voyage import ShipSource
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.node import Diagnostics, GraphNode
-from tauto_nodes.ports import MIN_DEPTH, TopicPort, message_class, node_of, port
-from tauto_nodes.running import main_of
+from tauto_nodes.live import main_of
+from tauto_nodes.live.node import (
+    MIN_DEPTH,
+    Diagnostics,
+    GraphNode,
+    TopicPort,
+    message_class,
+    node_of,
+    port,
+)
 
 StampedMessage: TypeAlias = tuple[int, str, bytes]
 """Stamp [ns], topic, payload."""
@@ -154,54 +157,6 @@ class SourceNode(GraphNode):
 
 
 # -----------------------------------------------------------------------------
-# The ship: its motion, its place and the navigator's observations, paced by wall time.
-
-OUTPUTS = (s.SCENE, s.SHIP_FIX, s.SHIP_TEMPERATURE, s.OBSERVATION, s.SHIP_IMU)
-
-
-def ship_messages(ship: ShipSource) -> Iterator[StampedMessage]:
-    """Yield the ship's messages by stamp; at one stamp in the order of OUTPUTS.
-
-    The last temperature lies beyond the motion, and goes with its last sample.
-    """
-    while True:
-        batches = ship.produce(256)
-        rows: list[StampedMessage] = []
-        for topic in OUTPUTS:
-            if topic in batches:
-                last_ns = batches[s.SHIP_IMU].stamp_ns[-1]
-                stamps = np.minimum(batches[topic].stamp_ns, last_ns).tolist()
-                rows += zip(stamps, repeat(topic), encode(topic, batches[topic]), strict=False)
-        if not rows:
-            return
-        rows.sort(key=lambda row: row[0])
-        yield from rows
-
-
-class ShipMotionNode(SourceNode):
-    """Publishes scene, ship/imu, ship/fix, ship/temperature and clock/observation of a scene."""
-
-    def __init__(self, **node_options: Any) -> None:
-        super().__init__('ship_motion', 'speed', **node_options)
-        refused = (
-            'speed = 0.0: as fast as possible needs flow_control = credits, or messages are lost. '
-            'Set it on all nodes, or give a speed'
-        )
-        paced = not self.settings.credits
-        if paced and self.settings.number('speed') == 0.0:
-            raise ParameterError(f'{self.get_fully_qualified_name()}: {refused}')
-
-        def check(changes: list[RosParameter]) -> SetParametersResult:
-            bad = paced and any(c.name == 'speed' and c.value == 0.0 for c in changes)
-            return SetParametersResult(successful=not bad, reason=refused if bad else '')
-
-        self.add_on_set_parameters_callback(check)
-        scene = self.settings.scene()
-        self.connect([], [port(topic) for topic in OUTPUTS])
-        self.start(ship_messages(ShipSource(scene)))
-
-
-# -----------------------------------------------------------------------------
 # The player: the messages of a bag, at a pace, payloads untouched.
 
 
@@ -271,5 +226,4 @@ class PlayerNode(SourceNode):
         self.over = True
 
 
-ship_motion = main_of(ShipMotionNode)
 player = main_of(PlayerNode)

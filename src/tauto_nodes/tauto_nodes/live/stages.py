@@ -43,10 +43,9 @@ from tauto_core.ship.imu import MOUNT_FRAME, mounted, quaternion_of_angles
 from tauto_core.version import code
 from tauto_core.voyage import compile_kernels, refused_words
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.node import Diagnostics, GraphNode
-from tauto_nodes.parameters import NodeSettings
-from tauto_nodes.ports import port
-from tauto_nodes.running import main_of
+from tauto_nodes.live import main_of
+from tauto_nodes.live.node import Diagnostics, GraphNode, port
+from tauto_nodes.live.parameters import NodeSettings
 
 # -----------------------------------------------------------------------------
 # The state of a stage in a file: versioned, checked, replaced in one step, read without pickle.
@@ -386,7 +385,7 @@ class StageNode(GraphNode):
         if self._file is None:
             self.end_input()
         else:
-            self._work()
+            self.work()
             self._save()
         for output in self.outputs.values():  # the recorder stops at the same time
             if output.sent and output.publisher.get_subscription_count():

@@ -553,7 +553,7 @@ def reference_page() -> str:
     lines = [
         '# Parameters of the nodes',
         '',
-        'Generated from `tauto_nodes/parameters.py`; a test keeps the two equal.',
+        'Generated from `tauto_nodes/live/parameters.py`; a test keeps the two equal.',
         'Unknown names, wrong types and values out of range stop a node at its start, with the',
         'reason. Nodes share the section `/**` of a parameter file: it may hold names of other',
         'nodes, and a name that no node has causes a warning. Write a double with its point:',

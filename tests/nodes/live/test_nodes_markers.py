@@ -27,7 +27,7 @@ from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
 from tauto_core.scene import load_scene
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import sail
-from tauto_nodes.markers import (
+from tauto_nodes.live.markers import (
     MARKERS,
     TF,
     MarkersNode,
@@ -38,9 +38,9 @@ from tauto_nodes.markers import (
     transform,
     turned_by,
 )
-from tauto_nodes.ports import port
+from tauto_nodes.live.node import port
 
-PACKAGE = Path(__file__).parents[2] / 'src' / 'tauto_nodes'
+PACKAGE = Path(__file__).parents[3] / 'src' / 'tauto_nodes'
 LAYOUTS = PACKAGE / 'layouts'
 
 

@@ -9,7 +9,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt8MultiArray
 
 from tauto_nodes import NodesError
-from tauto_nodes.flow import MOST_BYTES, pack, unpack
+from tauto_nodes.simulation.credits import MOST_BYTES, pack, unpack
 
 
 @given(st.lists(st.binary(max_size=300), max_size=50))

@@ -10,14 +10,15 @@ from pathlib import Path
 import pytest
 
 from tauto_nodes import GraphError
-from tauto_nodes.running import FOLDER_PREFIX, work_folder
+from tauto_nodes.live import FOLDER_PREFIX
+from tauto_nodes.simulation import work_folder
 
 OWN = ['unshare', '--map-root-user', '--mount']
 """Runs a command that may mount what others do not see."""
 
 HOLD = """
 import sys, time
-from tauto_nodes.running import work_folder
+from tauto_nodes.simulation import work_folder
 with work_folder(sys.argv[1]) as folder:
     (folder / 'report.json').write_text('{}')
     print(folder, flush=True)

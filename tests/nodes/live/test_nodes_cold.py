@@ -17,7 +17,7 @@ from test_nodes_faults import START_NS
 
 from tauto_core.samples import READING, SHIP_IMU
 from tauto_core.scene.times import NS_PER_S
-from tauto_nodes.ports import port
+from tauto_nodes.live.node import port
 
 RATE_HZ = 100
 SECONDS = 5

@@ -1,4 +1,4 @@
-"""Where and how nodes run: ROS domain, middleware, work folder; executor, signals, exit code."""
+"""Nodes on a boat, and a process of nodes: discovery, executor, signals, exit code."""
 
 from __future__ import annotations
 
@@ -7,13 +7,10 @@ import faulthandler
 import os
 import shutil
 import signal
-import socket
 import sys
-import tempfile
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any, TypeAlias
@@ -24,22 +21,21 @@ from rclpy.clock_type import ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
-from rclpy.utilities import get_rmw_implementation_identifier, remove_ros_args, try_shutdown
+from rclpy.utilities import remove_ros_args, try_shutdown
 
 from tauto_core.cli.terminal import open_closed_streams
 from tauto_core.files import one_writer
 from tauto_core.scene.errors import TautoError, spelled
-from tauto_nodes import GraphError, NodesError, ParameterError, as_parameter
-from tauto_nodes.node import GraphNode
-from tauto_nodes.parameters import RCLError, UnknownROSArgsError, check_executor
+from tauto_nodes import NodesError, ParameterError, as_parameter
+from tauto_nodes.live.node import GraphNode
+from tauto_nodes.live.parameters import RCLError, UnknownROSArgsError, check_executor
 
 # -----------------------------------------------------------------------------
-# The place of a graph: its ROS domain, the range of discovery, the enclaves of its nodes.
+# How nodes find each other.
 
 RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 DOMAIN = 'ROS_DOMAIN_ID'
 
-_LOOPBACK = '127.0.0.1'
 _RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
 # The ports of the next one lie beyond 65535.
 _HIGHEST_DOMAIN = 232
@@ -73,173 +69,20 @@ def check_discovery() -> None:
         )
 
 
-def check_loopback() -> None:
-    """Raise GraphError if a datagram to this machine by the loopback interface does not arrive.
-
-    A graph would wait for its nodes in vain.
-    """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.settimeout(1.0)
-        try:
-            probe.bind((_LOOPBACK, 0))
-            probe.sendto(b'tauto', probe.getsockname())
-            probe.recv(1)
-        except OSError as error:
-            raise GraphError(
-                f'nothing that is sent to {_LOOPBACK} arrives ({error.strerror or error}), and '
-                'the nodes of a graph talk by it. Bring the loopback interface up (ip link set '
-                'lo up), or let the network filter pass it'
-            ) from error
-
-
-def enclave_of(name: str) -> list[str]:
-    """Return the ROS arguments that name a node's enclave, as in `config/sros2_policy.xml`.
-
-    Without ROS_SECURITY_ENABLE an enclave is a name and nothing more.
-    """
-    return ['--enclave', f'/tauto/{name}']
-
-
-@dataclass
-class Domain:
-    """A ROS domain reserved for this process until it is released or the process ends.
-
-    `number` is the ROS_DOMAIN_ID, `lock` the socket that holds it.
-    """
-
-    number: int
-    lock: socket.socket
-
-    def release(self) -> None:
-        """Give the domain back."""
-        self.lock.close()
-
-
-def claim_domain() -> Domain:
-    """Return a domain in which no participant runs and that no other graph has claimed.
-
-    It raises GraphError if all are taken.
-    """
-    numbers = range(1, LAST_DOMAIN + 1)
-    start = os.getpid() % LAST_DOMAIN
-    for number in (*numbers[start:], *numbers[:start]):
-        lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            # Linux' abstract names vanish with their process.
-            lock.bind(f'\0tauto-ros-domain-{number}')
-        except OSError:
-            lock.close()
-            continue
-        first = 7400 + 250 * number  # as DDS numbers its ports
-        try:
-            for port in (first, first + 10, first + 12, first + 14):
-                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-                    probe.bind(('', port))
-        except OSError:
-            lock.close()
-            continue
-        return Domain(number, lock)
-    raise GraphError(
-        f'no ROS domain from 1 to {LAST_DOMAIN} is free; end other graphs, or set ROS_DOMAIN_ID'
-    )
-
-
 # -----------------------------------------------------------------------------
-# A graph stays on this machine by the middleware and the environment of its nodes.
-
-PROFILES = ('FASTDDS_DEFAULT_PROFILES_FILE', 'FASTRTPS_DEFAULT_PROFILES_FILE')
-"""Environment variables that name a profile of Fast DDS, of 3 and of 2."""
-
-FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
-"""Environment variable: rmw leaves the memory policy to the profile."""
-
-LOCALHOST_ONLY = 'ROS_LOCALHOST_ONLY'
-"""The older variable for the range; where it is 1, rcl takes no notice of the range."""
-
-
-def graph_middleware() -> dict[str, str]:
-    """Return the environment that keeps a graph of ours on this machine, with our profile.
-
-    Where the environment names a profile, another range of discovery, other peers or another
-    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file. It
-    raises GraphError if their messages would not arrive.
-    """
-    given = local_discovery()
-    if any(os.environ.get(name) for name in PROFILES):
-        return given
-    profile = 'fastdds.xml'
-    ranged = os.environ.get(RANGE, '') not in ('', 'LOCALHOST')
-    here = not ranged and not os.environ.get('ROS_STATIC_PEERS')
-    if here and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
-        check_loopback()
-        profile = 'fastdds_loopback.xml'
-        given = {RANGE: 'SYSTEM_DEFAULT', LOCALHOST_ONLY: ''}
-    return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}
-
-
-@contextmanager
-def graph_environment() -> Iterator[dict[str, str]]:
-    """Set this process' ROS environment and yield it for the children.
-
-    Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
-    (`fastdds_loopback.xml`), unless the environment says otherwise.
-    """
-    check_discovery()
-    given = graph_middleware()
-    domain = None if os.environ.get(DOMAIN) else claim_domain()
-    if domain is not None:
-        given[DOMAIN] = str(domain.number)
-    before = {name: os.environ.get(name) for name in given}
-    os.environ.update(given)
-    try:
-        yield dict(os.environ)
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-        if domain is not None:
-            domain.release()
-
-
-# -----------------------------------------------------------------------------
-# The folder of a running graph: parameters, output of the nodes, the recorder's report.
+# The folder of a running graph, or of a launch.
 
 FOLDER_PREFIX = 'tauto_graph_'
-_LOCK = 'lock'
+LOCK = 'lock'
 
 
 def remove_left(place: Path) -> None:
     """Remove the folders of graphs that were killed; `launch/nodes.launch.py` makes such, too."""
-    for lock in place.glob(f'{FOLDER_PREFIX}*/{_LOCK}'):
+    for lock in place.glob(f'{FOLDER_PREFIX}*/{LOCK}'):
         with suppress(OSError):  # it is held, or another start was faster
             if lock.parent.lstat().st_uid == os.getuid():
                 with one_writer(lock, make=False):
                     shutil.rmtree(lock.parent, ignore_errors=True)
-
-
-@contextmanager
-def work_folder(parent: str | None) -> Iterator[Path]:
-    """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
-
-    A folder whose lock is free is no longer in use. It is made in `parent`, or
-    where the system has temporary files; GraphError says that no folder can be made there.
-    """
-    place = Path(parent or tempfile.gettempdir())
-    remove_left(place)
-    try:
-        made = tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX, dir=place)
-    except OSError as error:
-        raise GraphError(
-            f'{place}: no folder can be made there ({error.strerror}), and a graph keeps its '
-            'parameters in one. Make room, or set TMPDIR to another place'
-        ) from error
-    with made as name:
-        # Under its final name another process could take the lock before this one has it.
-        lock = Path(name, 'not_locked_yet')
-        with one_writer(lock):
-            yield lock.rename(Path(name, _LOCK)).parent
 
 
 # -----------------------------------------------------------------------------

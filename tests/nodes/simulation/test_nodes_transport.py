@@ -24,13 +24,22 @@ from std_msgs.msg import String
 from tauto_core.bags import encode, read_bag
 from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
 from tauto_core.scene import load_scene
-from tauto_nodes import NodesError, sources
-from tauto_nodes import node as base
-from tauto_nodes.flow import CREDIT_TOPIC, END_TOPIC, RUN, WINDOW, End, Report
-from tauto_nodes.node import TICK_S, GraphNode, assess
-from tauto_nodes.ports import CREDIT_QOS, END_QOS, port
-from tauto_nodes.recorder import RecorderNode
-from tauto_nodes.stages import StageNode, TrochleaNode
+from tauto_nodes import NodesError
+from tauto_nodes.live import player
+from tauto_nodes.live.node import TICK_S, GraphNode, assess, port
+from tauto_nodes.live.recorder import RecorderNode
+from tauto_nodes.live.stages import StageNode, TrochleaNode
+from tauto_nodes.simulation import credits as flow_control
+from tauto_nodes.simulation.credits import (
+    CREDIT_QOS,
+    CREDIT_TOPIC,
+    END_QOS,
+    END_TOPIC,
+    RUN,
+    WINDOW,
+    End,
+    Report,
+)
 
 GRAPH = ('ship_motion', 'trochlea', 'recorder')
 FLOW: dict[str, Any] = {'flow_control': 'credits', 'graph': GRAPH}
@@ -191,7 +200,7 @@ def test_at_a_pace_a_queue_of_ten_is_never_full(
     came: list[bytes] = []
     bench.add(outsider, source)
     outsider.create_subscription(Imu, SHIP_IMU, came.append, QoSProfile(depth=10), raw=True)
-    monkeypatch.setattr(sources, 'time', SimpleNamespace(monotonic=monotonic, sleep=pauses.append))
+    monkeypatch.setattr(player, 'time', SimpleNamespace(monotonic=monotonic, sleep=pauses.append))
     bench.until(lambda: source.outputs[SHIP_IMU].watchers)
     at_once: list[int] = []
     publish = source.outputs[SHIP_IMU].publish
@@ -206,7 +215,7 @@ def test_at_a_pace_a_queue_of_ten_is_never_full(
     bench.until(lambda: sink.over)
     assert sum(at_once) == 1_200
     assert max(at_once) == 4
-    assert set(pauses) == {sources.PAUSE_S}
+    assert set(pauses) == {player.PAUSE_S}
 
 
 def test_flat_out_it_is_said_who_may_have_lost_messages(
@@ -249,9 +258,9 @@ def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
     bench.until(lambda: sink.inputs[SHIP_IMU].taken)
     stranger = bench.add(Node('compass'))
     publisher = stranger.create_publisher(Imu, SHIP_IMU, 10)
-    bench.until(lambda: 'compass' in ''.join(source.strangers()))
+    bench.until(lambda: 'compass' in ''.join(source.flow.strangers()))
     publisher.publish(Imu())
-    assert source.strangers() == ['/compass publishes ship/imu, too; the graph ignores it']
+    assert source.flow.strangers() == ['/compass publishes ship/imu, too; the graph ignores it']
     bench.until(lambda: '/compass publishes' in assess(source, time.monotonic())[1])
     bench.until(lambda: sink.over)
     counts = {n['written'] for n in sink.counts().values()}
@@ -290,7 +299,7 @@ def test_the_graph_that_came_second_ends_and_the_first_goes_on(
 @pytest.fixture
 def patience(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nodes wait for half a second, not ten, for messages that were never sent."""
-    monkeypatch.setattr(base, 'LOST_AFTER_S', 0.5)
+    monkeypatch.setattr(flow_control, 'LOST_AFTER_S', 0.5)
 
 
 @pytest.mark.usefixtures('patience')

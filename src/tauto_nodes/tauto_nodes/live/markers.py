@@ -24,9 +24,8 @@ from tauto_core.plots.machine import draw_machine
 from tauto_core.samples import JOINT_STATES, SHIP_IMU, FloatArray, ImuSamples, JointSamples
 from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError
-from tauto_nodes.node import Diagnostics, GraphNode
-from tauto_nodes.ports import TopicPort, message_class, port
-from tauto_nodes.running import main_of
+from tauto_nodes.live import main_of
+from tauto_nodes.live.node import Diagnostics, GraphNode, TopicPort, message_class, port
 
 MARKERS, TF, TF_STATIC = 'markers', '/tf', '/tf_static'
 LISTEN_S = 2.0

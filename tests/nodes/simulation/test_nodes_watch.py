@@ -12,8 +12,8 @@ import pytest
 
 from tauto_core.samples import READING
 from tauto_nodes import GraphError
-from tauto_nodes.graph import NODE_NAMES, SILENT_S, STALL_S, Watchdog
-from tauto_nodes.recorder import RecorderReport
+from tauto_nodes.live.recorder import RecorderReport
+from tauto_nodes.simulation.supervisor import NODE_NAMES, SILENT_S, STALL_S, Watchdog
 
 LONG_AGO_S = -2.0 * STALL_S
 

@@ -16,7 +16,7 @@ from tauto_core.bags.write import definition_of
 from tauto_core.samples import SLACK
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
-from tauto_nodes.ports import port
+from tauto_nodes.live.node import port
 
 
 def test_a_bag_declares_the_type_hashes_that_publishers_offer(

@@ -18,12 +18,12 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from tauto_nodes import ParameterError
-from tauto_nodes.launching import problems_of, strangers_of
-from tauto_nodes.parameters import PARAMETERS, declare, reference_page, shared_names
-from tauto_nodes.running import SUPERVISOR
-from tauto_nodes.stages import TrochleaNode
+from tauto_nodes.commands import problems_of, strangers_of
+from tauto_nodes.live import SUPERVISOR
+from tauto_nodes.live.parameters import PARAMETERS, declare, reference_page, shared_names
+from tauto_nodes.live.stages import TrochleaNode
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 PACKAGE = ROOT / 'src' / 'tauto_nodes'
 GRAPH_ROLES = [
     role for role, table in PARAMETERS.items() if 'flow_control' in {p.name for p in table}
@@ -251,7 +251,10 @@ def planned(
         'folder': str(folder),
         'supervisor': os.getpid(),
     }
-    program = 'from tauto_nodes.launching import launch_plan; launch_plan()'
+    program = (
+        'import sys; from tauto_nodes.commands import launch_plan; launch_plan(); '
+        f'assert ("tauto_nodes.simulation" in sys.modules) is {kind == "voyage"}'
+    )
     return subprocess.run(
         [sys.executable, '-c', program],
         input=json.dumps(asked),

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Bench, overrides
+from conftest import PATIENCE_S, Bench, overrides, start
 from rclpy.node import Node
 from test_nodes_faults import FOREIGN, START_NS, send, still_sensor, with_sensor
-from test_nodes_processes import PATIENCE_S, start
 
 from tauto_core.bags import decode, encode
 from tauto_core.clockwork import DialSetting, LiveTrochlea
@@ -22,9 +21,9 @@ from tauto_core.samples import OBSERVATION, READING, SHIP_IMU, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.version import code
 from tauto_nodes import ParameterError
-from tauto_nodes.launching import state_folder
-from tauto_nodes.ports import port
-from tauto_nodes.stages import DriftEstimatorNode, StateFile, TrochleaNode
+from tauto_nodes.commands import state_folder
+from tauto_nodes.live.node import port
+from tauto_nodes.live.stages import DriftEstimatorNode, StateFile, TrochleaNode
 
 SCENE = load_scene('measured')
 

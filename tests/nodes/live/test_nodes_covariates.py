@@ -25,8 +25,8 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.voyage import sail
-from tauto_nodes.ports import port
-from tauto_nodes.stages import DriftEstimatorNode, StateFile
+from tauto_nodes.live.node import port
+from tauto_nodes.live.stages import DriftEstimatorNode, StateFile
 
 
 def test_a_latitude_and_a_thermometer_that_never_come_are_said(

@@ -18,17 +18,11 @@ from tauto_core import samples as s
 from tauto_core.bags import TOPICS
 from tauto_core.scene import Scene, scene_yaml
 from tauto_nodes import GraphError
-from tauto_nodes.flow import RUN
-from tauto_nodes.parameters import FOLDER_VARIABLE, write_parameters
-from tauto_nodes.recorder import RecorderReport
-from tauto_nodes.running import (
-    DOMAIN,
-    SUPERVISOR,
-    Signals,
-    enclave_of,
-    graph_environment,
-    work_folder,
-)
+from tauto_nodes.live import DOMAIN, SUPERVISOR, Signals
+from tauto_nodes.live.parameters import FOLDER_VARIABLE, write_parameters
+from tauto_nodes.live.recorder import RecorderReport
+from tauto_nodes.simulation import graph_environment, work_folder
+from tauto_nodes.simulation.credits import RUN
 
 # -----------------------------------------------------------------------------
 # The processes of a graph: started together, watched, stopped together.
@@ -362,7 +356,8 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
         names = ('compose',) if plan.compose else NODE_NAMES
         with Supervisor(folder, environment) as supervisor:
             for name in names:
-                supervisor.start(name, [*arguments, *enclave_of(name)])
+                # a name and nothing more without ROS_SECURITY_ENABLE; config/sros2_policy.xml
+                supervisor.start(name, [*arguments, '--enclave', f'/tauto/{name}'])
             watch = Watchdog(report)
             while not signals.came and supervisor.exit_code(names[0]) is None:
                 watch.look()

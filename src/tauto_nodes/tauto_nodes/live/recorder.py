@@ -28,10 +28,17 @@ from tauto_core.scene.errors import BagError, SceneError
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import bag_metadata
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.node import Diagnostics, GraphNode
-from tauto_nodes.parameters import NodeSettings
-from tauto_nodes.ports import MIN_DEPTH, Times, TopicPort, message_class, port
-from tauto_nodes.running import main_of
+from tauto_nodes.live import main_of
+from tauto_nodes.live.node import (
+    MIN_DEPTH,
+    Diagnostics,
+    GraphNode,
+    Times,
+    TopicPort,
+    message_class,
+    port,
+)
+from tauto_nodes.live.parameters import NodeSettings
 
 
 @dataclass(frozen=True)
@@ -311,7 +318,7 @@ class RecorderNode(GraphNode):
         self._closed = True
         try:
             if self.failure is None:
-                self._work()
+                self.work()
                 self._waits_for_scene = False
                 self.take(self._early)
             if not self._complete:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from tauto_nodes import graph
-from tauto_nodes.graph import Child, Supervisor
+from tauto_nodes.simulation import supervisor as graph
+from tauto_nodes.simulation.supervisor import Child, Supervisor
 
 WORDS = """\
 [INFO] [1795404890.263812763] [recorder]: scene: received 1, written 1, lost 0

@@ -12,9 +12,8 @@ from xml.etree import ElementTree
 
 import pytest
 
-import tauto_nodes
-from tauto_nodes import ParameterError
-from tauto_nodes.running import check_discovery
+from tauto_nodes import ParameterError, simulation
+from tauto_nodes.live import check_discovery
 
 ALONE = ['unshare', '--map-root-user', '--net']
 """Runs a command in a network of its own, whose loopback interface is down."""
@@ -108,7 +107,7 @@ def test_a_graph_without_a_loopback_interface_says_so_at_once(tmp_path: Path) ->
 def test_both_profiles_of_fast_dds_agree_but_for_the_transport(part: str) -> None:
     found = []
     for name in ('fastdds.xml', 'fastdds_loopback.xml'):
-        tree = ElementTree.parse(Path(tauto_nodes.__file__).with_name(name))
+        tree = ElementTree.parse(Path(simulation.__file__).with_name(name))
         [element] = tree.iterfind(f'.//{{*}}{part}')
         found.append(ElementTree.canonicalize(ElementTree.tostring(element), strip_text=True))
     assert found[0] == found[1]

@@ -18,7 +18,7 @@ from tauto_core.samples import ESTIMATE, READING, SHIP_IMU, SHIP_TEMPERATURE, SL
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
-from tauto_nodes.graph import GraphPlan, run_graph
+from tauto_nodes.simulation.supervisor import GraphPlan, run_graph
 
 IN_A_SLOOP = """\
 duration: 600.0

@@ -1,56 +1,331 @@
-"""The base of all nodes: ports, messages in and out, flow control, an end, and diagnostics."""
+"""The base of all nodes: ports, messages in and out, errors, an end, and diagnostics.
+
+Messages travel as the bytes that tauto_core.bags encodes and decodes: rclpy never builds a
+message object, so a payload in the graph is the payload in the bag.
+"""
 
 from __future__ import annotations
 
-import os
+import difflib
+import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, ParamSpec
+from importlib import import_module
+from typing import Any, NamedTuple, ParamSpec, cast
 
+import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, qos_policy_name_from_kind
-from rclpy.qos_overriding_options import InvalidQosOverridesError
-from std_msgs.msg import String, UInt8MultiArray
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSProfile,
+    QoSReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 
+from tauto_core import samples as s
+from tauto_core.bags import TOPICS, decode
+from tauto_core.navigation import ESTIMATE_NAMES
 from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, SLACK, Samples
+from tauto_core.scene.errors import BagError
 from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.flow import (
-    BATCH,
-    CREDIT_TOPIC,
-    END_TOPIC,
-    PACK_TOPIC,
-    PACKED_TIMES,
-    RUN,
-    WINDOW,
-    End,
-    Flow,
-    Report,
-    unpack,
+from tauto_nodes.live.parameters import (
+    QOS_PREFIX,
+    declare,
+    overrides_of,
+    shared_names,
+    take_raw,
 )
-from tauto_nodes.parameters import declare, take_raw
-from tauto_nodes.ports import (
-    CREDIT_QOS,
-    END_QOS,
-    PACK_QOS,
-    Input,
-    Intake,
-    Output,
-    Times,
-    TopicPort,
-    can_match,
-    node_of,
-    overriding,
-    refuse_unknown_qos,
-    type_name,
-)
+
+# -----------------------------------------------------------------------------
+# Ports: publishers and subscriptions for serialised messages, their quality of service and state.
+
+MIN_DEPTH = 1000
+"""Least KEEP_LAST depth under flow control: above what may be in flight (credits.WINDOW)."""
+
+
+@dataclass(frozen=True)
+class TopicPort:
+    """One side of a topic: its relative or absolute name, the rclpy message class, and the quality
+    of service before overrides.
+    """
+
+    name: str
+    message: Any
+    profile: QoSProfile
+
+    @property
+    def is_latched(self) -> bool:
+        """Whether late subscribers get the last message."""
+        return bool(self.profile.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def message_class(ros_type: str) -> Any:
+    """Return the class of a type named like `sensor_msgs/msg/Imu`.
+
+    NodesError: its package is not installed.
+    """
+    package, _, name = ros_type.partition('/msg/')
+    try:
+        return getattr(import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError) as error:
+        raise NodesError(
+            f'message type {ros_type}: not installed here. Install the ROS package {package}, '
+            'or leave its topics out'
+        ) from error
+
+
+def type_name(message: Any) -> str:
+    """Return the name of the type that `message_class` finds."""
+    return f'{message.__module__.partition(".")[0]}/msg/{message.__name__}'
+
+
+def port(topic: str, imu_reliability: str = 'reliable') -> TopicPort:
+    """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
+    entry = TOPICS[topic]
+    best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
+    reliability = (
+        QoSReliabilityPolicy.BEST_EFFORT if best_effort else QoSReliabilityPolicy.RELIABLE
+    )
+    durability = (
+        QoSDurabilityPolicy.TRANSIENT_LOCAL if entry.latched else QoSDurabilityPolicy.VOLATILE
+    )
+    profile = QoSProfile(depth=entry.depth, reliability=reliability, durability=durability)
+    return TopicPort(topic, message_class(entry.ros_type), profile)
+
+
+def overriding(controlled: bool) -> QoSOverridingOptions:
+    """Return the options that let parameters override history, depth and reliability.
+
+    With flow control, overrides under which messages could be lost are refused.
+    """
+
+    def check(profile: QoSProfile) -> SetParametersResult:
+        shallow = (
+            profile.history == QoSHistoryPolicy.KEEP_LAST
+            and profile.depth < MIN_DEPTH
+            and profile.durability != QoSDurabilityPolicy.TRANSIENT_LOCAL
+        )
+        lossy = profile.reliability != QoSReliabilityPolicy.RELIABLE
+        if not controlled or not (shallow or lossy):
+            return SetParametersResult(successful=True)
+        return SetParametersResult(
+            successful=False,
+            reason=f'depth = {profile.depth}, reliability = {profile.reliability.name.lower()}: '
+            f'flow_control = credits needs reliable and a depth of at least {MIN_DEPTH}',
+        )
+
+    return QoSOverridingOptions.with_default_policies(callback=check)
+
+
+def refuse_unknown_qos(node: Node) -> None:
+    """See that each `qos_overrides` key is one of a publisher or subscription of this node.
+
+    Call it when these have been made: rclpy declares the keys of each, and ignores all others.
+    ParameterError says which key none of them has, and the nearest that there is.
+    """
+    asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
+    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
+    known = list(node.get_parameters_by_prefix(QOS_PREFIX.rstrip('.')))
+    problems = []
+    for name in asked:
+        if node.has_parameter(name) or name in shared:
+            continue
+        nearest = difflib.get_close_matches(name.removeprefix(QOS_PREFIX), known, 1, 0.0)
+        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'it has none'
+        problems.append(f'{name}: no publisher or subscription of this node has it; {there}')
+    if problems:
+        raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
+
+
+class Times(NamedTuple):
+    """When a message was received and sent [ns], by the clock of the system."""
+
+    received_ns: int
+    sent_ns: int
+
+    @staticmethod
+    def told(info: Mapping[str, Any] | None) -> Times:
+        """Return the times that the middleware reports, or now for both where it reports none."""
+        if info is None:
+            now_ns = time.time_ns()
+            return Times(now_ns, now_ns)
+        return Times(info['received_timestamp'] or time.time_ns(), info['source_timestamp'])
+
+
+@dataclass
+class Input:
+    """State of one subscription.
+
+    `type_name`: of the messages it takes; `last_s`: when a message or a publisher came last [s];
+    `times` of the `pending` messages, where the node keeps them. On a topic that `is_shared` many
+    may publish, and silence means nothing. Messages that are `signed` name the graph they are of.
+    """
+
+    type_name: str
+    is_shared: bool = False
+    is_signed: bool = False
+    subscription: Any = None
+    received: int = 0
+    taken: int = 0
+    last_s: float | None = None
+    matched: int = 0
+    incompatible: int = 0
+    pending: list[bytes] = field(default_factory=list)
+    times: list[Times] = field(default_factory=list)
+
+
+@dataclass
+class Output:
+    """State of one publisher; `matched` counts its subscribers."""
+
+    publisher: Any
+    sent: int = 0
+    matched: int = 0
+    incompatible: int = 0
+    queue: deque[bytes] = field(default_factory=deque)
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody outside of the own graph takes single messages."""
+        return bool(self.matched)
+
+    def look(self) -> None:
+        """Count the subscribers."""
+        self.matched = self.publisher.get_subscription_count()
+
+    def publish(self, payloads: Sequence[bytes]) -> None:
+        """Send messages."""
+        for payload in payloads:
+            self.publisher.publish(payload)
+        self.sent += len(payloads)
+
+
+def node_of(info: Any) -> str:
+    """Return the full name of the node that a publisher belongs to."""
+    # rmw's name for a node that it has not heard of yet, or that has none.
+    if info.node_name == '_NODE_NAME_UNKNOWN_':
+        return 'a node not yet known by name'
+    return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
+
+
+# -----------------------------------------------------------------------------
+# From serialised messages to samples; invalid messages are counted and ignored.
+#
+# Anybody may publish anything on a topic. A message that cannot be decoded, belongs to another
+# frame, or has wrong names or NaN neither ends a node nor hides its neighbours. The fate of a
+# message does not depend on the others that came with it.
+
+
+FRAME_NS = 10 * NS_PER_S
+"""Time of messages in a new frame alone, as after a driver's restart, after which it is taken."""
+
+
+class Intake:
+    """Decodes the messages of one topic of the table.
+
+    `note` is called with a reason and its description, once for each message that is ignored.
+    Messages in another frame than before are ignored until they alone have come for `FRAME_NS`;
+    meanwhile `trouble` says so.
+    """
+
+    def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
+        self._topic, self._note = topic, note
+        self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
+        self._other: tuple[str, int] | None = None
+        self.trouble = ''
+        # Names with which the scalars must begin; for other topics the first message decides.
+        self._required = ESTIMATE_NAMES if topic == s.ESTIMATE else None
+
+    def samples(self, payloads: Sequence[bytes]) -> tuple[s.Samples | None, list[bytes]]:
+        """Return the samples of the usable messages, None if there are none, and these messages.
+
+        Messages without a header are stamped 0.
+        """
+        try:
+            whole = self._decoded(payloads)
+            if not any(self._faults(whole)):
+                self._other, self.trouble = None, ''
+                return whole, list(payloads)
+        except BagError:
+            pass  # one by one it is found which of them cannot be decoded
+        good: list[tuple[s.Samples, bytes]] = []
+        for payload in payloads:
+            try:
+                sample = self._decoded([payload])
+                fault = next(self._faults(sample), None)
+                if fault is not None and fault[0] == 'other_frame':
+                    fault = self._waited(sample, fault)
+                elif fault is None:
+                    self._other, self.trouble = None, ''
+            except BagError as error:
+                fault = 'undecodable', str(error)
+            if fault is None:
+                good.append((sample, payload))
+            else:
+                self._note(fault[0], f'a message is left aside: {fault[1]}')
+        if not good:
+            return None, []
+        return s.join([cast(s.TimeSamples, one) for one, _ in good]), [raw for _, raw in good]
+
+    def _waited(self, sample: Any, fault: tuple[str, str]) -> tuple[str, str] | None:
+        """Return the fault of a message in another frame; None once that frame is taken."""
+        frame, stamp_ns = sample.frame_id, int(sample.stamp_ns[0])
+        if self._other is None or self._other[0] != frame:
+            self._other = frame, stamp_ns
+        if stamp_ns - self._other[1] >= FRAME_NS:
+            self._kind = self._other = None
+            self.trouble = ''
+            return next(self._faults(sample), None)
+        self.trouble = f'{self._topic}: {fault[1]}; such messages are left aside'
+        return fault
+
+    def _decoded(self, payloads: Sequence[bytes]) -> s.Samples:
+        samples = decode(self._topic, payloads, np.zeros(len(payloads), np.int64))
+        if s.count(samples) != len(payloads):
+            raise BagError(f'{self._topic}: {len(payloads)} messages, other samples')
+        return samples
+
+    def _faults(self, samples: s.Samples) -> Iterator[tuple[str, str]]:
+        """Yield what is wrong with samples, in a word and in full."""
+        if isinstance(samples, s.TextSamples | s.SpatialImu):
+            return
+        if samples.stamp_ns.min() < 0:
+            yield 'out_of_range', f'stamped {samples.stamp_ns.min() * 1e-9:.6g} s, before 0'
+        names: tuple[str, ...] = ()
+        widths: tuple[int, ...] = ()
+        if isinstance(samples, s.JointSamples):
+            names = samples.name
+            numbers = (samples.position, samples.velocity, samples.effort)
+            widths = tuple(number.shape[1] for number in numbers)
+            if not all(np.isfinite(number).all() for number in numbers):
+                yield 'not_finite', 'one of its numbers is none'
+        if self._required is not None and names[: len(self._required)] != self._required:
+            yield 'other_names', f'names {names}, which do not begin with {self._required}'
+        if self._kind is None:
+            self._kind = samples.frame_id, names, widths
+        frame, first_names, first_widths = self._kind
+        if frame != samples.frame_id:
+            yield 'other_frame', f'frame {samples.frame_id!r}, not {frame!r} as before'
+        if first_names != names:
+            yield 'other_names', f'names {names}, not {first_names} as before'
+        if first_widths != widths:
+            yield 'other_widths', f'arrays of {widths} numbers, not {first_widths} as before'
+
+
+# -----------------------------------------------------------------------------
+# The node.
 
 P = ParamSpec('P')
 
@@ -64,20 +339,8 @@ LOOK_S = 0.3
 """Interval at which they look after their ports and what else is due [s]: most of what an idle
 node costs is to wake up."""
 
-HELLO_S = 0.05
-"""Interval of the reports until all nodes of the graph are ready [s]."""
-
-SOON_S = 0.1
-"""Fewer messages than a batch are reported as taken after this time [s]."""
-
-REPEAT_S = 1.0
-"""Interval of the reports from then on, if nothing is new [s]: they say that a node lives."""
-
-LOST_AFTER_S = 10.0
-"""Silence after the end markers that makes what is still missing count as lost [s]."""
-
-COMMON_DEPTH = 10
-"""Messages that the queue of a subscriber usually holds."""
+BATCH = 200
+"""Messages after which a node works without waiting for its tick."""
 
 ALARM_S = 10.0
 """Time for which /diagnostics still reports an error that has passed [s]."""
@@ -103,14 +366,11 @@ class GraphNode(Node):
         self.role = role
         self.settings = declare(self, role)
         self.steady = Clock(clock_type=ClockType.STEADY_TIME)
-        times = PACKED_TIMES if self.settings.packed else 1
-        self._window, self._batch = WINDOW * times, BATCH * times
-        self._run = int(os.environ.get(RUN) or 0)
-        self._met = False
         self.inputs: dict[str, Input] = {}
         self.outputs: dict[str, Output] = {}
         self.times: dict[str, list[Times]] = {}
-        self.flow: Flow | None = None
+        self.flow: Any = None
+        """The node's part in the flow control of a voyage; None on a boat."""
         self.diagnostics: Diagnostics | None = None
         self.failure: Exception | None = None
         self.over = False
@@ -119,10 +379,6 @@ class GraphNode(Node):
         self.waiting: list[str] = []
         """What the outputs wait for before anything may be sent."""
         self._soon: Any = None
-        self._ended = False
-        self._totals_s: float | None = None
-        self._reported_s = 0.0
-        self._reported: Report | None = None
         self._intakes: dict[str, Intake] = {}
         self._left_aside: dict[str, int] = {}
         self._alarm: tuple[float, str] | None = None
@@ -244,8 +500,9 @@ class GraphNode(Node):
         not go with flow control, or of no port.
         """
         if self.settings.credits:
-            topics = tuple(p.name for p in inputs), tuple(p.name for p in outputs)
-            self.flow = Flow(self.get_name(), self.settings.names('graph'), *topics, self._run)
+            # By name: a boat has nothing of the simulation in its memory.
+            control = import_module('tauto_nodes.simulation.credits').Credits
+            self.flow = control(self, [p.name for p in inputs], [p.name for p in outputs])
         try:
             for port in outputs:
                 self._publish_on(port)
@@ -254,13 +511,6 @@ class GraphNode(Node):
         except InvalidQosOverridesError as error:
             raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
         refuse_unknown_qos(self)
-        if self.flow is not None:
-            self._credit = self.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
-            self._end = self.create_publisher(String, END_TOPIC, END_QOS)
-            hear, flow = self.guard(self._hear), self.flow
-            hear_end = self.guard(lambda message: flow.hear_end(End.from_json(message.data)))
-            self.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
-            self.create_subscription(String, END_TOPIC, hear_end, END_QOS)
         is_driven = self.flow is None and not self.paces
         every_s = LOOK_S if is_driven else TICK_S
         self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
@@ -284,26 +534,13 @@ class GraphNode(Node):
             event_callbacks=PublisherEventCallbacks(incompatible_qos=offers_too_little),
             qos_overriding_options=overriding(self.settings.credits),
         )
-        output = self.outputs[port.name] = Output(publisher, is_latched=port.is_latched)
-        if self.settings.packed:
-            name = PACK_TOPIC + port.name
-            output.carrier = self.create_publisher(UInt8MultiArray, name, PACK_QOS)
-            output.run = self._run
+        output = Output(publisher) if self.flow is None else self.flow.output(port, publisher)
+        self.outputs[port.name] = output
 
     def listen_to(self, port: TopicPort, *, is_shared: bool = False) -> Any:
         """Create a subscription with its state in `inputs`; return it."""
-        message = UInt8MultiArray if self.settings.packed else port.message
-        source = self.inputs[port.name] = Input(type_name(message), is_shared)
-        if self.settings.packed:
-            source.subscription = self.create_subscription(
-                UInt8MultiArray,
-                PACK_TOPIC + port.name,
-                self.guard(
-                    lambda octets: self.received(source, unpack(port.name, octets, self._run))
-                ),
-                PACK_QOS,
-                raw=True,
-            )
+        source = self.inputs[port.name] = Input(type_name(port.message), is_shared)
+        if self.flow is not None and self.flow.listen_to(port, source):
             return source.subscription
         drains = self.settings.text('executor') == 'single'
 
@@ -341,10 +578,6 @@ class GraphNode(Node):
         )
         return source.subscription
 
-    def link_name(self, topic: str) -> str:
-        """Return the full name of the topic that carries a topic's messages to the graph."""
-        return self.resolve_topic_name(PACK_TOPIC + topic if self.settings.packed else topic)
-
     def look_at_links(self) -> None:
         """Note how many publishers and subscribers each port is matched with.
 
@@ -356,18 +589,20 @@ class GraphNode(Node):
             count = source.subscription.get_publisher_count()
             if count != source.matched:
                 source.matched, source.last_s = count, time.monotonic()
-                # packs tell which graph they are of
-                if count > 1 and not (source.is_shared or (self._run and self.settings.packed)):
+                if count > 1 and not (source.is_shared or source.is_signed):
                     self._several_sources(topic)
         for output in self.outputs.values():
-            output.matched = output.link.get_subscription_count()
-            if output.carrier is not None:
-                output.watchers = output.publisher.get_subscription_count()
+            output.look()
+
+    def publishers_of(self, topic: str) -> list[Any]:
+        """Return what is known of the publishers that an input may hear."""
+        name: str = self.inputs[topic].subscription.topic_name
+        return list(self.get_publishers_info_by_topic(name))
 
     def sources_of(self, topic: str) -> list[str]:
         """Return the names of the nodes that publish what an input takes."""
         wanted = self.inputs[topic].type_name
-        infos = self.get_publishers_info_by_topic(self.link_name(topic))
+        infos = self.publishers_of(topic)
         return sorted(node_of(info) for info in infos if info.topic_type == wanted)
 
     def misfits(self, topic: str) -> list[str]:
@@ -375,7 +610,7 @@ class GraphNode(Node):
         wanted = self.inputs[topic].type_name
         return sorted(
             f'{node_of(info)} sends {info.topic_type}'
-            for info in self.get_publishers_info_by_topic(self.link_name(topic))
+            for info in self.publishers_of(topic)
             if info.topic_type != wanted
         )
 
@@ -401,17 +636,19 @@ class GraphNode(Node):
         source.pending += payloads
         if self._soon is not None and self._soon.is_canceled():
             self._soon.reset()
-        if len(source.pending) >= self._batch and not self.backlogged:
-            self._work()
+        batch = BATCH if self.flow is None else self.flow.batch
+        if len(source.pending) >= batch and not self.backlogged:
+            self.work()
             if self.flow is not None:
-                self._report()
+                self.flow.report()
 
     def _hurry(self) -> None:
         self._soon.cancel()
         self.tick()
-        self._work()
+        self.work()
 
-    def _work(self) -> None:
+    def work(self) -> None:
+        """Take what is pending."""
         # While its own output waits, a node takes nothing: that is what holds its sources back.
         if self.backlogged:
             return
@@ -436,127 +673,22 @@ class GraphNode(Node):
 
     def send(self, topic: str, payloads: Sequence[bytes]) -> None:
         """Publish messages in order, now or as soon as flow control allows."""
-        output = self.outputs[topic]
-        output.queue.extend(payloads)
-        self._pump(topic, output)
+        self.outputs[topic].queue.extend(payloads)
+        self.pump(topic)
 
-    def _pump(self, topic: str, output: Output) -> None:
+    def pump(self, topic: str) -> None:
+        """Publish what waits, as far as flow control allows."""
+        output = self.outputs[topic]
         count = len(output.queue)
         if self.flow is not None and count:
-            count = min(count, self._window - self.flow.in_flight(topic, output.sent))
+            count = self.flow.allowed(topic, output)
         if count > 0:
             output.publish([output.queue.popleft() for _ in range(count)])
-        if count > COMMON_DEPTH and output.carrier is not None and output.watchers:
-            self._name_watchers(topic, output, count)
-
-    def _name_watchers(self, topic: str, output: Output, count: int) -> None:
-        """Say, once for each, who beside the graph may lose messages: they are in no account."""
-        infos = self.get_subscriptions_info_by_topic(output.publisher.topic_name)
-        for name in sorted({node_of(info) for info in infos} - output.named):
-            output.named.add(name)
-            self.get_logger().warning(
-                f'{topic}: {name} is not of the graph and gets {count} messages at once; what '
-                'does not fit into its queue is lost, and nobody counts it. Give it a deeper one, '
-                'or let the voyage sail at a pace (speed 60)'
-            )
-
-    # Flow control.
-
-    def _hear(self, octets: bytes) -> None:
-        assert self.flow is not None
-        report = Report.from_octets(octets)
-        if report.run != self._run:
-            self._meet(report)
-            return
-        if report.node == self.flow.node:
-            return
-        self.flow.hear(report)
-        for topic, output in self.outputs.items():
-            self._pump(topic, output)
-        if not self.backlogged:
-            self.tick()
-
-    def _meet(self, other: Report) -> None:
-        """Let the earlier graph go on, and end the later one with a NodesError."""
-        if 0 < other.run < self._run:
-            since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(other.run // NS_PER_S))
-            raise NodesError(
-                f'another graph of the namespace {self.get_namespace()} sails in this domain '
-                f'since {since}, and it goes on. Wait for its end, or give this one a namespace '
-                'or a ROS_DOMAIN_ID of its own'
-            )
-        self._reported = None  # so that it hears of us at once
-        if not self._met:
-            self.get_logger().warning('a second graph starts in this namespace; it is ignored')
-        self._met = True
-
-    def strangers(self) -> list[str]:
-        """Return who else publishes on the outputs of a graph that takes nothing from them."""
-        if not (self._run and self.settings.packed):
-            return []
-        own = self.get_fully_qualified_name()
-        return [
-            f'{name} publishes {topic}, too; the graph ignores it'
-            for topic, output in self.outputs.items()
-            for info in self.get_publishers_info_by_topic(output.publisher.topic_name)
-            if (name := node_of(info)) != own
-        ]
-
-    def _found(self, topic: str) -> set[str]:
-        """Return the names of the nodes of this namespace whose subscriptions are matched."""
-        publisher = self.outputs[topic].link
-        heard = [
-            info
-            for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
-            if can_match(publisher.qos_profile, info.qos_profile)
-            and info.topic_type == type_name(publisher.msg_type)
-        ]
-        # A matched publisher counts its readers but does not name them: all of them, or none.
-        if publisher.get_subscription_count() < len(heard):
-            return set()
-        here = self.get_namespace()
-        return {info.node_name for info in heard if info.node_namespace == here}
-
-    def _report(self) -> None:
-        assert self.flow is not None
-        now = time.monotonic()
-        due_s = REPEAT_S
-        if not self.flow.everyone_ready():
-            due_s = HELLO_S
-            self.waiting = self.flow.waiting({topic: self._found(topic) for topic in self.outputs})
-        matched = tuple(topic for topic, source in self.inputs.items() if source.matched > 0)
-        taken = {topic: source.taken for topic, source in self.inputs.items()}
-        report = Report(self.flow.node, taken, matched, not self.waiting, self._run)
-        # A report costs every node time: before it is due it must be news to them.
-        since_s, last = now - self._reported_s, self._reported
-        is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
-        if last is not None and not is_news:
-            fresh = [n - last.taken[topic] for topic, n in taken.items()]
-            is_news = max(fresh, default=0) >= self._batch or (any(fresh) and since_s >= SOON_S)
-        if since_s >= due_s or is_news:
-            self._credit.publish(report.to_octets())
-            self.flow.hear(report)
-            self._reported, self._reported_s = report, now
-
-    def _close_input(self) -> None:
-        """End when all that was sent has come, or when the rest will not come any more."""
-        assert self.flow is not None
-        short = self.flow.short({t: source.received for t, source in self.inputs.items()})
-        if short is None or self.backlogged:
-            return
-        if self._totals_s is None:
-            self._totals_s = time.monotonic()
-        if short:
-            last_s = max(source.last_s or self._totals_s for source in self.inputs.values())
-            if time.monotonic() - max(last_s, self._totals_s) < LOST_AFTER_S:
-                return
-            self.lost(short)
-        self.end_input()
 
     def end_input(self) -> None:
         """Process what is pending and publish what is held back; later input is ignored."""
         if not self.input_over:
-            self._work()
+            self.work()
             self.input_over = True
             self.at_end()
 
@@ -564,18 +696,11 @@ class GraphNode(Node):
         self.look_at_links()
         self.tick()
         # Waiting messages are sent before new work, which a node with a backlog does not take.
-        for topic, output in self.outputs.items():
-            self._pump(topic, output)
-        self._work()
-        if self.flow is None:
-            return
-        if self.inputs and not self.input_over:
-            self._close_input()
-        if self.outputs and self.input_over and not self.backlogged and not self._ended:
-            self._ended = True
-            sent = {topic: output.sent for topic, output in self.outputs.items()}
-            self._end.publish(String(data=End(self.get_name(), sent, self._run).to_json()))
-        self._report()
+        for topic in self.outputs:
+            self.pump(topic)
+        self.work()
+        if self.flow is not None:
+            self.flow.turn()
 
 
 # -----------------------------------------------------------------------------
@@ -624,7 +749,7 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
     if passed := node.recent_alarm(now_s):
         yield error, passed
     yield from _missing(node, now_s)
-    for stranger in node.strangers():
+    for stranger in node.flow.strangers() if node.flow is not None else ():
         yield warn, stranger
     for topic, source in node.inputs.items():
         if source.matched > 1 and not source.is_shared:

@@ -12,10 +12,10 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import IO
 
 import pytest
 from builtin_interfaces.msg import Time
+from conftest import PATIENCE_S, start
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
@@ -27,15 +27,12 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import check_bag, read_bag
 from tauto_core.cli.app import app
-from tauto_nodes import graph
-from tauto_nodes.graph import Child
-from tauto_nodes.running import executor_named
+from tauto_nodes.live import executor_named
+from tauto_nodes.simulation import supervisor as graph
+from tauto_nodes.simulation.supervisor import Child
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 OWN = ['unshare', '--map-root-user', '--mount']
-
-PATIENCE_S = 300.0
-"""Only what hangs takes so long, however busy the machine."""
 
 
 def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
@@ -44,17 +41,6 @@ def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
     while not condition():
         assert time.monotonic() < deadline_s, 'the condition did not come true in time'
         time.sleep(0.02)
-
-
-def start(
-    node: str, *arguments: str, stdout: int | IO[str] = subprocess.PIPE
-) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, '-m', 'tauto_nodes', node, *arguments],
-        stdout=stdout,
-        stderr=subprocess.STDOUT,
-        text=True,
-    )
 
 
 def tauto(*arguments: str) -> list[str]:
@@ -402,7 +388,7 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     code = (
-        'import time; from tauto_nodes.running import run_nodes; '
+        'import time; from tauto_nodes.live import run_nodes; '
         'run_nodes([lambda: time.sleep(3600)])'
     )
     log = tmp_path / 'stuck.log'
@@ -415,7 +401,7 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
     monkeypatch.setattr(graph, 'TERM_S', 0.5)
     assert graph.Supervisor(tmp_path, {}, [child]).stop() == [child]
     assert process.returncode == -signal.SIGABRT
-    assert 'running.py' in child.said()
+    assert 'live/__init__.py' in child.said()
     assert 'in <lambda>' in child.said()
 
 
@@ -448,7 +434,7 @@ def test_a_log_folder_that_cannot_be_made_is_told_with_the_remedy() -> None:
 HELD = """
 import ctypes, sys
 import rclpy.node
-from tauto_nodes import running
+from tauto_nodes import live as running
 if sys.orig_argv[-1].endswith(('recorder', 'longitude')):  # the last argument is the enclave
     running.LEAVE_S = 1.0
     rclpy.node.Node.destroy_node = lambda node: ctypes.PyDLL(None).sleep(3600)
@@ -558,7 +544,7 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     assert played.stderr.endswith(f'tauto: {out}: played to its end\n')
 
 
-BAG = str(Path(__file__).parents[2] / 'bags' / 'cheek_1min')
+BAG = str(Path(__file__).parents[3] / 'bags' / 'cheek_1min')
 
 
 @pytest.mark.parametrize(

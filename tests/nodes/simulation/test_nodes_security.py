@@ -17,14 +17,15 @@ from tauto_core.bags import TOPICS
 from tauto_core.samples import SHIP_IMU, SHIP_TEMPERATURE
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
-from tauto_nodes.flow import PACK_TOPIC
-from tauto_nodes.graph import NODE_NAMES
-from tauto_nodes.markers import MarkersNode
-from tauto_nodes.recorder import RecorderNode
-from tauto_nodes.sources import PlayerNode, ShipMotionNode
-from tauto_nodes.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+from tauto_nodes.live.markers import MarkersNode
+from tauto_nodes.live.player import PlayerNode
+from tauto_nodes.live.recorder import RecorderNode
+from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
+from tauto_nodes.simulation.credits import PACK_TOPIC
+from tauto_nodes.simulation.ship import ShipMotionNode
+from tauto_nodes.simulation.supervisor import NODE_NAMES
 
-POLICY = Path(__file__).parents[2] / 'src/tauto_nodes/config/sros2_policy.xml'
+POLICY = Path(__file__).parents[3] / 'src/tauto_nodes/config/sros2_policy.xml'
 CREDITS: dict[str, Any] = {'flow_control': 'credits', 'packed': True, 'graph': NODE_NAMES}
 
 Ports = dict[tuple[str, str], set[str]]

@@ -1,0 +1,449 @@
+"""Flow control by credits, and messages in packs.
+
+A consumer reports how many messages of each topic it has taken. A sender keeps at most WINDOW
+messages of a topic in flight to its slowest consumer; the queues in between are deeper, so none
+overflows. docs/nodes.md explains why this neither loses messages nor deadlocks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from std_msgs.msg import String, UInt8MultiArray
+
+from tauto_core.scene.times import NS_PER_S
+from tauto_nodes import NodesError
+from tauto_nodes.live.node import (
+    BATCH,
+    MIN_DEPTH,
+    GraphNode,
+    Input,
+    Output,
+    TopicPort,
+    node_of,
+    type_name,
+)
+
+WINDOW = 800
+"""Messages of one topic that may be in flight to a consumer."""
+
+PACKED_TIMES = 10
+"""Factor of window and batch where messages go in packs: a message costs little then, and the
+constant cost of a piece of work is shared by more messages."""
+
+RUN = 'TAUTO_RUN'
+"""Environment variable: when a node's graph began [ns], which distinguishes two graphs."""
+
+HELLO_S = 0.05
+"""Interval of the reports until all nodes of the graph are ready [s]."""
+
+SOON_S = 0.1
+"""Fewer messages than a batch are reported as taken after this time [s]."""
+
+REPEAT_S = 1.0
+"""Interval of the reports from then on, if nothing is new [s]: they say that a node lives."""
+
+LOST_AFTER_S = 10.0
+"""Silence after the end markers that makes what is still missing count as lost [s]."""
+
+COMMON_DEPTH = 10
+"""Messages that the queue of a subscriber usually holds."""
+
+CREDIT_TOPIC = '_tauto/credit'
+END_TOPIC = '_tauto/end'
+
+CREDIT_QOS = QoSProfile(depth=100)
+END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
+
+_TEXT = struct.Struct('<4sI')
+_LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+
+
+@dataclass(frozen=True)
+class Report:
+    """The report of a node on `_tauto/credit`; the latest one replaces all earlier ones.
+
+    It has the messages `taken` so far of each topic that the node subscribes to, which of these
+    have found a publisher (`matched`), and whether its publishers have found all their
+    subscribers (`ready`). `run` is that of its graph (RUN); 0: its nodes were started one by one.
+    """
+
+    node: str
+    taken: dict[str, int]
+    matched: tuple[str, ...] = ()
+    ready: bool = False
+    run: int = 0
+
+    def to_octets(self) -> bytes:
+        """Return the serialised message (CDR of std_msgs/String)."""
+        text = json.dumps(vars(self)).encode()
+        return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
+
+    @staticmethod
+    def from_octets(octets: bytes) -> Report:
+        """Return the report in a serialised message; NodesError if it has none."""
+        return Report.from_json(octets[_TEXT.size :].partition(b'\x00')[0])
+
+    @staticmethod
+    def from_json(text: str | bytes) -> Report:
+        """Return the report in a message's text; NodesError if it is not a report."""
+        try:
+            content = json.loads(text)
+            return Report(
+                str(content['node']),
+                {str(topic): int(n) for topic, n in content['taken'].items()},
+                tuple(content['matched']),
+                bool(content['ready']),
+                int(content.get('run', 0)),
+            )
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise NodesError(f'{CREDIT_TOPIC}: not a credit report: {text[:80]!r}') from error
+
+
+@dataclass(frozen=True)
+class End:
+    """The end marker of a node on `_tauto/end`: how many messages of each topic it has sent."""
+
+    node: str
+    sent: dict[str, int]
+    run: int = 0
+
+    def to_json(self) -> str:
+        """Return the message's text."""
+        return json.dumps(vars(self))
+
+    @staticmethod
+    def from_json(text: str) -> End:
+        """Return the end marker in a message; NodesError if it has none."""
+        try:
+            content = json.loads(text)
+            sent = {str(topic): int(n) for topic, n in content['sent'].items()}
+            return End(str(content['node']), sent, int(content.get('run', 0)))
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise NodesError(f'{END_TOPIC}: not an end marker: {text[:80]!r}') from error
+
+
+# -----------------------------------------------------------------------------
+# Packs: many messages in one, between the nodes of our own graph. The overhead is paid once.
+#
+# A pack is a std_msgs/UInt8MultiArray. Its data are, little-endian, the graph's run (uint64), the
+# number of messages and their lengths (uint32), then the messages, with their exact lengths: DDS
+# pads none of them.
+
+PACK_TOPIC = '_tauto/pack/'
+"""Prefix of the name of a packed topic."""
+
+MOST_BYTES = 60_000
+"""Largest size of a pack of more than one message: it fits into a UDP datagram."""
+
+# CDR: encapsulation, no dimensions, no offset, length of the data.
+_HEAD = struct.Struct('<4sIII')
+
+
+def pack(payloads: Sequence[bytes], run: int = 0) -> Iterator[bytes]:
+    """Yield the serialised packs of a run's messages, in their order."""
+    first = size = 0
+    for last, payload in enumerate(payloads):
+        if size and size + len(payload) > MOST_BYTES:
+            yield _packed(payloads[first:last], run)
+            first, size = last, 0
+        size += len(payload)
+    if payloads:
+        yield _packed(payloads[first:], run)
+
+
+def _packed(payloads: Sequence[bytes], run: int) -> bytes:
+    n = len(payloads)
+    lengths = struct.pack(f'<Q{n + 1}I', run, n, *map(len, payloads))
+    data = b''.join([lengths, *payloads])
+    return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
+
+
+def unpack(topic: str, octets: bytes, run: int = 0) -> list[bytes]:
+    """Return the messages of a serialised pack of a topic, none where it is of another run.
+
+    NodesError: it is not a pack.
+    """
+    try:
+        sender, n = struct.unpack_from('<QI', octets, _HEAD.size)
+        if sender != run:
+            return []
+        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 12)
+    except struct.error:
+        raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
+    at = _HEAD.size + 8 + 4 * (n + 1)
+    if at + sum(lengths) > len(octets):
+        raise NodesError(
+            f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'
+        )
+    messages = []
+    for length in lengths:
+        messages.append(octets[at : at + length])
+        at += length
+    return messages
+
+
+# -----------------------------------------------------------------------------
+# The part of one node.
+
+
+def can_match(offered: QoSProfile, requested: QoSProfile) -> bool:
+    """Return whether a subscription that asks for `requested` can match one of our publishers.
+
+    Ours offer no deadline and no liveliness lease. rclpy's own check takes the infinite times
+    that a discovered subscription reports for finite ones.
+    """
+    without_limit_ns = (0, 2**63 - 1)  # the second is what rmw reports
+    reliable = QoSReliabilityPolicy.RELIABLE
+    latched = QoSDurabilityPolicy.TRANSIENT_LOCAL
+    return (
+        (offered.reliability == reliable or requested.reliability != reliable)
+        and (offered.durability == latched or requested.durability != latched)
+        and requested.deadline.nanoseconds in without_limit_ns
+        and requested.liveliness_lease_duration.nanoseconds in without_limit_ns
+    )
+
+
+@dataclass
+class Packer(Output):
+    """State of a publisher whose messages go to the graph in packs, on the topic of a `carrier`.
+
+    The topic itself carries what others subscribe to, `watchers` in number, of whom those have
+    been `named` that may lose some. `matched` counts the subscribers within the graph, of a `run`.
+    """
+
+    owner: Any = None
+    port: Any = None
+    carrier: Any = None
+    run: int = 0
+    watchers: int = 0
+    named: set[str] = field(default_factory=set)
+
+    @property
+    def watched(self) -> bool:
+        """Whether somebody takes single messages."""
+        return bool(self.watchers)
+
+    def look(self) -> None:
+        """Count the subscribers of both topics."""
+        self.matched = self.carrier.get_subscription_count()
+        self.watchers = self.publisher.get_subscription_count()
+
+    def publish(self, payloads: Sequence[bytes]) -> None:
+        """Send messages in packs, and singly where somebody takes them so."""
+        for octets in pack(payloads, self.run):
+            self.carrier.publish(octets)
+        if self.watchers or self.port.is_latched:
+            super().publish(payloads)
+        else:
+            self.sent += len(payloads)
+        if len(payloads) > COMMON_DEPTH and self.watchers:
+            self._name_watchers(len(payloads))
+
+    def _name_watchers(self, count: int) -> None:
+        """Say, once for each, who beside the graph may lose messages: they are in no account."""
+        infos = self.owner.get_subscriptions_info_by_topic(self.publisher.topic_name)
+        for name in sorted({node_of(info) for info in infos} - self.named):
+            self.named.add(name)
+            self.owner.get_logger().warning(
+                f'{self.port.name}: {name} is not of the graph and gets {count} messages at once; '
+                'what does not fit into its queue is lost, and nobody counts it. Give it a deeper '
+                'one, or let the voyage sail at a pace (speed 60)'
+            )
+
+
+class Credits:
+    """The part of a node, its `owner`, in the flow control of its graph.
+
+    The parameter `graph` names all nodes, the owner included. Messages from the nodes of another
+    `run` are ignored. `totals` has the messages of each topic that senders say they have sent,
+    `heard_s` the time when each node was last heard, `moved_s` the time when a report last
+    differed from the one before, both by `time.monotonic()` [s].
+    """
+
+    def __init__(self, owner: GraphNode, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+        self._owner, self._inputs, self._outputs = owner, inputs, outputs
+        self._name, self._graph = owner.get_name(), owner.settings.names('graph')
+        if self._name not in self._graph or len(set(self._graph)) != len(self._graph):
+            raise NodesError(
+                f'graph = {list(self._graph)}: must name every node of the graph once, '
+                f'{self._name} among them'
+            )
+        self._run = int(os.environ.get(RUN) or 0)
+        self._packs = owner.settings.packed
+        times = PACKED_TIMES if self._packs else 1
+        self._window, self.batch = WINDOW * times, BATCH * times
+        self._reports: dict[str, Report] = {}
+        self.totals: dict[str, int] = {}
+        self.heard_s: dict[str, float] = {}
+        self.moved_s = time.monotonic()
+        self._met = self._ended = False
+        self._totals_s: float | None = None
+        self._reported_s = 0.0
+        self._reported: Report | None = None
+        self._credit = owner.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
+        self._end = owner.create_publisher(String, END_TOPIC, END_QOS)
+        hear, hear_end = owner.guard(self._hear), owner.guard(self._hear_end)
+        owner.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
+        owner.create_subscription(String, END_TOPIC, hear_end, END_QOS)
+
+    def output(self, port: TopicPort, publisher: Any) -> Output:
+        """Return the state of a publisher, which packs where the graph has packs."""
+        if not self._packs:
+            return Output(publisher)
+        name = PACK_TOPIC + port.name
+        carrier = self._owner.create_publisher(UInt8MultiArray, name, PACK_QOS)
+        return Packer(publisher, owner=self._owner, port=port, carrier=carrier, run=self._run)
+
+    def listen_to(self, port: TopicPort, source: Input) -> bool:
+        """Subscribe to the packs of a topic; False where the graph has none."""
+        if self._packs:
+            take = self._owner.guard(
+                lambda octets: self._owner.received(source, unpack(port.name, octets, self._run))
+            )
+            source.type_name, source.is_signed = type_name(UInt8MultiArray), self._run > 0
+            source.subscription = self._owner.create_subscription(
+                UInt8MultiArray, PACK_TOPIC + port.name, take, PACK_QOS, raw=True
+            )
+        return self._packs
+
+    def allowed(self, topic: str, output: Output) -> int:
+        """Return how many of the waiting messages of a topic its slowest consumer allows."""
+        taken = [report.taken[topic] for report in self._reports.values() if topic in report.taken]
+        in_flight = output.sent - min(taken, default=output.sent)
+        return min(len(output.queue), self._window - in_flight)
+
+    def everyone_ready(self) -> bool:
+        """Return whether all nodes of the graph have said so."""
+        reports = self._reports
+        return len(reports) == len(self._graph) and all(one.ready for one in reports.values())
+
+    def turn(self) -> None:
+        """Close the input when all has come, mark the end when all is sent, and report."""
+        owner = self._owner
+        if owner.inputs and not owner.input_over:
+            self._close_input()
+        if owner.outputs and owner.input_over and not owner.backlogged and not self._ended:
+            self._ended = True
+            sent = {topic: output.sent for topic, output in owner.outputs.items()}
+            self._end.publish(String(data=End(self._name, sent, self._run).to_json()))
+        self.report()
+
+    def strangers(self) -> list[str]:
+        """Return who else publishes on the outputs of a graph that takes nothing from them."""
+        own = self._owner.get_fully_qualified_name()
+        return [
+            f'{name} publishes {topic}, too; the graph ignores it'
+            for topic, output in self._owner.outputs.items()
+            if self._packs and self._run
+            for info in self._owner.get_publishers_info_by_topic(output.publisher.topic_name)
+            if (name := node_of(info)) != own
+        ]
+
+    def report(self) -> None:
+        """Say what has been taken, if it is news or due."""
+        now, owner = time.monotonic(), self._owner
+        due_s = REPEAT_S
+        if not self.everyone_ready():
+            due_s = HELLO_S
+            owner.waiting = self._waiting()
+        matched = tuple(topic for topic, source in owner.inputs.items() if source.matched > 0)
+        taken = {topic: source.taken for topic, source in owner.inputs.items()}
+        report = Report(self._name, taken, matched, not owner.waiting, self._run)
+        # A report costs every node time: before it is due it must be news to them.
+        since_s, last = now - self._reported_s, self._reported
+        is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
+        if last is not None and not is_news:
+            fresh = [n - last.taken[topic] for topic, n in taken.items()]
+            is_news = max(fresh, default=0) >= self.batch or (any(fresh) and since_s >= SOON_S)
+        if since_s >= due_s or is_news:
+            self._credit.publish(report.to_octets())
+            self._note(report)
+            self._reported, self._reported_s = report, now
+
+    def _note(self, report: Report) -> None:
+        self.heard_s[report.node] = time.monotonic()
+        if self._reports.get(report.node) != report:
+            self.moved_s = self.heard_s[report.node]
+        self._reports[report.node] = report
+
+    def _hear(self, octets: bytes) -> None:
+        report, owner = Report.from_octets(octets), self._owner
+        if report.run != self._run:
+            self._meet(report)
+        elif report.node in self._graph and report.node != self._name:
+            self._note(report)
+            for topic in owner.outputs:
+                owner.pump(topic)
+            if not owner.backlogged:
+                owner.tick()
+
+    def _hear_end(self, message: String) -> None:
+        end = End.from_json(message.data)
+        if end.node in self._graph and end.run == self._run:
+            self.totals.update(end.sent)
+
+    def _meet(self, other: Report) -> None:
+        """Let the earlier graph go on, and end the later one with a NodesError."""
+        if 0 < other.run < self._run:
+            since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(other.run // NS_PER_S))
+            raise NodesError(
+                f'another graph of the namespace {self._owner.get_namespace()} sails in this '
+                f'domain since {since}, and it goes on. Wait for its end, or give this one a '
+                'namespace or a ROS_DOMAIN_ID of its own'
+            )
+        self._reported = None  # so that it hears of us at once
+        if not self._met:
+            words = 'a second graph starts in this namespace; it is ignored'
+            self._owner.get_logger().warning(words)
+        self._met = True
+
+    def _waiting(self) -> list[str]:
+        """Return the nodes and subscriptions that must come before anything may be sent."""
+        if absent := [name for name in self._graph if name not in self._reports]:
+            return [f'node {name}' for name in absent]
+        return [
+            f'subscription of {name} to {topic}'
+            for topic in self._outputs
+            for name, report in self._reports.items()
+            if topic in report.taken
+            and (name not in self._matched(topic) or topic not in report.matched)
+        ]
+
+    def _matched(self, topic: str) -> set[str]:
+        """Return the names of the nodes of this namespace whose subscriptions are matched."""
+        output, owner = self._owner.outputs[topic], self._owner
+        publisher = output.carrier if isinstance(output, Packer) else output.publisher
+        heard = [
+            info
+            for info in owner.get_subscriptions_info_by_topic(publisher.topic_name)
+            if can_match(publisher.qos_profile, info.qos_profile)
+            and info.topic_type == type_name(publisher.msg_type)
+        ]
+        # A matched publisher counts its readers but does not name them: all of them, or none.
+        if publisher.get_subscription_count() < len(heard):
+            return set()
+        here = owner.get_namespace()
+        return {info.node_name for info in heard if info.node_namespace == here}
+
+    def _close_input(self) -> None:
+        """End when all that was sent has come, or when the rest will not come any more."""
+        inputs, now_s = self._owner.inputs, time.monotonic()
+        if self._owner.backlogged or any(topic not in self.totals for topic in self._inputs):
+            return
+        self._totals_s = self._totals_s or now_s
+        missing = {t: self.totals[t] - inputs[t].received for t in self._inputs}
+        if short := {topic: n for topic, n in missing.items() if n > 0}:
+            last_s = max(source.last_s or self._totals_s for source in inputs.values())
+            if now_s - max(last_s, self._totals_s) < LOST_AFTER_S:
+                return
+            self._owner.lost(short)
+        self._owner.end_input()
