@@ -1,8 +1,5 @@
 """Renew what commands print in the pages: python docs/outputs.py [--clocks] [--passage].
 
-The command line's page, docs/cli.md, is the help of each command; tauto_nodes adds `graph` and
-`play`.
-
 A comment `<!-- output: COMMAND -->` is followed by an indented block, what COMMAND prints. A
 comment `<!-- clocks: COMMAND -->` is followed by the table of a comparison, a comment
 `<!-- passage: COMMAND -->` by the table of what navigators make of one voyage. Their voyages take
@@ -15,7 +12,6 @@ import argparse
 import json
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +26,6 @@ PAGES = [
 BLOCK = re.compile(r'(<!-- output: tauto (.*?) -->\n\n)((?:(?:    .*)?\n)+?)(?=\S)')
 TABLE = re.compile(r'(<!-- clocks: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
 PASSAGE = re.compile(r'(<!-- passage: tauto (.*?) -->\n\n)((?:\|.*\n)+)')
-COMMAND = re.compile(r'^  ([a-z]+)(?:  |$)', re.MULTILINE)
 
 CLOCKS = {
     'clock_cheek_weight': 'circular cheek, weight',
@@ -61,25 +56,6 @@ NAVIGATORS = {
 }
 """What each allows for: whose error of the result it is, and what is set in the scene."""
 LANDFALLS = ('Madeira', 'Jamaica')
-
-COMMAND_LINE = Path(__file__).with_name('cli.md')
-HEAD = """# The command line
-
-SCENE is a YAML file or the name of a built-in scene, BAG a rosbag2 folder or an `.mcap` file. Exit
-code 0: success; 2: a bad command line or scene, nothing was started; 1: it failed on the way; 130
-(Ctrl-C) or 143 (SIGTERM): the bag holds what was sailed until then.
-
-This page is made from the output of `-h` by `python docs/outputs.py`.
-"""
-
-
-def command_line() -> str:
-    """Return the help of all commands as Markdown."""
-    sections = (
-        f'\n## `{" ".join(["tauto", *words])}`\n\n```text\n{said}\n```\n'
-        for words, said in _helps()
-    )
-    return HEAD + ''.join(sections)
 
 
 def printed(command: str) -> str:
@@ -130,14 +106,6 @@ def _stdout(command: str, *arguments: str) -> str:
     return run.stdout
 
 
-def _helps(words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Yield the help of a command and of all below it, by their words."""
-    said = CliRunner().invoke(app, [*words, '--help'], prog_name='tauto').stdout
-    yield words, '\n'.join(map(str.rstrip, said.strip().splitlines()))
-    for name in sorted(COMMAND.findall(said.partition('Commands:')[2])):
-        yield from _helps((*words, name))
-
-
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     return (
         CLOCKS[row['clock']],
@@ -158,6 +126,5 @@ if __name__ == '__main__':
     parser.add_argument('--clocks', action='store_true', help='the table of the clocks, too')
     parser.add_argument('--passage', action='store_true', help='the table of the passage, too')
     asked = vars(parser.parse_args())
-    COMMAND_LINE.write_text(command_line(), 'utf-8')
     for page in PAGES:
         page.write_text(renewed(page.read_text('utf-8'), **asked), 'utf-8')

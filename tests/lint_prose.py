@@ -7,10 +7,14 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-# lessons are pages that `make docs` makes of notebooks
+# `make docs` makes the page of the command line and, of notebooks, those of lessons
 PAGES = [
     ROOT / 'README.md',
-    *(each for each in sorted(DOCS.rglob('*.md')) if each.parent.name != 'lessons'),
+    *(
+        each
+        for each in sorted(DOCS.rglob('*.md'))
+        if each.name != 'cli.md' and each.parent.name != 'lessons'
+    ),
 ]
 PROSE = [*PAGES, *(ROOT / f'{name}.md' for name in ('CONTRIBUTING', 'CHANGELOG', 'SECURITY'))]
 WIDTH = 120

@@ -6,7 +6,7 @@ import json
 import os
 import re
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from difflib import get_close_matches
 from functools import cache
 from itertools import chain, product
@@ -81,6 +81,10 @@ _FROM_FILES: dict[str, type[Section]] = {
 _FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
 
 
+_TAGS = ('kind', 'spectrum')
+"""The keys that name the kind of a section."""
+
+
 def all_kinds() -> tuple[type[Kind], ...]:
     """Return the models of all kinds, in the order of the sections."""
     return tuple(chain(*(kinds.models for kinds in _folders(Scene))))
@@ -97,22 +101,31 @@ def _folders(model: type[BaseModel]) -> Iterator[KindIn]:
 
 
 def scenes_page() -> str:
-    """Return docs/scenes.md."""
-    parts = [_HEAD, _of_model('The scene', Scene)]
+    """Return docs/scenes.md: each model once, under all keys that hold it."""
+    keys: dict[tuple[type[BaseModel], ...], list[str]] = {(Scene,): ['The scene']}
+
+    def add(title: str, models: list[type[BaseModel]]) -> None:
+        titles = keys.setdefault(tuple(models), [])
+        if title not in titles:
+            titles.append(title)
+
     for key, models in _sections(Scene, ''):
-        for model in models:
-            kind = model.model_fields.get('kind') or model.model_fields.get('spectrum')
-            names = [] if kind is None or len(models) == 1 else list(get_args(kind.annotation))
-            title = f'`{key}`' + ''.join(f', {" or ".join(names)}' for _ in names[:1])
-            parts.append(_of_model(title, model))
+        add(f'`{key}`', models)
         form = _FROM_FILES.get(key.removeprefix('ship.'))
         if form is not None:
-            parts.append(_of_model(f'`{key}`, from a file', form))
-            parts += [_of_model(f'`{part}`', each) for part, (each,) in _sections(form, key)]
+            add(f'`{key}`, from a file', [form])
+            for part, parts in _sections(form, key):
+                add(f'`{part}`', parts)
         hindcast = _FROM_HINDCASTS.get(key.removeprefix('ship.'))
         if hindcast is not None:
-            parts.append(_of_model(f'`{key}`, from a hindcast', hindcast))
-    return '\n'.join([*parts, _UNITS.format(table=units_table())])
+            add(f'`{key}`, from a hindcast', [hindcast])
+    sections = [
+        _of_model(f'## {", ".join(titles)}', models[0])
+        if len(models) == 1
+        else _of_kinds(f'## {", ".join(titles)}', models)
+        for models, titles in keys.items()
+    ]
+    return '\n'.join([_HEAD, *sections, _UNITS.format(table=units_table())])
 
 
 def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[type[BaseModel]]]]:
@@ -126,15 +139,44 @@ def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[typ
                 yield from _sections(each, key)
 
 
-def _of_model(title: str, model: type[BaseModel]) -> str:
-    rows = [
-        f'| `{name}` | {_default(field)} | {_meaning(name, field)} |'
+def _of_kinds(title: str, models: tuple[type[BaseModel], ...]) -> str:
+    """Return the section of a key with several kinds: the keys that all share, then each kind."""
+    every = [_rows(model) for model in models]
+    shared = {
+        key: row
+        for key, row in every[0].items()
+        if key not in _TAGS and all(rows.get(key) == row for rows in every)
+    }
+    tag = next(key for key in _TAGS if key in every[0])
+    names = [name for model in models for name in get_args(model.model_fields[tag].annotation)]
+    head = [title, '', *_table({tag: f'| `{tag}` |  | {", ".join(names)} |', **shared})]
+    kinds = [
+        _of_model(
+            f'### {" or ".join(get_args(model.model_fields[tag].annotation))}',
+            model,
+            leave_out={tag, *shared},
+        )
+        for model in models
+    ]
+    return '\n'.join([*head, *kinds])
+
+
+def _of_model(title: str, model: type[BaseModel], leave_out: Set[str] = frozenset()) -> str:
+    text = textwrap.fill(' '.join((model.__doc__ or '').split()), 120, break_on_hyphens=False)
+    rows = {key: row for key, row in _rows(model).items() if key not in leave_out}
+    return '\n'.join([title, '', text, '', *_table(rows)])
+
+
+def _rows(model: type[BaseModel]) -> dict[str, str]:
+    return {
+        name: f'| `{name}` | {_default(field)} | {_meaning(name, field)} |'
         for name, field in model.model_fields.items()
         if not field.exclude
-    ]
-    said = textwrap.fill(' '.join((model.__doc__ or '').split()), 120, break_on_hyphens=False)
-    table = ['| key | default | meaning |', '|---|---|---|', *rows]
-    return '\n'.join([f'## {title}', '', said, '', *table, ''])
+    }
+
+
+def _table(rows: Mapping[str, str]) -> list[str]:
+    return ['| key | default | meaning |', '|---|---|---|', *rows.values(), ''] if rows else []
 
 
 def _default(field: FieldInfo) -> str:
@@ -149,10 +191,6 @@ def _default(field: FieldInfo) -> str:
 
 
 def _meaning(name: str, field: FieldInfo) -> str:
-    kinds = one_of(field)
-    if kinds is not None and len(kinds.models) > 1:
-        names = ', '.join(str(each.model_fields['kind'].default) for each in kinds.models)
-        return f'{field.description}: {names}'
     if name == 'kind' and not field.description:
         return f'{field.default}'
     return (field.description or '').replace('|', '\\|')
