@@ -2,15 +2,17 @@
 
 The folder is that of `tauto fleet SCENE --logs FILE --out FOLDER`, which may have been ended
 early: what counts are the passages that were sailed. In `docs/trial.md` and `README.md` the text
-between `<!-- trial: NAME -->` and `<!-- end -->` is replaced, and the map `docs/img/trial.png`.
+between `<!-- trial: NAME -->` and `<!-- end -->` is replaced, and the map `docs/img/trial.png` and
+the table of all passages `docs/trial.csv` are made anew.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import re
 import textwrap
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +38,7 @@ from tauto_core.wording import counted, figure, place
 DOCS = Path(__file__).parent
 PAGES = (DOCS / 'trial.md', DOCS.parent / 'README.md')
 PICTURE = DOCS / 'img' / 'trial.png'
+PASSAGES = DOCS / 'trial.csv'
 BLOCK = re.compile(r'(<!-- trial: (\w+) -->\n).*?(<!-- end -->)', re.DOTALL)
 
 CLOCKS = {
@@ -100,7 +103,6 @@ def blocks(sailed: Sailed, answers: TrialAnswers, of: int) -> dict[str, str]:
             'rated in harbour, and the distribution of the errors of all](img/trial.png)\n'
         ),
         'parts': _parts(answers),
-        'passages': _by_passage(sailed, answers),
         'answer': _wrapped(_short_answer(answers)),
     }
 
@@ -234,30 +236,30 @@ def _parts(answers: TrialAnswers) -> str:
     return _table(rows)
 
 
-def _by_passage(sailed: Sailed, answers: TrialAnswers) -> str:
-    """Return the table of all passages: in a cell the error rated, then with sensors."""
+def passage_rows(sailed: Sailed, answers: TrialAnswers) -> list[list[str]]:
+    """Return the table of all passages, with the error [nmi] of each clock and way."""
     voyages: dict[tuple[str, str], dict[str, Any]] = {
         (each['passage'], each['clock']): each for each in answers.voyages
     }
-    clocks = answers.clocks
-    rows = [['passage', 'from, to', 'days', *(_called(each.clock) for each in clocks)]]
+    columns = [
+        (clock.clock, way)
+        for clock in answers.clocks
+        for way in ('corrected', 'sensed')
+        if way in clock.ways
+    ]
+    heads = [f'{_called(clock)}: {SAID[way]} [nmi]' for clock, way in columns]
+    rows = [['passage', 'from', 'to', 'days', *heads]]
     for passage in sailed.trial.passages:
-        ends = ', '.join(place(*passage.entries[end][1:3]) for end in (0, -1))
-        found = [voyages[passage.name, each.clock] for each in clocks]
-        cells = [', '.join(_errors(*each)) for each in zip(found, clocks, strict=True)]
-        rows.append([passage.name, ends, f'{passage.days:.0f}', *cells])
-    return _table(rows)
-
-
-def _errors(voyage: dict[str, Any], clock: ClockAnswers) -> Iterator[str]:
-    for way in ('corrected', 'sensed'):
-        if way in clock.ways:
-            size = size_nmi(voyage, way)
-            yield 'stopped' if size == float('inf') else figure(size, 'nmi')
+        ends = [place(*passage.entries[end][1:3]) for end in (0, -1)]
+        sizes = [size_nmi(voyages[passage.name, clock], way) for clock, way in columns]
+        cells = ['stopped' if size == float('inf') else figure(size, 'nmi') for size in sizes]
+        cells = [cell.replace(',', '') for cell in cells]
+        rows.append([passage.name, *ends, f'{passage.days:.0f}', *cells])
+    return rows
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Write the pages and the map."""
+    """Write the pages, the table of passages and the map."""
     parser = argparse.ArgumentParser(description='Renew the page of the trial at sea.')
     parser.add_argument('folder', type=Path, help='folder of the trial')
     parser.add_argument('--logs', required=True, help='its log-book')
@@ -267,6 +269,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     made = blocks(sailed, answers, judged)
     for page in PAGES:
         page.write_text(renewed(page.read_text('utf-8'), made), 'utf-8')
+    with PASSAGES.open('w', encoding='utf-8', newline='') as file:
+        csv.writer(file, lineterminator='\n').writerows(passage_rows(sailed, answers))
     draw_trial(sailed, answers, PICTURE)
     lighten(PICTURE)
 

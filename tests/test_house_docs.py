@@ -12,13 +12,10 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 from modules import module_of
-from typer.testing import CliRunner
 
 import tauto_core as tauto
-from tauto_core.cli.app import app
 from tauto_core.ensembles.comparison import CLOCKS
 from tauto_core.results import groups
-from tauto_core.scene import shipped_scenes
 from tauto_core.wording import figure, with_sigma
 
 ROOT = Path(__file__).parents[1]
@@ -27,23 +24,6 @@ README = (ROOT / 'README.md').read_text(encoding='utf-8')
 GLANCE = (DOCS / 'glance.md').read_text(encoding='utf-8')
 TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')
 COMPARE = (DOCS / 'howto' / 'compare.md').read_text(encoding='utf-8')
-
-
-def test_the_table_of_scenes_is_complete() -> None:
-    assert sorted(re.findall(r'^\| `(\w+)` \|', GLANCE, re.MULTILINE)) == shipped_scenes()
-
-
-def test_every_command_stands_in_the_table_with_options_that_exist() -> None:
-    rows = re.findall(r'^\| `tauto ([a-z]+)[^`]*`', GLANCE, re.MULTILINE)
-    listed = CliRunner().invoke(app, ['--help']).stdout
-    commands = re.findall(r'^  ([a-z]+)  ', listed.partition('Commands:')[2], re.MULTILINE)
-    assert {*rows, 'scene'} == set(commands)
-    for line in re.findall(r'^\| `(tauto [^`]*)`', GLANCE, re.MULTILINE):
-        words = line.split()
-        command = words[1:3] if words[1] == 'scene' else words[1:2]
-        help_text = CliRunner().invoke(app, [*command, '--help']).stdout
-        for option in re.findall(r'--[a-z-]+', line):
-            assert option in help_text, line
 
 
 @pytest.fixture(scope='module')

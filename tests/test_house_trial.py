@@ -113,10 +113,15 @@ def test_a_trial_is_told_whole(
     ]
     assert shares[1][3:5] == ['2: 67 % (21–94)'] * 2
     assert shares[1][6] == '31.0'  # the median of 29, 31, 1200.5
-    assert [row[3:] for row in cells(made['passages'])] == [
-        ['1,200, 0.25', '3.00'],
-        ['29.0, 0.25', '61.0'],
-        ['31.0, 0.25', '12.0'],
+    heads, *rows = page.passage_rows(sailed, page.answers_of(sailed))
+    assert heads[4:6] == [
+        f'{CLOCK}: rated in harbour [nmi]',
+        f'{CLOCK}: with thermometer and IMU [nmi]',
+    ]
+    assert [row[4:] for row in rows] == [
+        ['1200', '0.25', '3.00'],
+        ['29.0', '0.25', '61.0'],
+        ['31.0', '0.25', '12.0'],
     ]
     assert made['answer'].startswith('On 1 of 3 passages')
     assert 'the best of 2 clocks on 2' in made['answer'].replace('\n', ' ')
@@ -132,9 +137,11 @@ def test_a_trial_ended_early_is_told_as_far_as_it_went(
         copy.write_text(original.read_text('utf-8'), 'utf-8')
     monkeypatch.setattr(page, 'PAGES', pages)
     monkeypatch.setattr(page, 'PICTURE', tmp_path / 'trial.png')
+    monkeypatch.setattr(page, 'PASSAGES', tmp_path / 'trial.csv')
     page.main([str(folder), '--logs', logs])
     assert '**Sailed were 2 of the 3 passages**' in pages[0].read_text('utf-8')
     assert re.search(r'On \d of 2 passages', pages[1].read_text('utf-8'))
+    assert len((tmp_path / 'trial.csv').read_text('utf-8').splitlines()) == 1 + 2
     with Image.open(tmp_path / 'trial.png') as picture:
         assert (picture.format, picture.mode) == ('PNG', 'P')
         assert 'rated in harbour' in str(picture.info['Title'])
@@ -159,4 +166,4 @@ def test_each_block_of_the_pages_is_made(page: ModuleType) -> None:
         for each in page.PAGES
         for _, name, _ in page.BLOCK.findall(each.read_text(encoding='utf-8'))
     ]
-    assert sorted(found) == ['answer', 'map', 'parts', 'passages', 'sailed', 'shares']
+    assert sorted(found) == ['answer', 'map', 'parts', 'sailed', 'shares']

@@ -196,7 +196,7 @@ def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
 
 
 FREE_END_SWEEPS = (1e-6, 2), (1e-9, 3)
-"""Tolerances from which free-end steps are taken, and their sweeps (propagators.md has errors). A
+"""Tolerances from which free-end steps are taken, and their sweeps. A
 single sweep is never chosen: in a winter's sea the swings of a weight go wrong by minutes a day.
 """
 

@@ -4,7 +4,7 @@ The error of the motion between its samples is known without sailing: that of th
 each wave (`ship.buffer`), by the product of the distances to the nodes. How much of it reaches the
 reading depends on the machine. It is bounded by factors that were measured over the built-in
 scenes and those of the benchmark, from 2 to 12.5 Hz, against 40 Hz: see
-docs/theory/propagators.md.
+docs/theory/accuracy.md.
 """
 
 from __future__ import annotations
