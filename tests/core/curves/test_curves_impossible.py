@@ -1,4 +1,4 @@
-"""Impossible cams are refused whatever their kind, also one that is added as CONTRIBUTING says."""
+"""Impossible cams are refused whatever their kind, also one that a user adds as a module."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A drag added as CONTRIBUTING says, as one module, sails; against DOP853 and closed forms."""
+"""A drag that is added as one module sails; against DOP853 and closed forms."""
 
 from __future__ import annotations
 

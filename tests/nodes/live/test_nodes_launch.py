@@ -1,8 +1,26 @@
 """The launch files under a real `ros2 launch`: refusals, shutdown, and what remains afterwards.
 
 They run where launch, launch_ros, ros2launch and an installed tauto_nodes are found: on a ROS
-machine, after `colcon build` and sourcing. None of the three is on PyPI; CONTRIBUTING.md says how
-to run them without a ROS machine.
+machine, after `colcon build` and sourcing. None of the three is on PyPI. On a machine without ROS
+build the jazzy branches of launch, launch_ros, ros2cli and rosidl_runtime_py elsewhere. With
+$TAUTO = the repository and $TAUTO/.venv/bin on the PATH, in an empty folder:
+
+    for r in launch launch_ros ros2cli rosidl_runtime_py
+    do git clone --branch jazzy https://github.com/ros2/$r; done
+    find . -name package.xml | xargs sed -i '/<test_depend>/d; /composition_interfaces/d'
+    pip install --target deps osrf-pycommon psutil netifaces packaging
+    export PYTHONPATH=$PWD/deps
+    python -m colcon build --base-paths launch launch_ros ros2cli rosidl_runtime_py $TAUTO/src \
+        --packages-up-to ros2launch ros2pkg ros2run ros2topic tauto_nodes
+    source install/setup.bash
+    export PYTHONPATH=$PYTHONPATH:$PWD/stand_in AMENT_PREFIX_PATH=$AMENT_PREFIX_PATH:$TAUTO/.venv
+    cd $TAUTO
+    python -m pytest -p no:launch_testing -p no:launch_ros tests/nodes/live/test_nodes_launch.py
+
+`stand_in` holds a package `composition_interfaces` with a module `srv`, whose classes `LoadNode`,
+`ListNodes` and `UnloadNode` have empty classes `Request` and `Response`: launch_ros imports them,
+and our launch files do not use them. The two pytest plugins need an older pytest. Build again
+after each change, since the tests run the installed nodes.
 """
 
 from __future__ import annotations
