@@ -533,13 +533,19 @@ def test_sizes_that_no_hull_has_are_refused(sizes, words):
 @pytest.mark.parametrize(
     ('coefficients', 'words'),
     [
-        ((5.9, None), r'block = 5.9: must lie in \[0.3, 0.98\]'),
+        ((5.9, None), r'block = 5.9: must lie in \[0.3, 0.96\]'),
         ((0.6, 0.5), r'waterplane = 0.5: must lie in \[0.612, 0.99\]'),
     ],
 )
 def test_coefficients_that_no_form_has_are_refused(coefficients, words):
     with pytest.raises(HullError, match=words):
         hulls.Shape(44.0, 12.6, 5.0, *coefficients).exponents()
+
+
+@pytest.mark.parametrize('block', [0.3, 0.5, 0.96])
+def test_the_waterplane_that_follows_from_the_block_lies_within_its_own_limits(block):
+    p, q = hulls.Shape(44.0, 12.6, 5.0, block).exponents()
+    assert p / (p + 1.0) * q / (q + 1.0) == pytest.approx(block)
 
 
 def test_a_form_of_two_and_two_is_wigleys():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import gzip
 import tracemalloc
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,8 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
         ('1785-08-03T13:00', '1785-08-02T24:00', 'row 3 (line 4), utc', 'hour 24'),
         ('1785-08-03T13:00', '1785-08-02T12:00', 'row 3 (line 4), utc', 'entry before'),
         ('1785-08-03T13:00', '1785-08-01T13:00', 'row 3 (line 4), utc', 'earlier'),
+        ('1785-08-03T13:00', '0001-01-01T00:00+23:59', 'row 3 (line 4), utc', '1500 to 2999'),
+        ('45.0,-11.0', '4_5.0,-11.0', 'row 3 (line 4), latitude', 'not a number'),
         ('1785-08-03T13:00', 'noon', 'row 3 (line 4), utc', 'not a date'),
         ('1785-08-05', '1785-08-15', 'row 4 (line 5), utc', 'longest_gap_days'),
         ('45.0,-11.0', '45.0,-19.0', 'row 3 (line 4), latitude', 'nautical miles'),
@@ -205,19 +208,28 @@ def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, tex
     assert 'wind_knots' in str(caught.value) or 'knots' not in text
 
 
-@pytest.mark.parametrize('before', ['', HEADER + ROWS])
-def test_a_small_file_that_unpacks_to_a_line_without_end_is_refused(tmp_path, before):
+@pytest.mark.parametrize(
+    ('before', 'filling', 'said'),
+    [
+        ('', '0', 'line 1 has 65,536 characters or more'),
+        (HEADER + ROWS, '0', 'line 8 has 65,536 characters or more'),
+        (HEADER + ROWS, ',' * 9_999 + '\n', 'unpacks to more than 16,777,216 bytes'),
+        ('<gpx>', ' ', 'has more than 16,777,216 bytes'),
+    ],
+)
+def test_a_small_file_that_unpacks_without_end_is_refused(tmp_path, before, filling, said):
+    pytest.importorskip('gpxpy')
     file = tmp_path / 'bomb.csv.gz'
-    file.write_bytes(gzip.compress(before.encode() + b'0' * 50_000_000, 1))
-    number = 1 + before.count('\n')
+    file.write_bytes(gzip.compress((before + filling * (50_000_000 // len(filling))).encode()))
     tracemalloc.start()
     try:
-        with pytest.raises(SceneError, match=f'line {number} has 65,536 characters or more'):
+        with pytest.raises(SceneError, match=said):
             list(read_passages(str(file)))
         _, most = tracemalloc.get_traced_memory()
     finally:
         tracemalloc.stop()
-    assert most < 20_000_000
+    # a track is parsed as a whole: its text, and the parts of it as they are joined
+    assert most < (4 * 2**24 if before == '<gpx>' else 20_000_000)
 
 
 def test_a_passage_without_a_name_is_refused_by_its_first_row(tmp_path):
@@ -497,12 +509,16 @@ def cells_21(day: int, lat: int, lon: int, wind: tuple[int, int, int]) -> str:
     return f'1785\t8\t{day}\t1300\t{lat}\t{lon}\t1920\t{wind[0]}\t{wind[1]}'
 
 
+IMPOSSIBLE = ('1785\t13', '1\t1', '9999\t12', '1e18\t8', '1e300\t8', '1785\t1e300', '17_85\t8')
+
+
 @pytest.mark.parametrize(
     ('old', 'new', 'said'),
     [
         ('\t1300\t', '\t2400\t', '30 lines of 1 log, 30 with the hour 24'),
         ('\t1300\t', '\t\t', '30 without a possible time'),
-        ('1785\t8\t', '1785\t13\t', '30 without a possible time'),
+        *(('1785\t8\t', f'{new}\t', '30 without a possible time') for new in IMPOSSIBLE),
+        ('\t1300\t', '\t1_300\t', '30 without a possible time'),
         ('\t1920\t', '\t1920\t0\t', '30 with more or fewer cells than the header'),
         ('\t4800\t', '\tNA\t', None),
     ],
@@ -552,6 +568,15 @@ def test_the_table_of_release_1_5_turns_words_into_winds(tmp_path):
     assert (passage.ship, passage.bound_to) == ('X', 'KAAP')
     agrees(passage.entries, expected(list(range(30))))
 
+    other = tmp_path / 'Lookup_NL_WindForce.csv'
+    other.symlink_to('/dev/zero')  # without end
+    with pytest.raises(SceneError, match=r'NL_WindForce.csv: cannot be read: is not a regular f'):
+        list(read_passages(path))
+    other.unlink()
+    other.write_bytes(b'ID,WindForce,mps\n' + bytes(2**24))
+    with pytest.raises(SceneError, match=r'NL_WindForce.csv: cannot be read: it has more than'):
+        list(read_passages(path))
+
 
 def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
     late = [(day, lat, lon, wind) for day, lat, lon, wind in DAYS]
@@ -575,6 +600,11 @@ def test_the_rows_of_all_logs_take_little_memory(tmp_path):
     assert most < 7_007 * 150
 
 
+def track(time: str = '2020-06-01T00:00:00Z', lat: str = '1', lon: str = '2') -> str:
+    point = f'<trkpt lat="{lat}" lon="{lon}"><time>{time}</time></trkpt>'
+    return f'<trk><trkseg>{point}</trkseg></trk>'
+
+
 @pytest.mark.parametrize(
     ('inside', 'said'),
     [
@@ -582,12 +612,13 @@ def test_the_rows_of_all_logs_take_little_memory(tmp_path):
         ('<wpt lat="1" lon="2"/>', 'has no tracks'),
         ('<trk><trkseg/></trk>', 'track 1 has no points with a time'),
         ('<trk><trkseg><trkpt lat="1" lon="2"/></trkseg></trk>', 'track 1 has no points with a'),
-        (
-            '<trk><trkseg><trkpt lat="1" lon="2"><time>2020-06-01T00:00:00Z</time></trkpt>'
-            '</trkseg></trk>',
-            'has no passage of 2 entries; it has 1 point',
-        ),
+        (track(), 'has no passage of 2 entries; it has 1 point'),
         ('<trk>', 'cannot be read as GPX'),
+        (track(lat='nan'), 'track 1, point 1, latitude = nan: must lie within 90 degrees'),
+        (track(lon='1e9'), 'track 1, point 1, longitude = 1000000000.0: must lie within 360 deg'),
+        (track(lat='1_0'), '1_0 is not a number'),
+        (track('0001-01-01T00:00:00+12:00'), 'point 1, time = .*: must lie in the years 1500 to'),
+        (track('9999-12-31T23:59:59-12:00'), 'point 1, time = .*: must lie in the years 1500 to'),
     ],
 )
 def test_a_file_without_a_recorded_track_is_refused(tmp_path, inside, said):
@@ -604,7 +635,7 @@ def test_a_track_takes_its_winds_from_a_table(tmp_path):
         f'{n // 12 % 24:02d}:{n % 12 * 5:02d}:00Z</time></trkpt>'
         for n in range(300)
     )
-    track = (
+    text = (
         '<gpx version="1.1" creator="x" xmlns="http://www.topografix.com/GPX/1/1"><trk>'
         f'<name>Yacht</name><trkseg>{points}</trkseg></trk></gpx>'
     )
@@ -613,7 +644,13 @@ def test_a_track_takes_its_winds_from_a_table(tmp_path):
         'utc,wind_from_deg,wind_mps\n2020-06-01T06:02:30,270,8\n2020-06-01T18:00,280,9\n',
         'winds.csv',
     )
-    (passage,) = read_passages(book(tmp_path, track, 'track.gpx'), winds=winds)
+    packed = tmp_path / 'track.gpx.gz'
+    packed.write_bytes(gzip.compress(text.encode()))
+    (passage,) = read_passages(str(packed), winds=winds)
+    assert [passage] == [
+        replace(each, source='track.gpx.gz')
+        for each in read_passages(book(tmp_path, text, 'track.gpx'), winds=winds)
+    ]
     assert (passage.name, passage.ship) == ('20200601-1', 'Yacht')
     assert not list(passage.problems())
     (windy,) = (each for each in passage.entries if each[0] == '2020-06-01T06:02:30')

@@ -44,7 +44,14 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from tauto_core.scene.errors import ABSENT, Problem
-from tauto_core.scene.times import DAY_S, LAST_STAMP_S, nanoseconds
+from tauto_core.scene.times import (
+    DAY_S,
+    EARLIEST_YEAR,
+    LAST_STAMP_S,
+    LATEST_YEAR,
+    nanoseconds,
+    utc_in,
+)
 from tauto_core.scene.units import declared, in_unit, in_words
 
 LONGEST_TEXT = 1000
@@ -449,7 +456,6 @@ _NEAR_A_POLE = (
     f'{WIDEST_AWARD_NMI:g} nautical miles of any other'
 )
 
-EARLIEST_YEAR, LATEST_YEAR = 1500, 2999
 """Years of `voyage.date`."""
 
 SAME_PLACE_DEG = 1e-9
@@ -533,17 +539,7 @@ class EntryProblem(NamedTuple):
 
 def log_time(text: str) -> datetime.datetime:
     """Return the time of an entry, UTC without a zone; a ValueError names the fault."""
-    if 'T24' in text or ' 24:' in text:
-        raise ValueError('has the hour 24; write 00:00 of the next day')
-    try:
-        found = datetime.datetime.fromisoformat(text)
-    except ValueError:
-        raise ValueError('is not a date with time, such as 1791-10-26T13:00') from None
-    if not EARLIEST_YEAR <= found.year <= LATEST_YEAR:
-        raise ValueError(f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}')
-    if found.tzinfo is not None:
-        found = found.astimezone(datetime.UTC).replace(tzinfo=None)
-    return found
+    return utc_in(text).replace(tzinfo=None)
 
 
 @lru_cache(maxsize=64)

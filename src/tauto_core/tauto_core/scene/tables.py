@@ -32,7 +32,7 @@ from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
@@ -40,6 +40,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray, IntArray
+from tauto_core.scene import times
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 
 # -----------------------------------------------------------------------------
@@ -241,8 +242,7 @@ class Column:
         if self.utc:
             return utc(file, where, cell.strip()).timestamp()
         try:
-            # Python reads 1_0 as 10
-            number = math.nan if '_' in cell else float(cell)
+            number = times.number_in(cell)
         except ValueError:
             number = math.nan
         if not math.isfinite(number):
@@ -439,10 +439,9 @@ def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) ->
 
 
 def utc(file: str, key: str, text: str) -> datetime:
-    """Return a date and time in UTC, such as 2000-01-01T02:00; one without a zone is UTC."""
+    """Return a date and time in UTC, as `times.utc_in`; its refusal names file and key."""
     try:
-        instant = datetime.fromisoformat(text)
-    except ValueError:
-        problem, remedy = 'is not a date and time', 'Write it as 2000-01-01T02:00, in UTC.'
-        raise SceneError(file, key, text, problem, remedy) from None
-    return instant.replace(tzinfo=UTC) if instant.tzinfo is None else instant.astimezone(UTC)
+        return times.utc_in(text)
+    except ValueError as error:
+        remedy = 'Write it as 2000-01-01T02:00, in UTC.'
+        raise SceneError(file, key, text, str(error), remedy) from None

@@ -1,7 +1,12 @@
-"""Times as whole nanoseconds, default numbers of scenes; no NumPy, no pydantic."""
+"""Times as whole nanoseconds, numbers and dates in texts, default numbers of scenes.
+
+No NumPy, no pydantic.
+"""
 
 from __future__ import annotations
 
+from contextlib import suppress
+from datetime import UTC, datetime, timedelta
 from fractions import Fraction
 from functools import lru_cache
 
@@ -54,3 +59,55 @@ def step_of_rate(rate_hz: float) -> int:
 def whole_intervals(length_ns: int, interval_ns: int) -> int:
     """Return the longest whole number of intervals in a length [ns]."""
     return length_ns // interval_ns * interval_ns
+
+
+# -----------------------------------------------------------------------------
+# Numbers and dates as they stand in tables, logs and tracks.
+
+EARLIEST_YEAR, LATEST_YEAR = 1500, 2999
+"""Years that a date may have; no sum of it and of a voyage leaves the calendar."""
+
+
+def number_in(text: str) -> float:
+    """Return the number that a text is, such as 1.5e3 or nan; a ValueError for other text.
+
+    Python reads 1_0 as 10, and the digits of every script. In a table such a cell is a slip.
+    """
+    with suppress(ValueError):
+        if '_' not in text and text.isascii():
+            return float(text)
+    raise ValueError('is not a number')
+
+
+def utc_in(text: str) -> datetime:
+    """Return a date and time in UTC, such as 2000-01-01T02:00; a ValueError names the fault."""
+    if 'T24' in text or ' 24:' in text:
+        raise ValueError('has the hour 24; write 00:00 of the next day')
+    try:
+        instant = datetime.fromisoformat(text)
+    except ValueError:
+        raise ValueError('is not a date and time, such as 1791-10-26T13:00') from None
+    return in_utc(instant)
+
+
+def in_utc(instant: datetime) -> datetime:
+    """Return a time in UTC, where one without a zone is; a ValueError outside the known years."""
+    if not EARLIEST_YEAR <= instant.year <= LATEST_YEAR:
+        raise ValueError(f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}')
+    return instant.replace(tzinfo=UTC) if instant.tzinfo is None else instant.astimezone(UTC)
+
+
+def utc_on(year: float, month: float, day: float, seconds: float) -> datetime:
+    """Return a time in UTC, to a second, of numbers in a table; a ValueError if there is none.
+
+    The seconds count from midnight, and are less than a day.
+    """
+    if not all(map(float.is_integer, (year, month, day))):
+        raise ValueError('year, month and day must be whole numbers')
+    if not 0.0 <= seconds < DAY_S:
+        raise ValueError('the hour must be at least 0 and less than 24')
+    try:
+        midnight = datetime(int(year), int(month), int(day))
+    except OverflowError as error:
+        raise ValueError(str(error)) from None
+    return in_utc(midnight) + timedelta(seconds=round(seconds))

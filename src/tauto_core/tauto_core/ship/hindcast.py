@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from datetime import UTC, date, datetime
+from datetime import date
 from functools import partial
 from itertools import chain, pairwise, product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
@@ -552,7 +552,8 @@ class Hindcast:
 
 
 def _day(at_s: float) -> str:
-    return f'{datetime.fromtimestamp(float(at_s), UTC):%Y-%m-%dT%H:%M}'
+    # a file may reach beyond the years of Python's calendar
+    return str(np.datetime64(math.floor(at_s), 's').astype('datetime64[m]'))
 
 
 def _place(latitude: float, longitude: float) -> str:

@@ -405,11 +405,11 @@ class Shape:
             HullError: dimensions or coefficients out of range.
         """
         check_proportions(self.length, self.beam, self.draught)
-        if not 0.3 <= self.block <= 0.98:
+        if not 0.3 <= self.block <= 0.96:
             raise HullError(
                 'block',
                 self.block,
-                'must lie in [0.3, 0.98]: a yacht without her keel has some 0.4, a ship of the '
+                'must lie in [0.3, 0.96]: a yacht without her keel has some 0.4, a ship of the '
                 'line 0.6, a barge 0.9',
                 'Give the volume displaced, divided by length, beam and draught.',
             )

@@ -35,11 +35,12 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain, groupby, pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from pydantic import ValidationError
 
+from tauto_core.files import PLAUSIBLE, SMALL_PART
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.refuse import explain
 from tauto_core.scene.sections import (
@@ -56,16 +57,18 @@ from tauto_core.scene.sections import (
     nautical_miles,
 )
 from tauto_core.scene.tables import (
+    LARGEST_BYTES,
     MISSING,
     Column,
     data_path,
     header_words,
     missing_file,
+    read_data,
     read_table,
     source_name,
     words_of,
 )
-from tauto_core.scene.times import DAY_S
+from tauto_core.scene.times import DAY_S, in_utc, number_in, utc_on
 from tauto_core.wording import counted
 
 LONGEST_GAP_DAYS = 6.0
@@ -303,9 +306,47 @@ LONGEST_LINE = 65_536
 """A line of so many characters is of no log-book: perhaps of a file that unpacks to gigabytes."""
 
 
-def _too_long(path: str, line: int) -> SceneError:
-    problem = f'line {line} has {LONGEST_LINE:,} characters or more, which no log-book has'
-    return SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
+@dataclass
+class _Text:
+    """The text of a log-book, unpacked if it is compressed; both up to a limit."""
+
+    path: str
+    raw: BinaryIO
+
+    def __post_init__(self) -> None:
+        packed = self.raw.read(2) == b'\x1f\x8b'
+        self.size = self.raw.seek(0, 2)
+        self.raw.seek(0)
+        self._most = max(SMALL_PART, PLAUSIBLE * self.size)
+        self._bytes: Any = gzip.GzipFile(fileobj=self.raw) if packed else self.raw
+        self._text = io.TextIOWrapper(self._bytes, encoding='utf-8-sig', errors=_LATIN, newline='')
+        self.beginning = self._text.readline(LONGEST_LINE)
+
+    def refusal(self, problem: str) -> SceneError:
+        """Return the error that says why the text is of no log-book."""
+        return SceneError(self.path, '', ABSENT, problem, f'Give {FORMS}.')
+
+    def check(self, line: int, text: str) -> str:
+        """Return a line; one that no log-book has is refused, and what unpacks without end."""
+        if len(text) == LONGEST_LINE:
+            problem = f'line {line} has {LONGEST_LINE:,} characters or more, which no log-book has'
+            raise self.refusal(problem)
+        if line % 4096 == 0 and self._bytes.tell() > self._most:
+            raise self.refusal(f'unpacks to more than {self._most:,} bytes, as no log-book does')
+        return text
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines below the first."""
+        for line, text in enumerate(iter(partial(self._text.readline, LONGEST_LINE), ''), 2):
+            yield self.check(line, text)
+
+    def whole(self) -> str:
+        """Return all of the text."""
+        most = min(self._most, LARGEST_BYTES)
+        text = self.beginning + self._text.read(most)
+        if len(text) >= most:
+            raise self.refusal(f'has more than {most:,} bytes, as no track has')
+        return text
 
 
 def read_passages(
@@ -324,26 +365,17 @@ def read_passages(
     file = data_path(path)
     try:
         with file.open('rb') as raw:
-            packed = raw.read(2) == b'\x1f\x8b'
-            size = raw.seek(0, 2)
-            raw.seek(0)
-            stream: Any = gzip.GzipFile(fileobj=raw) if packed else raw
-            lines = io.TextIOWrapper(stream, encoding='utf-8-sig', errors=_LATIN, newline='')
+            book = _Text(path, raw)
             part = 0.5  # where all rows are read before the first passage
 
             def told() -> Iterator[str]:
-                for count, line in enumerate(iter(partial(lines.readline, LONGEST_LINE), '')):
-                    if len(line) == LONGEST_LINE:
-                        raise _too_long(path, count + 2)
+                for count, line in enumerate(book.lines()):
                     if progress is not None and count % 4096 == 0:
-                        progress(part * raw.tell() / size)
+                        progress(part * raw.tell() / book.size)
                     yield line
 
-            beginning = lines.readline(LONGEST_LINE)
-            is_track = beginning.lstrip().startswith('<')
-            if len(beginning) == LONGEST_LINE and not is_track:
-                raise _too_long(path, 1)
-            beginning = beginning.rstrip('\r\n')
+            is_track = book.beginning.lstrip().startswith('<')
+            beginning = '' if is_track else book.check(1, book.beginning).rstrip('\r\n')
             if winds is not None and not is_track:
                 problem = 'go with tracks in GPX; this log-book has its winds already'
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
@@ -352,7 +384,7 @@ def read_passages(
             ours = _OURS & {name.casefold() for name in names}
             rows = csv.reader(told(), delimiter=divided)
             if is_track:
-                logs = _tracks(path, winds)
+                logs = _tracks(path, book.whole(), winds)
             elif _IMMA.match(beginning):
                 logs = _archive(chain([beginning], told()))
             elif 'YR' in names:
@@ -365,7 +397,7 @@ def read_passages(
                 return
             else:
                 problem = f'is not a known log-book; its columns are {header_words(names)}'
-                raise SceneError(path, '', ABSENT, problem, f'Give {FORMS}.')
+                raise book.refusal(problem)
             yield from _pieces(path, logs, 'point' if is_track else 'line', progress)
     except (OSError, EOFError, zlib.error) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
@@ -476,10 +508,7 @@ def _measured(column: str, cell: str) -> float | None:
         if limit is not None:
             raise ValueError('is missing')
         return None
-    try:
-        value = float(cell)
-    except ValueError:
-        raise ValueError('is not a number') from None
+    value = number_in(cell)
     if not math.isfinite(value):
         raise ValueError('is not a finite number')
     if limit is not None and abs(value) > limit:
@@ -495,10 +524,13 @@ def _wrapped(longitude: float) -> float:
 # -----------------------------------------------------------------------------
 # Files that do not name passages: rows by log, cut at gaps and jumps.
 
+# A place of a point that Python would read as a number: 1_0 as 10.
+_SLIP = re.compile(r"""\b(?:lat|lon)\s*=\s*["']\s*([-+.\d]*_[^"']{0,20})""")
+
 _Wind = tuple[float | None, float | None, float | None]
 
 _NUMBERS = 7
-"""Numbers of a row: time since the year 1 [s], place in the file, latitude, longitude, wind from,
+"""Numbers of a row: time since 1970 [s], place in the file, latitude, longitude, wind from,
 wind, air; NaN where there is none. As entries, CLIWOC's rows would take six times the memory."""
 
 
@@ -536,16 +568,13 @@ class _Logs:
         if not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
             self.lost[log]['with a place that is not on the globe'] += 1
             return
+        year, month, date = (each or 0.0 for each in day)
         try:
-            year, month, date = (int(each or 0.0) for each in day)
-            midnight = datetime.datetime(year, month, date)
-            if hour is None or not 0.0 <= hour < 24.0:
-                raise ValueError
+            at = utc_on(year, month, date, -1.0 if hour is None else 3600.0 * hour)
         except ValueError:
             why = 'with the hour 24' if hour == 24.0 else 'without a possible time'
             self.lost[log][why] += 1
             return
-        at = midnight + datetime.timedelta(seconds=round(hour * 3600.0))
         self.add(log, line, at, (latitude, _wrapped(longitude)), wind)
 
     def add(
@@ -557,14 +586,14 @@ class _Logs:
         wind: _Wind,
     ) -> None:
         """Add a row with a time and a place."""
-        since_s = (at.replace(microsecond=0) - datetime.datetime.min).total_seconds()
+        since_s = math.floor(at.timestamp())
         known = (math.nan if each is None else each for each in wind)
         self.rows.setdefault(log, array('d')).extend((since_s, line, *place, *known))
 
 
 def _at(row: list[float]) -> datetime.datetime:
     """Return the time of a row."""
-    return datetime.datetime.min + datetime.timedelta(seconds=row[0])
+    return datetime.datetime.fromtimestamp(row[0], datetime.UTC).replace(tzinfo=None)
 
 
 def _pieces(
@@ -634,7 +663,7 @@ def _entry(row: list[float], timespec: str) -> LogEntry:
 def _number(cell: str, factor: float = 1.0) -> float | None:
     """Return the number in a cell times a factor; None where there is none."""
     try:
-        found = float(cell)
+        found = number_in(cell)
     except ValueError:
         return None
     return round(factor * found, 9) if math.isfinite(found) else None
@@ -719,14 +748,13 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
     for line, cells in logs.full(len(names), rows):
         utc = cells[at['UTC']].strip().partition('.')[0]
         latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
-        known = len(utc) == 10 and utc.isdecimal()
-        day = tuple(map(float, (utc[:4], utc[4:6], utc[6:8]))) if known else ()
+        known = utc if len(utc) == 10 and utc.isdecimal() else ''
+        day = _number(known[:4]), _number(known[4:6]), _number(known[6:8])
         words = cells[at['WindDirection']].strip().upper(), cells[at['WindForce']].strip().upper()
         air = _number(cells[at['ProbTair']]) if 'ProbTair' in at else None
         wind = directions.get(words[0]), forces.get(words[1]), air
         log = tuple(cells[place].strip() for place in own)
-        hour = float(utc[8:]) if known else None
-        logs.put(log, line, day, hour, (latitude, longitude), wind)
+        logs.put(log, line, day, _number(known[8:]), (latitude, longitude), wind)
         if log not in logs.named:
             logs.named[log] = {'number': str(len(logs.named) + 1), **_cliwoc_words(at, cells)}
     return logs
@@ -736,16 +764,20 @@ def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
     """Return the numbers of words, from the tables of all languages."""
     found: dict[str, float] = {}
     for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
-        with file.open(encoding='utf-8-sig', errors=_LATIN, newline='') as lines:
-            for row in csv.DictReader(lines):
+        try:
+            text = read_data(file, SMALL_PART).decode('utf-8-sig', _LATIN)
+            for row in csv.DictReader(text.splitlines(keepends=True)):
                 value = _number(row.get(number) or '')
                 if value is not None and value >= 0.0:
                     found.setdefault((row.get(word) or '').strip().upper(), value)
+        except (OSError, csv.Error) as error:
+            problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
+            raise SceneError(str(file), '', ABSENT, problem, 'Give that of CLIWOC.') from None
     return found
 
 
-def _tracks(path: str, winds: str | None) -> _Logs:
-    """Return the tracks of a GPX file, hour by hour, with the winds of a table.
+def _tracks(path: str, text: str, winds: str | None) -> _Logs:
+    """Return the tracks of a text in GPX, hour by hour, with the winds of a table.
 
     The places at the times of the winds are interpolated between the points of the track.
     """
@@ -755,12 +787,13 @@ def _tracks(path: str, winds: str | None) -> _Logs:
         raise SceneError(
             path, '', None, 'is a track in GPX, which gpxpy reads', install('gpx')
         ) from None
-    with data_path(path).open(encoding='utf-8-sig') as stream:
-        try:
-            tracks = gpxpy.parse(stream).tracks
-        except Exception as error:  # gpxpy's own, and those of its parsers
-            problem = f'cannot be read as GPX: {words_of(error)}'
-            raise SceneError(path, '', None, problem, 'Correct it.') from None
+    try:
+        if slip := _SLIP.search(text):
+            raise ValueError(f'{slip[1]} is not a number')
+        tracks = gpxpy.parse(text).tracks
+    except Exception as error:  # gpxpy's own, and those of its parsers
+        problem = f'cannot be read as GPX: {words_of(error)}'
+        raise SceneError(path, '', None, problem, 'Correct it.') from None
     if not tracks:
         problem = 'has no tracks; points and routes have no times'
         raise SceneError(path, '', ABSENT, problem, 'Give a track that was recorded.')
@@ -769,7 +802,7 @@ def _tracks(path: str, winds: str | None) -> _Logs:
     for number, track in enumerate(tracks, 1):
         points = [point for segment in track.segments for point in segment.points]
         timed = sorted(
-            (point.time.astimezone(datetime.UTC).replace(tzinfo=None), index, point)
+            (_moment(path, f'track {number}, point {index}', point), index, point)
             for index, point in enumerate(points, 1)
             if point.time is not None
         )
@@ -803,6 +836,21 @@ def _tracks(path: str, winds: str | None) -> _Logs:
     return logs
 
 
+def _moment(path: str, where: str, point: Any) -> datetime.datetime:
+    """Return the time of a point; a `SceneError` if its time or place cannot be."""
+    key, value = 'time', point.time
+    try:
+        at = in_utc(value)
+        for key, limit in (('latitude', 90.0), ('longitude', 360.0)):
+            value = getattr(point, key)
+            if not abs(value) <= limit:
+                raise ValueError(f'must lie within {limit:g} degrees')
+    except ValueError as error:
+        where = f'{where}, {key}'
+        raise SceneError(path, where, value, str(error), 'Correct or drop it.') from None
+    return at
+
+
 def _is_near(at: datetime.datetime, others: list[datetime.datetime]) -> bool:
     """Return whether a time is less than an hour from one of others in their order."""
     place = bisect_left(others, at)
@@ -823,7 +871,7 @@ def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float
     airs = table['air_celsius'] if 'air_celsius' in table else [math.nan] * len(table)
     return [
         (
-            datetime.datetime.fromtimestamp(at, datetime.UTC).replace(tzinfo=None),
+            datetime.datetime.fromtimestamp(at, datetime.UTC),
             (float(wind_from), float(wind), None if math.isnan(air) else float(air)),
         )
         for at, wind_from, wind, air in zip(

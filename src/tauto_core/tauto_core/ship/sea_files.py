@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from base64 import b64encode
 from collections.abc import Callable
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from functools import reduce
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -29,6 +29,7 @@ from tauto_core.scene.tables import (
     source_name,
     utc,
 )
+from tauto_core.scene.times import utc_on
 from tauto_core.ship.sections import (
     ATHWART,
     MOTIONS,
@@ -381,17 +382,14 @@ def _ndbc_table(asked: RecordFile) -> Columns:
     minutes = table['mm'] if 'mm' in table else np.zeros(count)
     time_s = np.empty(count)
     for row in range(count):
-        parts = [float(table[name][row]) for name in (year, *_DATE)]
+        whole, month, day, hour = (float(table[name][row]) for name in (year, *_DATE))
+        # files before 1999 have two digits
+        whole += 1900.0 if whole < 100.0 else 0.0
         try:
-            if not all(map(float.is_integer, parts)):
-                raise ValueError('its parts must be whole numbers')
-            whole, month, day, hour = map(int, parts)
-            # files before 1999 have two digits
-            whole += 1900 if whole < 100 else 0
-            at = datetime(whole, month, day, hour, tzinfo=UTC)
+            at = utc_on(whole, month, day, 3600.0 * hour + 60.0 * float(minutes[row]))
         except ValueError as error:
             raise table.refusal(row, '', f'has no date and time: {error}') from None
-        time_s[row] = (at + timedelta(minutes=float(minutes[row]))).timestamp()
+        time_s[row] = at.timestamp()
     values = {
         HEIGHT: table['WVHT'],
         PERIOD: table['DPD'],
