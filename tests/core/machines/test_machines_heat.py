@@ -76,11 +76,7 @@ SPRING = {'kind': 'spring', 'force': 3.158, 'stiffness': 50.0}
             0.5 * (-2.285e-4 - 18.9e-6),
             -10.7,
         ),
-        (
-            {'compensation': {'takes': -10.7, 'leaves': -0.5, 'middle': 20.0}},
-            10.7 / 86400.0,
-            10.7,
-        ),
+        ({'compensation': {'takes': -10.7, 'leaves': -0.5, 'middle': 20.0}}, 10.7 / 86400.0, 10.7),
     ],
 )
 def test_small_swings_change_by_the_closed_form(

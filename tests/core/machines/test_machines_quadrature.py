@@ -13,24 +13,13 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.curves import (
-    Cycloid,
-    FluidTautochrone,
-    Involute,
-    numerics,
-)
+from tauto_core.curves import Cycloid, FluidTautochrone, Involute, numerics
 from tauto_core.curves.cams import lever_corrected
 from tauto_core.curves.cams import synthesised as synthesis
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.fluid import Mirrored
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.machines import (
-    LeverMachine,
-    Machine,
-    axle_pendulum,
-    fluid_pendulum,
-    trochlea,
-)
+from tauto_core.machines import LeverMachine, Machine, axle_pendulum, fluid_pendulum, trochlea
 from tauto_core.machines.axle_pendulum import AxlePendulum
 from tauto_core.machines.fluid_pendulum import duration_excess
 from tauto_core.machines.threads import lever

@@ -128,10 +128,7 @@ def scene(**changes):
     )
 
 
-HOLE = {
-    'cam': {'kind': 'hole', 'lever_rate': 0.01},
-    'thread': {'kind': 'hole', 'distance': 0.08},
-}
+HOLE = {'cam': {'kind': 'hole', 'lever_rate': 0.01}, 'thread': {'kind': 'hole', 'distance': 0.08}}
 ARC = {'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}
 FORCE = {'kind': 'force', 'force': 2.0}
 SPRING = {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}

@@ -90,11 +90,7 @@ def test_filter_is_the_textbook_filter(states):
 
 @settings(max_examples=60, deadline=None)
 @given(
-    st.lists(
-        st.tuples(st.floats(0.0, 1e7), st.floats(-1e4, 1e4)),
-        min_size=1,
-        max_size=30,
-    ),
+    st.lists(st.tuples(st.floats(0.0, 1e7), st.floats(-1e4, 1e4)), min_size=1, max_size=30),
     st.sampled_from([2, 3]),
     st.floats(1e-6, 10.0),
 )

@@ -108,11 +108,7 @@ def test_a_dip_between_two_samples_is_seen():
         x0 = 2.5 / PARTS
         lift = np.array([[x0 * x0 - 1e-3 * depth, -2.0 * x0, 1.0]])
         bearing = BearingMotion(
-            np.zeros(1, np.int64),
-            np.full(1, PIECE_NS),
-            np.full(1, PARTS),
-            np.zeros((1, 1)),
-            lift,
+            np.zeros(1, np.int64), np.full(1, PIECE_NS), np.full(1, PARTS), np.zeros((1, 1)), lift
         )
         before, after = swung(bearing, 0.0)
         pressed = pressing(CASE, after, *bearing.at_ends())

@@ -11,10 +11,7 @@ from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape
 
 def sea(spectrum: str, components: int = 64) -> Sea:
     return Sea(
-        spectrum=spectrum,
-        significant_wave_height=3.2,
-        peak_period=9.5,
-        components=components,
+        spectrum=spectrum, significant_wave_height=3.2, peak_period=9.5, components=components
     )
 
 

@@ -913,11 +913,7 @@ def _swing_s(machine: AnyMachine) -> float:
 
 
 def _run_s(
-    scene: Scene,
-    name: str,
-    motion: ShipMotion,
-    swings: float = 0.0,
-    steps: _Steps | None = None,
+    scene: Scene, name: str, motion: ShipMotion, swings: float = 0.0, steps: _Steps | None = None
 ) -> float:
     told = motion.metadata
     channels = 1 + bool(told.get('heave'))

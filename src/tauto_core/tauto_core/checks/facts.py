@@ -114,12 +114,7 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
     k_squared = machine.inertia / machine.mass
     waves = scene_waves(scene)
     answer, _ = answers(
-        machine.modes,
-        machine.base_radius,
-        k_squared,
-        waves.frequency,
-        scene.g,
-        scene.duration,
+        machine.modes, machine.base_radius, k_squared, waves.frequency, scene.g, scene.duration
     )
     if machine.damping:
         # (A.3) for small swings, the case at rest: a wave turns the thread by δ/τ, complex
@@ -568,10 +563,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
     if scene.air is not None:
         here['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
     # the equations of levers and swinging threads are without these
-    beyond = [
-        'balance of the wheel',
-        *['fall of the drive'] * (not plain),
-    ]
+    beyond = ['balance of the wheel', *['fall of the drive'] * (not plain)]
     for what in beyond if not plain else ():
         here[what] = here.get(what, {}) | {'key': None}
     if moves:

@@ -811,8 +811,7 @@ class CamKind(Kind):
 
     kind: str
     material: NamedMaterial | None = Field(
-        default=None,
-        description='a name, or mapping: expansion; trochlea.material when left out',
+        default=None, description='a name, or mapping: expansion; trochlea.material when left out'
     )
 
     def made(self, setting: Setting) -> Cam:

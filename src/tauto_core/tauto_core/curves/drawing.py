@@ -539,11 +539,7 @@ def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath
     parts = math.ceil(closing / _LARGEST_ARC)
     turned = np.exp(1j * closing * np.arange(1, parts) / parts)
     points = np.array(
-        [
-            *vertices,
-            *((end + offset * away) * turned),
-            *(-np.conj(np.array(vertices[::-1]))),
-        ]
+        [*vertices, *((end + offset * away) * turned), *(-np.conj(np.array(vertices[::-1])))]
     )
     bulge = [*bulges, *[math.tan(0.25 * closing / parts)] * parts, *bulges[::-1], -1.0]
     return ArcPath(points.real, points.imag, np.array(bulge))

@@ -14,12 +14,7 @@ from scipy.integrate import quad
 
 from tauto_core.curves.numerics import root_of
 from tauto_core.euler.edition import Claim, G, letters_of, read_claims
-from tauto_core.machines.axle_pendulum import (
-    AxlePendulum,
-    AxleState,
-    plane_period,
-    small_motion,
-)
+from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, plane_period, small_motion
 from tauto_core.motion.axle import forces
 from tauto_core.samples import FloatArray
 

@@ -16,13 +16,7 @@ from tauto_core.curves import Hole, Involute
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.edition import (
-    Control,
-    Drawing,
-    Shown,
-    read_edition,
-    turned,
-)
+from tauto_core.euler.edition import Control, Drawing, Shown, read_edition, turned
 from tauto_core.euler.trochlea_1727 import period
 from tauto_core.samples import FloatArray
 

@@ -50,9 +50,5 @@ __all__ = [
 ]
 
 __getattr__ = loaded_from(
-    __name__,
-    {
-        'FluidPendulum': 'fluid_pendulum',
-        'descent_isochronism': 'fluid_pendulum',
-    },
+    __name__, {'FluidPendulum': 'fluid_pendulum', 'descent_isochronism': 'fluid_pendulum'}
 )

@@ -20,10 +20,7 @@ from tauto_core.machines.parts import (
     checked_amplitudes,
     rate_s_per_day,
 )
-from tauto_core.machines.sections import (
-    FluidTautochroneRegulator,
-    Trochlea,
-)
+from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.machines.threads.hanging import HangingMachine, SwingError
 from tauto_core.machines.threads.lever import LeverMachine
 from tauto_core.machines.trochlea import Machine, SlackThreadError

@@ -14,13 +14,7 @@ from dataclasses import dataclass
 
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
-from tauto_core.scene.units import (
-    PARIS_FOOT_M,
-    PARIS_POUND_KG,
-    RHENISH_FOOT_M,
-    in_unit,
-    quantity,
-)
+from tauto_core.scene.units import PARIS_FOOT_M, PARIS_POUND_KG, RHENISH_FOOT_M, in_unit, quantity
 
 SCRUPLE_M = RHENISH_FOOT_M / 1000.0
 """Euler's scruple: a thousandth of the Rhenish foot, 0.31385 mm."""
@@ -96,12 +90,7 @@ def complete(
 
 
 # The four numbers as messages name them.
-_WORDS = {
-    'period': 'period',
-    'inertia': 'inertia',
-    'pull': 'pull',
-    'lever_rate': 'base radius',
-}
+_WORDS = {'period': 'period', 'inertia': 'inertia', 'pull': 'pull', 'lever_rate': 'base radius'}
 
 
 def _check_size(value: float, named: str | Argument) -> None:

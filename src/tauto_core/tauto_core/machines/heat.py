@@ -13,12 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import (
-    Field,
-    PlainSerializer,
-    Strict,
-    WithJsonSchema,
-)
+from pydantic import Field, PlainSerializer, Strict, WithJsonSchema
 
 from tauto_core.curves.materials import by_name
 from tauto_core.samples import FloatArray

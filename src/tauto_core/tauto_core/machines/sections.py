@@ -224,7 +224,7 @@ class Trochlea(Section):
                 f'does not go with trochlea.thread.kind {self.thread.kind}, whose wheel is '
                 'balanced in its equations',
                 'Leave out trochlea.imbalance, or use thread kind vertical or hole.',
-            ),
+            )
         )
         yield from self._heat_problems(drag)
         yield from wrong(
@@ -672,11 +672,7 @@ def compile_fluid_pendulum(
         curve = make_descent_curve(regulator)
     except DescentError as error:
         raise SceneError(
-            name,
-            'regulator',
-            regulator.kind,
-            f'cannot be built: {error}',
-            'Change body or fluid.',
+            name, 'regulator', regulator.kind, f'cannot be built: {error}', 'Change body or fluid.'
         ) from None
     start = regulator.release_arc
     edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp

@@ -1,12 +1,7 @@
 """Navigation: drift of the clock, the route, longitude by the clock, the prize."""
 
 from tauto_core.navigation.covariates import clock_model
-from tauto_core.navigation.drift import (
-    ESTIMATE_NAMES,
-    DriftStage,
-    drift_warnings,
-    estimate_names,
-)
+from tauto_core.navigation.drift import ESTIMATE_NAMES, DriftStage, drift_warnings, estimate_names
 from tauto_core.navigation.kalman import (
     ClockModel,
     Estimate,

@@ -34,13 +34,7 @@ from tauto_core.navigation.kalman import (
     Coefficient,
 )
 from tauto_core.navigation.regressors import HEAT, SHAKEN_BY, Regressors
-from tauto_core.samples import (
-    READING,
-    SHIP_IMU,
-    FloatArray,
-    ImuSamples,
-    TimeSamples,
-)
+from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s

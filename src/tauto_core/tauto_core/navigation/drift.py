@@ -29,12 +29,7 @@ from tauto_core.navigation.kalman import (
     same_fields,
 )
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
-from tauto_core.navigation.regressors import (
-    HELD_NS,
-    MotionRegressors,
-    integral_names,
-    regressors,
-)
+from tauto_core.navigation.regressors import HELD_NS, MotionRegressors, integral_names, regressors
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -165,11 +160,7 @@ def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
 
 
 def estimates(
-    stamps: IntArray,
-    references: IntArray,
-    way: Filtered,
-    model: ClockModel,
-    passed: Passed | None,
+    stamps: IntArray, references: IntArray, way: Filtered, model: ClockModel, passed: Passed | None
 ) -> Batches:
     """Return estimate and corrected time for readings, each from the last state at its stamp.
 

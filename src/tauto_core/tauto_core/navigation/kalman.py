@@ -309,10 +309,7 @@ def prior(model: ClockModel) -> Estimate[float]:
 
 
 def predict(
-    now: Estimate[Real],
-    elapsed_s: Real,
-    model: ClockModel,
-    gained_s: tuple[Real, ...] = (),
+    now: Estimate[Real], elapsed_s: Real, model: ClockModel, gained_s: tuple[Real, ...] = ()
 ) -> Estimate[Real]:
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 

@@ -19,14 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import (
-    FloatArray,
-    HungImu,
-    ImuSamples,
-    IntArray,
-    State,
-    take,
-)
+from tauto_core.samples import FloatArray, HungImu, ImuSamples, IntArray, State, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S

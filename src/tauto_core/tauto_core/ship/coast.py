@@ -307,13 +307,7 @@ def _turns(longitude: float) -> tuple[float, float, float]:
 # Atlantic. North of Australia a line through the islands, and the Isthmus
 # of America by a few points, take the place of coasts.
 
-OCEANS = (
-    'North Atlantic',
-    'South Atlantic',
-    'Indian Ocean',
-    'North Pacific',
-    'South Pacific',
-)
+OCEANS = ('North Atlantic', 'South Atlantic', 'Indian Ocean', 'North Pacific', 'South Pacific')
 
 _AGULHAS_DEG, _TASMANIA_DEG, _HORN_DEG = 20.0, 146.8167, -67.2667
 # Latitude of the islands from Java to Timor, north of which the Pacific begins at Sumatra.

@@ -14,15 +14,7 @@ from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from tauto_core.samples import (
-    FloatArray,
-    ImuSamples,
-    IntArray,
-    SpatialImu,
-    State,
-    join,
-    take,
-)
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, SpatialImu, State, join, take
 
 A = TypeVar('A', FloatArray, IntArray)
 

@@ -303,13 +303,7 @@ def _is_bent(moved: Channels, ship: ShipKind) -> bool:
 
 
 def _strays(
-    moved: Channels,
-    scene: Surroundings,
-    ship: ShipKind,
-    rate: float,
-    stride: int,
-    *,
-    inside: bool,
+    moved: Channels, scene: Surroundings, ship: ShipKind, rate: float, stride: int, *, inside: bool
 ) -> float:
     """Return the largest error of the interpolated apparent gravity, over g, and its direction.
 

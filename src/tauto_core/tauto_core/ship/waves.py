@@ -306,11 +306,7 @@ class SampledFades:
         return [self._zeros[:samples] for _ in orders]
 
     def _fading(
-        self,
-        state: int,
-        numbers: tuple[int, int],
-        span: tuple[int, int],
-        orders: tuple[int, ...],
+        self, state: int, numbers: tuple[int, int], span: tuple[int, int], orders: tuple[int, ...]
     ) -> list[FloatArray]:
         from tauto_core.ship.kernels import fade  # imports kernels
 

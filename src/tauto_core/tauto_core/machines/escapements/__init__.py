@@ -28,8 +28,7 @@ class Escapement(EscapementKind):
 
     kind: Literal['impulse'] = 'impulse'
     train: Train | None = Field(
-        default=None,
-        description='mapping: fall, impulses; when left out all impulses are equal',
+        default=None, description='mapping: fall, impulses; when left out all impulses are equal'
     )
 
     @property

@@ -136,11 +136,7 @@ class SeaShip(ShipKind):
 
     rank = 3
     starter = {
-        'sea': {
-            'spectrum': 'bretschneider',
-            'significant_wave_height': 2.5,
-            'peak_period': 9.0,
-        },
+        'sea': {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0},
         'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
         'heave': True,
     }
@@ -159,8 +155,7 @@ class SeaShip(ShipKind):
         default=None, description='mapping with `kind`, in place of sea: how the sea changes'
     )
     roll: Roll | None = Field(
-        default=None,
-        description='mapping: natural_period, damping_ratio, slope_coefficient',
+        default=None, description='mapping: natural_period, damping_ratio, slope_coefficient'
     )
     rao: Rao | None = Field(default=None, description='mapping: path, heading, length')
     hull: HullSection | None = Field(

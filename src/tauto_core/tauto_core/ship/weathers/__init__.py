@@ -320,14 +320,7 @@ def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
 # -----------------------------------------------------------------------------
 # A list of states of the sea.
 
-_OF_WAVES = (
-    'significant_wave_height',
-    'peak_period',
-    'spectrum',
-    'heading',
-    'waves_to',
-    'speed',
-)
+_OF_WAVES = ('significant_wave_height', 'peak_period', 'spectrum', 'heading', 'waves_to', 'speed')
 
 
 class SeaState(Section):
@@ -557,11 +550,7 @@ class RecordWeather(WeatherKind):
         )
         return tuple(
             setting.state(
-                nanoseconds(time),
-                height,
-                period,
-                f'ship.weather.time[{index}]',
-                waves_to=waves_to,
+                nanoseconds(time), height, period, f'ship.weather.time[{index}]', waves_to=waves_to
             )
             for index, (time, height, period, waves_to) in enumerate(rows)
         )

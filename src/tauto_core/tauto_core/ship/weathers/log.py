@@ -23,12 +23,7 @@ from tauto_core.scene.sections import (
 from tauto_core.scene.times import STANDARD_GRAVITY, nanoseconds
 from tauto_core.ship.motions import sampled
 from tauto_core.ship.sections import CUTOFF, LEAST_CUTOFF, Heading, still_from
-from tauto_core.ship.weathers import (
-    HIGHEST_M,
-    WeatherKind,
-    WeatherSetting,
-    WeatherState,
-)
+from tauto_core.ship.weathers import HIGHEST_M, WeatherKind, WeatherSetting, WeatherState
 from tauto_core.wording import counted
 
 # -----------------------------------------------------------------------------
