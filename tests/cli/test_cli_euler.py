@@ -24,7 +24,7 @@ def test_json_holds_every_claim_in_order() -> None:
     assert [each['paper'] for each in printed] == sorted(each['paper'] for each in printed)
     for each, claim in zip(printed, claims, strict=True):
         assert each['verdict'] == claim.expected
-        assert each['computed'] == (None if math.isnan(claim.computed) else claim.computed)
+        assert each['computed'] == claim.computed
         assert (each['value'] is None) == math.isnan(claim.value)
         assert bool(each['because']) == (claim.verdict in {'corrected', 'answered'})
         assert bool(each['whose']) == (claim.verdict == 'corrected')

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections import Counter
+from dataclasses import replace
 
 import pytest
 
@@ -10,17 +10,6 @@ from tauto_core.euler import Claim
 from tauto_core.euler.page import all_claims
 
 CLAIMS = all_claims()
-# formulas that do not stand as they must be, in the paragraph in which each is met first
-CORRECTED = {
-    'A': {'V': 1, 'VII': 1, 'XIII': 1, 'XVIII': 2, 'XIX': 1, 'XXI': 1, 'XXII': 1, 'XXVI': 3,
-          'XXVII': 1},
-    'B': {'12': 2, '14': 1, '15': 1, '16': 5, '17, 26': 1, '23': 1, '23, 28': 1, '23, 31': 1,
-          '24': 4, '25': 1, '26': 2, '27': 5, '28': 2, '29': 5, '30': 3, '31': 1, '32': 5,
-          '33': 3, '34': 3, '35': 1},
-    'C': {'5': 1, '9, 11, 44-45, 53': 1, '14': 1, '15': 1, '17': 1, '17-20': 1, '18': 1,
-          '18-21': 1, '19': 1, '20': 5, '21': 1, '22': 1, '23': 2, '32': 1, '36': 1, '37': 1,
-          '39': 1, '44': 1, '45': 2, '53': 2},
-}  # fmt: skip
 
 
 @pytest.mark.parametrize('claim', CLAIMS, ids=lambda c: f'{c.paper}{c.paragraph}: {c.claim}')
@@ -29,14 +18,8 @@ def test_every_claim_of_the_papers_gets_the_verdict_expected_of_it(claim):
     assert bool(claim.because) == (claim.verdict in {'corrected', 'answered'})
     assert bool(claim.must) == (claim.verdict == 'corrected')
     # a correction agrees far better than the print
-    if claim.must and math.isfinite(claim.computed) and claim.computed:
+    if claim.must and claim.computed:
         assert abs(claim.must_value - claim.computed) < 3e-6 * abs(claim.computed)
-
-
-def test_every_formula_that_needs_a_correction_is_there():
-    for paper, counts in CORRECTED.items():
-        found = [c.paragraph for c in CLAIMS if c.paper == paper and c.verdict == 'corrected']
-        assert Counter(found) == counts
 
 
 def _claim(value, must=None, **more):
@@ -56,10 +39,12 @@ def test_a_value_that_only_its_correction_gives_is_corrected():
 def test_what_cannot_be_evaluated_does_not_hold():
     assert _claim(math.nan).verdict == 'fails'
     assert _claim(math.nan, 2.0).verdict == 'corrected'
+    # a computation that went wrong corrects nothing
+    assert replace(_claim(3.0, 2.0), computed=math.nan).verdict == 'fails'
 
 
 def test_a_fault_of_letters_has_no_value_and_a_question_is_answered():
-    words = Claim('A', 'V', 'the thread', 'CD', math.nan, math.nan, 1e-12, 'CB')
+    words = Claim('A', 'V', 'the thread', 'CD', math.nan, None, 1e-12, 'CB')
     assert (words.verdict, words.difference) == ('corrected', math.inf)
     assert _claim(2.1, question=True).verdict == 'answered'
     assert _claim(2.0, question=True).verdict == 'holds'

@@ -65,10 +65,43 @@ def test_every_claim_stands_beside_its_paragraph(edition: Edition) -> None:
 
 
 @EACH
-def test_every_paragraph_names_a_command_or_says_why_none_does(edition: Edition) -> None:
+def test_a_command_stands_beside_the_one_paragraph_whose_point_it_shows(edition: Edition) -> None:
+    runs = [line for each in edition.paragraphs for line in each.runs]
+    assert len(set(runs)) == len(runs) > 20
     for each in edition.paragraphs:
-        assert each.runs or each.lacks, each.number
         assert each.lacks == '' or each.lacks.endswith('.')
+
+
+SINGLE = {'b|h', 'b′|h′', 'z|2', 'v|ν', 'a|α', 'a′|α′'}
+"""Letters that the transcription confuses throughout; the claims have the right ones."""
+
+
+def _as_in_text(words: str, keep: set[str]) -> str:
+    """Return a text with the faults that are kept, without spaces, points and asterisks."""
+    words = re.sub(r'‹([^|›]*)\|([^›]*)›', lambda m: m[1 if m[0][1:-1] in keep else 2], words)
+    words = re.sub(r'\^\{([23])\}', lambda m: '²³'[int(m[1]) - 2], words)
+    for latin, sign in ((' ad ', ':'), (' ita ', '='), ('est aequale vel majus quam', '≥')):
+        words = words.replace(latin, sign)
+    return re.sub(r'[\s.*]', '', words)
+
+
+@EACH
+def test_what_claims_quote_stands_in_the_latin_with_its_faults_marked(edition: Edition) -> None:
+    latin = {each.number: each.latin for each in edition.paragraphs}
+    faults = set(re.findall(r'‹([^|›]*\|[^›]*)›', ' '.join(latin.values())))
+    claims = [each for each in all_claims() if each.paper == edition.paper and each.euler]
+    quoted = [each for each in claims if each.stands]
+    assert len(quoted) > 20
+    for claim in quoted:
+        words = ' '.join(latin[number] for number in edition.covered(claim))
+        stands = _as_in_text(words, faults), _as_in_text(words, faults - SINGLE)
+        for each in claim.stands.split(', '):
+            assert any(_as_in_text(each, set()) in text for text in stands), (
+                claim.paragraph,
+                each,
+            )
+        for each in claim.must.split(', '):
+            assert _as_in_text(each, set()) in _as_in_text(words, set()), (claim.paragraph, each)
 
 
 @EACH

@@ -18,16 +18,24 @@ SENTENCES = [
     *(words for e in EDITIONS for p in e.paragraphs for words in (p.argues, p.found, p.lacks)),
     *(figure.caption for edition in EDITIONS for figure in edition.figures),
 ]
+LATIN = [
+    formula
+    for edition in EDITIONS
+    for paragraph in edition.paragraphs
+    # a mark about a whole formula stands outside the asterisks
+    for formula in re.sub(r'‹(\*.*?\*)\|(\*.*?\*)›', r'\1 \2', paragraph.latin).split('*')[1::2]
+]
 INLINE = sorted({each for words in SENTENCES for each in words.split('*')[1::2]})
 
 
 def _letters(text: str) -> str:
     """Return what a formula consists of, without what only places it."""
-    return re.sub(r'[\s/√^(){}]', '', text.replace('½', '12').translate(DIGITS))
+    return re.sub(r'[\s/√^(){}‹|›\[\]]', '', text.replace('½', '12').translate(DIGITS))
 
 
 def test_every_letter_of_every_formula_is_there_in_its_order() -> None:
-    for formula in (*FORMULAS, *INLINE):
+    assert len(LATIN) > 1400
+    for formula in (*FORMULAS, *INLINE, *LATIN):
         found = ''.join(_read(formula).itertext()).replace('¨', '\u0308')
         # ẅ is one character, θ̈ two
         assert _letters(found) == _letters(formula), formula
@@ -59,6 +67,7 @@ def test_formulas_in_sentences_are_marked() -> None:
         ('n = αc√2gb + α′c', 'n=αc√[2gb]+α^[′]c'),
         ('k²s/1·2 + 1', '<mfrac>k^[2]s|1·2</mfrac>+1'),
         ('BD, ED', 'BD,ED'),
+        ('√(2g/‹b|h›)', '√[2g/b[h]]'),
     ],
 )  # fmt: skip
 def test_what_a_bar_a_root_and_an_exponent_cover(formula: str, markup: str) -> None:

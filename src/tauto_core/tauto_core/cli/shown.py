@@ -314,7 +314,7 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
         'claim': claim.said,
         'stands': claim.stands or None,
         'value': claim.value if math.isfinite(claim.value) else None,
-        'computed': claim.computed if math.isfinite(claim.computed) else None,
+        'computed': claim.computed if math.isfinite(claim.computed or 0.0) else None,
         'difference': claim.difference if math.isfinite(claim.difference) else None,
         'tolerance': claim.tolerance,
         'verdict': claim.verdict,
@@ -338,7 +338,7 @@ def claim_lines(claim: Claim, width: int) -> list[str]:
         said.append(f'as it must be: {claim.must}')
     if claim.adds:
         said.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
-    if math.isfinite(claim.computed):
+    if claim.computed is not None:
         said.append(f'computed: {claim.computed:.9g}')
     if math.isfinite(claim.difference):
         said.append(f'off by {claim.difference:.1e}')

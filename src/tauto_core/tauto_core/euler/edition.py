@@ -47,7 +47,7 @@ class Claim:
             text states it in words, or omits it.
         value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
             it cannot be evaluated.
-        computed: the same quantity, computed independently of it; NaN for a fault of letters or
+        computed: the same quantity, computed independently of it; None for a fault of letters or
             words, which has no value.
         tolerance: largest difference of the two if the claim holds, relative to `computed`,
             absolute where that is 0.
@@ -69,7 +69,7 @@ class Claim:
     claim: str
     stands: str
     value: float
-    computed: float
+    computed: float | None
     tolerance: float
     must: str = ''
     must_value: float | None = None
@@ -98,7 +98,7 @@ class Claim:
     @property
     def verdict(self) -> Verdict:
         """`holds` as it stands, `corrected` if only as it must be, `added` if not Euler's."""
-        if self.must and math.isnan(self.computed):
+        if self.must and self.computed is None:
             return 'corrected'
         if self.difference <= self.tolerance:
             return 'holds' if self.euler else 'added'
@@ -108,8 +108,8 @@ class Claim:
         return 'answered' if self.question else 'fails'
 
 
-def _difference(value: float, truth: float) -> float:
-    if math.isnan(value) or math.isnan(truth):
+def _difference(value: float, truth: float | None) -> float:
+    if truth is None or math.isnan(value) or math.isnan(truth):
         return math.inf
     return abs(value - truth) / (abs(truth) or 1.0)
 
@@ -293,6 +293,8 @@ class Paragraph:
     Attributes:
         number: Euler's, in his numerals.
         argues: its argument, in two plain sentences.
+        latin: its text, with formulas between asterisks. '‹it|tt›' is a fault, and the text as it
+            must be.
         runs: commands that compute or sail it.
         figures: names of the figures that are shown beside it.
         found: the result where the paper leaves a question or gives a judgement.
@@ -301,6 +303,7 @@ class Paragraph:
 
     number: str
     argues: str
+    latin: str
     runs: tuple[str, ...] = ()
     figures: tuple[str, ...] = ()
     found: str = ''
@@ -406,8 +409,13 @@ def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[
         for each in paragraph.get('claims', ()):
             stands, must, adds = (each.get(key, '') for key in ('stands', 'must', 'adds'))
             known = letters_of(file, each.get('with'), computed)
-            value = each.get('value', stands or adds)
-            value = {'none': math.nan, 'adds': adds}.get(value, value)
+            named = {'none': math.nan, 'adds': adds}
+            value, must_value = (
+                _number(named.get(formula, formula), known, each.get('of', ''))
+                if formula != '' and 'computed' in each
+                else None
+                for formula in (each.get('value', stands or adds), each.get('must_value', must))
+            )
             euler = each.get('euler', True)
             found.append(
                 Claim(
@@ -415,13 +423,11 @@ def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[
                     each.get('paragraphs', paragraph['number']),
                     each['claim'],
                     stands,
-                    _number(value, known, each.get('of', '')) if 'computed' in each else math.nan,
-                    _number(each.get('computed', math.nan), known),
+                    math.nan if value is None else value,
+                    _number(each['computed'], known) if 'computed' in each else None,
                     float(each.get('tolerance', text['tolerance'])),
                     must,
-                    _number(each.get('must_value', must), known, each.get('of', ''))
-                    if must and 'computed' in each
-                    else None,
+                    must_value,
                     each.get('because', ''),
                     each.get('expected', 'corrected' if must else 'holds' if euler else 'added'),
                     adds,
@@ -460,6 +466,7 @@ def read_edition(
             Paragraph(
                 each['number'],
                 each['argues'],
+                each['latin'],
                 tuple(each.get('runs', ())),
                 tuple(each.get('figures', ())),
                 each.get('found', ''),

@@ -167,10 +167,8 @@ def _of_arc() -> dict[str, float]:
         'composed_length': G * ((quarter(S) + ascent(S, H)) / math.pi) ** 2,
         'acta_descent': descent_time(ActaCurve(GLOBE, GAMMA, F, S), G, S),
         'quarter_with_friction': quarter(S, FRICTION),
-        'dx_and_friction': slope(S) + FRICTION,
-        'dx_with_friction': derivative(
-            lambda s: float(FluidTautochrone(GLOBE, GAMMA, F, FRICTION).height(s)), S
-        ),
+        'height_of_curve': height(S),
+        'x_with_friction': float(FluidTautochrone(GLOBE, GAMMA, F, FRICTION).height(S)),
     }
 
 
@@ -237,10 +235,6 @@ def _of_shape() -> dict[str, float]:
     def place(p: float) -> float:
         return height(zero_of(lambda s: 1.0 / slope(s) - p, 0.01, 0.65))
 
-    tau = math.asin(math.expm1(GLOBE * S) / BETA)
-    w = math.sqrt(1.0 - BETA * BETA)
-    turn = math.atan((math.tan(0.5 * tau) + BETA) / w) - math.atan(BETA / w)
-    across = (math.cos(tau) - 1.0) / BETA + (tau - 2.0 * w * turn) / BETA**2
     curve = FluidTautochrone(GLOBE, GAMMA, F)
     ends = curve.ascent_cusp, curve.descent_cusp
     cusps = [chained(curve, end, 1)[1] for end in ends]
@@ -248,7 +242,6 @@ def _of_shape() -> dict[str, float]:
     return {
         'p': p,
         'dx_by_p': derivative(place, p, 1e-2),
-        'y_in_closed_form': GAMMA * F * across,
         'y': float(abscissa(curve, curve.arc_of_height(height(S), 'descent'))),
         'x_of_ascent': height(-S),
         'dy': math.sqrt(1.0 - slope(S) ** 2),

@@ -4,7 +4,8 @@ The claims keep each formula as a line of text, letter by letter. Adjacent lette
 a product. A slash makes a fraction of the product before it and the product after it, a root
 without brackets covers the rest of its product, and braces enclose exponents. A colon between
 spaces divides as well, after the slash. Within brackets, roots and exponents a slash is shown as
-one: many a computer has no font whose brackets and roots grow.
+one: many a computer has no font whose brackets and roots grow. '‹b|h›' is a faulty letter with the
+right one, which is set in brackets behind it.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from typing import NamedTuple
 _PHRASES = (
     'it is certain', 'by virtual work, with', 'to a tenth of a second a day', 'for any', 'here',
     'by circle and arc tangent, where', 'a drag coefficient of', 'on the section', 'left as it is',
-    'punctum flexus contrarii', 'punctum reversionis', 'totus arcus descensus',
-    'totus arcus ascensus', 'Dicitur unum', 'Dicatur nunc', 'constans', 'always', 'with', 'for',
+    'punctum flexus contrarii', 'punctum reuersionis', 'totus arcus descensus',
+    'totus arcus ascensus', 'Dicitur unum', 'Dicatur nunc', 'constans', 'always', 'with', 'loco',
 )  # fmt: skip
 _FUNCTIONS: dict[str, Callable[[float], float]] = {
     'arcsin': math.asin,
@@ -39,10 +40,10 @@ _TOKEN = re.compile(
     r'|(?P<number>\d+(?:\.\d+)?)|(?P<half>½)|(?P<power>[⁰¹²³⁴⁵⁶⁷⁸⁹]+)'
     r'|(?P<letter>[^\W\d_]\u0308?′*)'
     r'|(?P<open>[({])|(?P<close>[)}])|(?P<space>\s+)|(?P<raise>\^)|(?P<root>√)|(?P<over>/)'
-    r'|(?P<dot>[.·](?=\S))|(?P<other>.)'
+    r'|(?P<fault>‹[^›]*›)|(?P<dot>[.·](?=\S))|(?P<other>.)'
 )
 _DIGITS = str.maketrans('⁰¹²³⁴⁵⁶⁷⁸⁹', '0123456789')
-_FACTORS = frozenset({'letter', 'number', 'half', 'word', 'power', 'drawn', 'fraction'})
+_FACTORS = frozenset({'letter', 'number', 'half', 'word', 'power', 'drawn', 'fraction', 'fault'})
 _IN_PRODUCT = _FACTORS | {'group', 'dot'}
 
 
@@ -203,6 +204,10 @@ def _markup(node: _Node, *, flat: bool = True) -> str:
 
 
 def _token_markup(kind: str, text: str) -> str:
+    if kind == 'fault':
+        stands, must = (_markups(_row(_tokens(each))[0]) for each in text[1:-1].split('|'))
+        must = f'<mrow class="must"><mo>[</mo>{must}<mo>]</mo></mrow>'
+        return f'<mrow><mrow class="fault">{stands}</mrow>{must}</mrow>'
     phrase = 'mtext' if text in _PHRASES else 'mi'
     return {
         'space': '<mspace width="0.25em"></mspace>',

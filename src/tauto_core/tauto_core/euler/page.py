@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from textwrap import wrap
 
@@ -21,7 +20,7 @@ from tauto_core.euler import (
     trochlea_1727,
     trochlea_edition,
 )
-from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paper, Verdict, svg
+from tauto_core.euler.edition import Claim, Edition, EulerFigure, svg
 from tauto_core.files import write_whole
 from tauto_core.scene.errors import TautoError
 
@@ -46,13 +45,6 @@ def summary(claims: Sequence[Claim]) -> str:
     )
 
 
-TITLES: dict[Paper, str] = {
-    'A': 'A. The trochlea: *De novo quodam curvarum tautochronarum genere* (1727, E6)',
-    'B': 'B. The fluid: *Curva tautochrona in fluido resistentiam faciente secundum quadrata '
-    'celeritatum* (1729, E13)',
-    'C': 'C. The axle: *De motu penduli circa axem cylindricum, fulcro datae figurae incumbentem, '
-    'mobilis* (Acta for 1780, part II)',
-}
 EDITIONS: tuple[Edition, ...] = (
     trochlea_edition.EDITION,
     fluid_edition.EDITION,
@@ -82,9 +74,11 @@ where a fault is repeated while its neighbours are whole. All others are open un
 compared.
 
 The rows are the results of the papers and the faults of our text; many intermediate steps that
-hold have none. Examples are in SI units unless a claim says otherwise. Euler writes *xx* for
-*x²*, and in paper B *l* for the natural logarithm and *c* for its base. In paper C the lengths of
-both pendulums are written *h* and *h′*, where our text has *b* and *b′* but in §53 (see §20).
+hold have none. `tauto euler --site DIR` writes each paper as an interactive page, with each
+paragraph in two sentences and in Latin, and the commands that show its point. Examples are in SI
+units unless a claim says otherwise. Euler writes *xx* for *x²*, and in paper B *l* for the natural
+logarithm and *c* for its base. In paper C the lengths of both pendulums are written *h* and *h′*,
+where our text has *b* and *b′* but in §53 (see §20).
 
 {summary}
 """
@@ -93,57 +87,46 @@ _COLUMNS = (
     '| whose fault |\n|---|---|---|---|---|---|---|---|---|'
 )
 
-_RUNS = """## Commands for each paragraph
-
-`tauto euler --site DIR` writes each paper as an interactive page. It has each paragraph in two
-sentences, these formulas, the figures constructed from the text, and the commands. `tauto euler`
-computes every claim above; the third column counts those on the paragraphs of a row. A dash stands
-where a paragraph tells history, defines a term, or derives a claim of another paragraph. The
-commands:
-"""
-_COUNTED: tuple[tuple[Verdict, str], ...] = (
-    ('holds', 'hold'),
-    ('corrected', 'corrected'),
-    ('fails', 'fail'),
-    ('added', 'added'),
-    ('answered', 'answered'),
-)
-
 
 class PageError(TautoError):
     """A page that cannot be written."""
 
 
-def write_page(folder: Path, claims: Sequence[Claim]) -> list[Path]:
-    """Write `euler.md` and `figures/*.svg` into a folder, and return the files.
+def write_pages(folder: Path, pages: Iterable[tuple[str, str]]) -> None:
+    """Write pages by their names into a folder; it is made, and files of these names replaced.
 
-    The folder is made, and files of these names replaced. PageError: one that cannot be written.
+    PageError: one that cannot be written.
     """
-    text, figures = folder / 'euler.md', folder / 'figures'
     try:
-        figures.mkdir(parents=True, exist_ok=True)
-        write_whole(text, claims_page(claims).encode())
-        written = [text]
-        for edition in EDITIONS:
-            for figure in edition.figures:
-                written.append(figures / f'{_file(edition, figure)}.svg')
-                begin = (each.values[each.begin] for each in figure.controls)
-                drawing = figure.draw(*begin).drawing
-                write_whole(written[-1], svg(drawing, figure.name, alone=True).encode())
-        return written
+        for name, text in pages:
+            file = folder / name
+            file.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(file, text.encode())
     except OSError as error:
         raise PageError(
             f'{error.filename or folder}: cannot be written: {error.strerror}. Name another folder'
         ) from None
 
 
+def write_page(folder: Path, claims: Sequence[Claim]) -> None:
+    """Write `euler.md` and `figures/*.svg` into a folder, as `write_pages` does."""
+
+    def pages() -> Iterator[tuple[str, str]]:
+        yield 'euler.md', claims_page(claims)
+        for edition in EDITIONS:
+            for figure in edition.figures:
+                begin = (each.values[each.begin] for each in figure.controls)
+                drawn = svg(figure.draw(*begin).drawing, figure.name, alone=True)
+                yield f'figures/{_file(edition, figure)}.svg', drawn
+
+    write_pages(folder, pages())
+
+
 def claims_page(claims: Sequence[Claim]) -> str:
     """Return the page as Markdown: a section a paper, its figures, then its claims."""
     parts = [_HEAD.format(summary='\n'.join(wrap(summary(claims) + '.', 99)))]
-    for paper, title in TITLES.items():
-        own = [claim for claim in claims if claim.paper == paper]
-        parts.append(f'## {title}\n')
-        (edition,) = (each for each in EDITIONS if each.paper == paper)
+    for edition in EDITIONS:
+        parts.append(f'## {edition.paper}. {edition.short} (*{edition.title}*)\n')
         for figure in edition.figures:
             beside = next(
                 each.number for each in edition.paragraphs if figure.name in each.figures
@@ -151,28 +134,8 @@ def claims_page(claims: Sequence[Claim]) -> str:
             said = _sentence(f'§{beside}, Fig. {figure.name}: {figure.caption}')
             name = _file(edition, figure)
             parts.append(f'![{name}](figures/{name}.svg)\n\n' + '\n'.join(wrap(said, 120)) + '\n')
+        own = [claim for claim in claims if claim.paper == edition.paper]
         parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
-    parts.append(_RUNS)
-    for edition in EDITIONS:
-        head = ['| § | run it | claims | left out, and why |', '|---|---|---|---|']
-        parts.append(f'### {edition.paper}. {edition.short}\n')
-        rows, own = [], [claim for claim in claims if claim.paper == edition.paper]
-        # a row for each run of paragraphs with the same commands
-        for (runs, lacks), alike in groupby(
-            edition.paragraphs, lambda each: (each.runs, each.lacks)
-        ):
-            numbers = [each.number for each in alike]
-            ends = numbers[0] if len(numbers) == 1 else f'{numbers[0]}–{numbers[-1]}'
-            on = [claim for claim in own if set(edition.covered(claim)) & set(numbers)]
-            count = Counter(claim.verdict for claim in on)
-            said = ', '.join(
-                f'{count[name]} {words if count[name] > 1 else name}'
-                for name, words in _COUNTED
-                if count[name]
-            )
-            runs_here = '<br>'.join(f'`{each}`' for each in runs)
-            rows.append(f'| {ends} | {runs_here} | {said or "–"} | {_sentence(lacks)} |')
-        parts.append('\n'.join([*head, *rows]) + '\n')
     return '\n'.join(parts)
 
 
@@ -199,7 +162,7 @@ def _row(claim: Claim) -> str:
         _formula(claim.stands) + (value if claim.stands else ''),
         _formula(claim.must),
         _formula(claim.adds) + ('' if claim.stands else value),
-        '' if math.isnan(claim.computed) else seven_digits(claim.computed),
+        '' if claim.computed is None else seven_digits(claim.computed),
         off_by(claim),
         (claim.verdict if claim.verdict == 'holds' else f'**{claim.verdict}**')
         + (f': {_sentence(claim.because)}' if claim.because else ''),

@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -17,13 +18,14 @@ from textwrap import dedent
 
 from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, plain, svg
 from tauto_core.euler.formulas import mathml
-from tauto_core.euler.page import EDITIONS, PageError, off_by, seven_digits, typeset
-from tauto_core.files import write_whole
+from tauto_core.euler.page import EDITIONS, off_by, seven_digits, typeset, write_pages
 
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences;
     the formulas stand as in our text of the paper, a transcription by machine from scans, in which
-    the plates are missing. The figures are constructed from the text, with Euler’s letters.
+    the plates are missing. The Latin is that text, without running heads and with its formulas in
+    one line; <del>what we see to be wrong</del> has <ins>[what must stand there]</ins> behind it.
+    The figures are constructed from the text, with Euler’s letters.
     “Computed” is the same quantity found independently, by quadrature, by integrating the motion
     or by another closed form. Only scans could show which faults of the text are in the print;
     none were compared.""")
@@ -36,23 +38,9 @@ _VERDICTS = {
 }
 
 
-def write_site(folder: Path, claims: Sequence[Claim]) -> list[Path]:
-    """Write a page for each paper into a folder, and return the files.
-
-    The folder is made, and files of these names replaced. PageError: one that cannot be written.
-    """
-    files = []
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for edition in EDITIONS:
-            file = folder / f'{edition.file}.html'
-            write_whole(file, paper_page(edition, claims).encode())
-            files.append(file)
-    except OSError as error:
-        raise PageError(
-            f'{error.filename or folder}: cannot be written: {error.strerror}. Name another folder'
-        ) from None
-    return files
+def write_site(folder: Path, claims: Sequence[Claim]) -> None:
+    """Write a page for each paper into a folder, as `write_pages` does."""
+    write_pages(folder, ((f'{each.file}.html', paper_page(each, claims)) for each in EDITIONS))
 
 
 def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
@@ -72,7 +60,7 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
             for each in EDITIONS
         ),
         facts=''.join(
-            f'<dt>{escape(name)}</dt><dd>{escape(known)}</dd>' for name, known in edition.facts
+            f'<dt>{escape(name)}</dt><dd>{_linked(known)}</dd>' for name, known in edition.facts
         ),
         contents=''.join(
             f'<li><a href="#{each.number}">{each.number}</a></li>' for each in edition.paragraphs
@@ -99,6 +87,7 @@ def _paragraph(
     return (
         f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
         f'<div><h2>§{paragraph.number}</h2><p>{_sentence(paragraph.argues)}</p>'
+        f'<details><summary>Latin</summary><p lang="la">{_latin(paragraph.latin)}</p></details>'
         f'{"".join(map(_claim, claims))}'
         f'{f"<h3>Result</h3><p>{_sentence(paragraph.found)}</p>" if paragraph.found else ""}'
         f'{f"<h3>Run it</h3><ul class=runs>{runs}</ul>" if runs else ""}'
@@ -122,7 +111,7 @@ def _claim(claim: Claim) -> str:
     because = f': {_sentence(claim.because)}' if claim.because else ''
     stands = 'as it stands ' if claim.must else ''
     off = '' if math.isinf(claim.difference) else f'; {stands}off by {escape(off_by(claim))}'
-    if not math.isnan(claim.computed):
+    if claim.computed is not None:
         formulas += f'<dt>computed</dt><dd>{seven_digits(claim.computed)}{off}</dd>'
     whose = f'. Whose fault: {_sentence(claim.whose)}' if claim.whose else ''
     return (
@@ -167,6 +156,22 @@ def _sentence(words: str) -> str:
     pieces = words.split('*')
     shown = (mathml(each, flat=True) if k % 2 else escape(each) for k, each in enumerate(pieces))
     return ''.join(shown)
+
+
+def _latin(text: str) -> str:
+    """Return a text as HTML, with what must stand there behind each fault."""
+    # a sentence, a formula as it stands, and as it must be
+    pieces = re.split(r'‹(\*.*?\*)\|(\*.*?\*)›', text)
+    shown = ''
+    for k, each in enumerate(map(_sentence, pieces)):
+        tag = (None, '<del>{}</del>', ' <ins>[{}]</ins>')[k % 3]
+        marked = re.sub(r'‹(.*?)\|(.*?)›', r'<del>\1</del> <ins>[\2]</ins>', each)
+        shown += tag.format(each) if tag else marked
+    return shown
+
+
+def _linked(fact: str) -> str:
+    return re.sub(r'https?://[^\s,;)]+', r'<a href="\g<0>">\g<0></a>', escape(fact))
 
 
 def _id(figure: EulerFigure) -> str:
