@@ -7,13 +7,13 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-# `make docs` makes the page of the command line and, of notebooks, those of lessons
+# `make docs` makes the pages of commands and of Euler's claims and, of notebooks, those of lessons
 PAGES = [
     ROOT / 'README.md',
     *(
         each
         for each in sorted(DOCS.rglob('*.md'))
-        if each.name != 'cli.md' and each.parent.name != 'lessons'
+        if each.name not in ('cli.md', 'euler.md') and each.parent.name != 'lessons'
     ),
 ]
 PROSE = [*PAGES, *(ROOT / f'{name}.md' for name in ('CONTRIBUTING', 'CHANGELOG', 'SECURITY'))]
@@ -81,7 +81,7 @@ def test_equations_are_numbered_in_order_and_none_is_without() -> None:
 def test_formulas_in_sentences_are_marked_for_the_site() -> None:
     """Between two asterisks, by which docs/site.js knows them; Greek letters give them away."""
     marked = r'`[^`]*`|\*\*.*?\*\*|\*(?:\\\*|[^*])+\*'
-    for page in (*sorted((DOCS / 'theory').glob('*.md')), DOCS / 'euler.md'):
+    for page in sorted((DOCS / 'theory').glob('*.md')):
         prose = re.sub(r'^(?:    |#).*$', '', text_of(page), flags=re.MULTILINE)
         bare = re.findall(r'.*[α-ωϑΓ-Ω].*', re.sub(marked, '', prose, flags=re.DOTALL))
         assert not bare, (page, bare)

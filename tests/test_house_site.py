@@ -20,10 +20,12 @@ import pytest
 from browser import BROWSER, Browser
 
 import tauto_core as tauto
-from tauto_core.euler.page import EDITIONS, all_claims
+from tauto_core.euler.page import EDITIONS, all_claims, write_page
 from tauto_core.euler.site import write_site
 
 ROOT = Path(__file__).parents[1]
+MADE = ['demo.html', 'euler.md', 'figures', 'papers']
+"""What `make docs` adds to the pages that are in the repository."""
 
 
 class Page(HTMLParser):
@@ -61,8 +63,10 @@ class Quiet(SimpleHTTPRequestHandler):
 @pytest.fixture(scope='module')
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('site')
-    shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: ['papers', 'demo.html'])
-    write_site(folder / 'docs' / 'papers', all_claims())
+    shutil.copytree(ROOT / 'docs', folder / 'docs', ignore=lambda *_: MADE)
+    claims = all_claims()
+    write_page(folder / 'docs', claims)
+    write_site(folder / 'docs' / 'papers', claims)
     tauto.report('measured', folder / 'docs' / 'demo.html')
     # without what the cells show: test_house_lessons runs them
     lessons = [str(each) for each in (folder / 'docs' / 'lessons').glob('*.ipynb')]
