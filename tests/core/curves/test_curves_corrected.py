@@ -99,6 +99,9 @@ def test_golden_periods(name):
     ratio = machine.period(amplitude) * p['omega'] / math.tau
     expected = float(entry['expected']['T_over_2pi_omega_corrected'])
     assert ratio == pytest.approx(expected, rel=2e-15)
+    wheel = replace(machine, cam=Involute(rate))
+    excess = wheel.period(amplitude) / wheel.small_period
+    assert excess == pytest.approx(float(entry['expected']['T_ratio_involute_same_r']), rel=2e-15)
     chi = math.atan(float(cam.slope(amplitude)))
     # χ feels the rounding of an amplitude near the edge of the range
     assert chi == pytest.approx(float(entry['expected']['chi_A']), rel=5e-14, abs=0.0)

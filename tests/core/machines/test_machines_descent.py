@@ -81,6 +81,11 @@ def test_golden_half_swings_backward(entry, kappa):
     close(1.0 + float(duration_excess(kappa, start)), expected['T_ratio'])
     close(kappa * end_arc(kappa, start), expected['end_arc_times_kappa'])
     close(math.expm1(kappa * float(end_arc(kappa, start))), expected['end_w_times_kappa'])
+    # down to A, and up again; a quarter forward takes π/2
+    down, up = (float(expected[f'{each}_quarter_ratio']) for each in ('descent', 'ascent'))
+    arc, _ = reverse_half_swing(kappa, 1.0, start, 0.5 * math.pi * down)
+    assert abs(float(arc)) < 1e-15 * abs(start)
+    close(0.5 * (down + up), expected['T_ratio'])
 
 
 @pytest.mark.parametrize('entry', entries('B22-series'))
