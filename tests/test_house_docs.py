@@ -85,7 +85,7 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
     voyage += 'arrival: [50.7, -1.3], sails_at: 1800, arrives_at: 3600}'
     given = {'voyage': yaml.safe_load(voyage), 'drift.observation_interval': 60.0}
     table = outputs.passage_table(
-        "sail sully_lever_at_sea --duration 3610 --set 'air={kind: route, celsius: 10.0}' "
+        "sail sully_lever_at_sea --duration 3610 --set 'air={kind: constant, celsius: 10.0}' "
         "--set 'drift.observation_interval=60' "
         f"--set 'voyage={voyage}'"
     )
@@ -94,7 +94,7 @@ def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None
     sailed = tauto.sail(
         'sully_lever_at_sea',
         duration=3610.0,
-        air={'kind': 'route', 'celsius': 10.0},
+        air={'kind': 'constant', 'celsius': 10.0},
         **given,
         **{'drift.covariates': yaml.safe_load(outputs.EQUATION.partition('=')[2])},
     )

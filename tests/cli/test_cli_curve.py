@@ -46,11 +46,21 @@ def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
 
 def test_isochronism_ends_at_the_nanosecond_and_json_has_all_digits() -> None:
     asked = ('isochronism', 'cheek_before_euler', '--amplitudes', '0.2')
-    nominal, _, row = run(*asked).splitlines()
+    nominal, _, row, left_out = run(*asked).splitlines()
     assert nominal == 'nominal period 0.999827348 s'
+    assert left_out == 'left out: drag, escapement, ship'
     assert row.split() == ['0.2', '1.198159930', '−14,301.876']
     (found,) = json.loads(run(*asked, '--json'))['rows']
     assert found['period_s'] == pytest.approx(1.198159929531, abs=1e-12)
+
+
+def test_isochronism_is_that_at_the_temperature_of_the_clock() -> None:
+    """A wheel that grows by α, its cam and its lever with it, swings slower by √(1 + αΔ)."""
+    brass_per_kelvin, kelvin = 18.9e-6, 10.0
+    asked = ('isochronism', 'ideal', '--amplitudes', '1', '--set', 'trochlea.material=brass')
+    (found,) = json.loads(run(*asked, '--set', 'air.celsius=30', '--json'))['rows']
+    slower = math.sqrt(1.0 + brass_per_kelvin * kelvin)
+    assert found['rate_s_per_day'] == pytest.approx(86_400.0 * (1.0 / slower - 1.0), abs=1e-6)
 
 
 def test_a_thread_that_never_touches_the_cheeks_is_refused(tmp_path: Path) -> None:

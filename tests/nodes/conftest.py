@@ -88,7 +88,7 @@ trochlea:
   release_angle: 1.0
 ship: {kind: still}
 voyage: {departure: [50.8, -1.1], arrival: [50.7, -1.2], sails_at: 60.0, arrives_at: 1740.0}
-air: {kind: route, celsius: 12.0, diurnal: 8.0, box_hours: 0.1}
+air: {kind: constant, celsius: 12.0, diurnal: 8.0, box_hours: 0.1}
 drift:
   observation_interval: 60.0
   covariates: [temperature_squared, gravity, temperature]

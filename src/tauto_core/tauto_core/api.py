@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
-    from tauto_core.plots.cutting import CamOutline, ScenePlate
+    from tauto_core.plots.cutting import CamOutline
     from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
 
@@ -355,32 +356,45 @@ def isochronism(
 ) -> Isochronism | DescentIsochronism:
     """Find period and rate against amplitude, on land.
 
-    Drag and escapement are left out, so that the swings are free.
+    The swings are free: drag, escapement and ship have no part in them. The machine has the
+    temperature of the clock at the start of the scene.
 
     A body in a fluid also has a time of descent. Its amplitude is the arc of the release, and its
     period is the time to the turning point on the other side and back.
 
     Args:
         scene: as for `load`.
-        amplitudes: amplitudes of the free swings [rad], such as 0.2,0.6,1; of a body in a fluid
-            the arcs of the release in metres. Each > 0 and within the cam, or the curve.
+        amplitudes: amplitudes of the free swings [rad], such as 0.2,0.6,1; more than a turn only
+            with a unit. Of a body in a fluid the arcs of the release in metres. Each > 0 and
+            within the cam, or the curve.
         overrides: as for `load`.
 
     Returns:
         Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`; `print` shows a table. A body in a
         fluid has `amplitude_m` in place of the first, and also `descent_s`, the time to the lowest
-        point, and `half_swing_s`, the time to the other side.
+        point, and `half_swing_s`, the time to the other side. `keys_left_out` names the sections
+        of the scene that have no part in them.
 
     Raises:
         UsageError: no amplitude, or one out of range.
         SceneError: the machine cannot be built.
     """
-    from tauto_core.machines import free_swings
+    from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
+    from tauto_core.machines import compile_machine, free_swings
 
     loaded = _load(scene, overrides)
-    asked = numbers('amplitudes', amplitudes, 'rad' if loaded.regulator is None else 'm')
+    given = amplitudes if isinstance(amplitudes, str) else list(amplitudes)
+    asked = numbers('amplitudes', given, 'rad' if loaded.regulator is None else 'm')
+    for each in given if loaded.regulator is None else ():
+        if not isinstance(each, str) and each > math.tau:
+            turns = f': {each / math.tau:.2g} turns, more than any known wheel swings. Write '
+            units = f'{each:g}deg if degrees are meant, or {each:g}rad'
+            raise UsageError(Argument('amplitudes', each, spaced=True), turns, units)
     with naming(_origin(scene), loaded.name):
-        return free_swings(loaded, asked, loaded.clock.nominal_period)
+        built = compile_machine(loaded)
+        nominal_s = nominal_period_s(loaded, built)
+        found = free_swings(at_departure(loaded, built), asked, nominal_s)
+    return replace(found, keys_left_out=loaded.sections_besides('air', 'clock'))
 
 
 def cam(
@@ -476,21 +490,6 @@ def cam(
     loaded = _load(scene, overrides)
     with naming(_origin(scene), loaded.name):
         return cutting.outline_of(loaded, files, sizes, is_plate, count, reach)
-
-
-def cut(scene: File | Scene, file: File, **options: Any) -> CamOutline:
-    """Write a scene's cam as .csv, .svg or .dxf; the old name of `cam(scene, svg=file, …)`."""
-    from tauto_core.plots.cutting import drawn_kind
-
-    options[drawn_kind(path('file', file))] = file
-    return cam(scene, **options)
-
-
-def plate(scene: File | Scene, **options: Any) -> ScenePlate:
-    """Return a scene's cam as a plate; the old name of `cam(scene, plate=True, …).plate`."""
-    found = cam(scene, plate=True, **options).plate
-    assert found is not None
-    return found
 
 
 def design(

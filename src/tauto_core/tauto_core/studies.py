@@ -295,8 +295,6 @@ def axle_motion(
     }
     return {
         **lengths,
-        # the names of version 0.2, for one release more
-        **{f'b{name[1:]}': found for name, found in lengths.items() if name.startswith('h')},
         'ends_s': table.ends_s,
         'ends_why': table.ends_why or None,
         'rows': [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
 
 DECIMALS = {'nmi': (-2, 0), 's': (-3, -1), 's/day': (-3, 0)}
@@ -107,6 +108,11 @@ def span(seconds: float, digits: int = 3) -> str:
 def counted(number: float, noun: str) -> str:
     """Return a number with its noun, in the plural unless the number is one."""
     return f'{number:,g} {noun}' if number == 1 else f'{number:,g} {noun}s'
+
+
+def left_out(keys: Sequence[str]) -> list[str]:
+    """Return keys of a scene without a part in an answer, as a line; none where there are none."""
+    return ['left out: ' + ', '.join(keys)] if keys else []
 
 
 def percent(share: float) -> str:

@@ -408,7 +408,7 @@ def test_a_motion_that_ends_early_is_tried_up_to_its_end():
     assert 0.0 < try_out(violent, DIAL, 60.0, 2e-12).sampling_s < 1e-6
 
 
-HOT = {'trochlea.material': 'brass', 'air': {'kind': 'route', 'celsius': 20.0, 'diurnal': 5.0}}
+HOT = {'trochlea.material': 'brass', 'air': {'kind': 'constant', 'celsius': 20.0, 'diurnal': 5.0}}
 
 
 def test_hot_machines_take_dearer_steps():

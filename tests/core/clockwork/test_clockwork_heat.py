@@ -40,7 +40,7 @@ ship:
   kind: components
   components: [{amplitude: 0.1, period: 9.1, phase: 0.3}]
   heave: [{amplitude: 0.5, period: 7.3, phase: 0.3}]
-air: {kind: route, celsius: 15.0, diurnal: 10.0, box_hours: 0.02}
+air: {kind: constant, celsius: 15.0, diurnal: 10.0, box_hours: 0.02}
 log: {interval: 6.0}
 """
 

@@ -335,7 +335,7 @@ def test_a_hot_machine_goes_slack_as_the_one_with_the_hot_numbers(trochlea):
         ship=falling(2.5),
         duration=4.0,
         drag={'viscous': 2e-5, 'oil': 'olive'},
-        air={'kind': 'route', 'celsius': 35.0},
+        air={'kind': 'constant', 'celsius': 35.0},
     )
     cold = compile_machine(scene)
     cold = replace(cold, heat=replace(cold.heat, varies=True))

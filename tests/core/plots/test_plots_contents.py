@@ -48,7 +48,7 @@ VOYAGE = {
 @pytest.fixture(scope='module')
 def stormy() -> tauto.Voyage:
     """Return fifty minutes on which she sails, makes a landfall and arrives, with a storm."""
-    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0}
+    air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0}
     changes = {'ship': SHIP, 'voyage': VOYAGE, 'air': air, 'log': {'motion': False}}
     return tauto.sail('second_cam_at_sea', duration=3000.0, **changes)
 
@@ -253,7 +253,7 @@ def test_the_weather_is_that_of_the_scene(stormy: tauto.Voyage) -> None:
 
 
 def test_the_temperature_is_that_of_the_clock() -> None:
-    air = {'kind': 'route', 'celsius': 12.0, 'diurnal': 3.0, 'box_hours': 1.0}
+    air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0, 'box_hours': 1.0}
     changes = {'ship.kind': 'still', 'log.interval': 60.0, 'air': air}
     warm = tauto.sail('ideal', duration=86400.0, **changes)
     (line,) = chart(warm, 'temperature').lines

@@ -278,7 +278,7 @@ def test_a_part_is_given_in_any_unit(tmp_path: Path) -> None:
 
 def test_what_a_fleet_draws_is_in_the_unit_of_the_key() -> None:
     scene = load_scene(
-        'involute_weight_at_sea', duration=60.0, air={'kind': 'route', 'celsius': 20.0}
+        'involute_weight_at_sea', duration=60.0, air={'kind': 'constant', 'celsius': 20.0}
     )
     said: dict[str, object] = {
         'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': '20 um', 'mean': '5 mm'},

@@ -115,7 +115,7 @@ def _valid() -> dict[str, bytes]:
     tautened = scalars(np.array([0], np.int64), SLACK_NAMES, np.array([[1.0, 0.1, 1e-3]]))
     found = {SLACK: encode(SLACK, tautened)[0]}
     # with air, so that the thermometer speaks too
-    air = {'kind': 'route', 'celsius': 20.0}
+    air = {'kind': 'constant', 'celsius': 20.0}
     scene = load_scene('measured', duration=61.0, air=air)
 
     def keep(batches: Any) -> None:

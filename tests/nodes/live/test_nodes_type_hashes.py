@@ -22,7 +22,7 @@ from tauto_nodes.live.node import port
 def test_a_bag_declares_the_type_hashes_that_publishers_offer(
     bench: Bench, tmp_path: Path
 ) -> None:
-    air = {'kind': 'route', 'celsius': 12.0}
+    air = {'kind': 'constant', 'celsius': 12.0}
     sail(load_scene('measured', duration=61.0, air=air), tmp_path / 'bag')
     declared = {
         channel.topic: channel.metadata['topic_type_hash']

@@ -86,7 +86,7 @@ voyage:
 """
 WARMING = (
     IN_A_SLOOP
-    + 'air: {kind: route, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
+    + 'air: {kind: constant, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
 )
 FELT = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
 AT_SEA: dict[str, object] = {

@@ -252,13 +252,9 @@ def _tell(words: str, error: BaseException) -> None:
         typer.echo(f'tauto: {line}', err=True)
 
 
-SMOOTH = (
-    ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` of '
-    '--json, which knows all observations'
-)
 ENTRIES: dict[str, Entry] = {
     'sail': Command(('sail',), shown.voyage, has_scene=True, warns=True, writes=()),
-    'replay': Command(('replay',), shown.voyage, gone={'smooth': SMOOTH}),
+    'replay': Command(('replay',), shown.voyage),
     'scenes': Command(('scenes',), scene.scenes),
     'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),

@@ -64,7 +64,6 @@ class Command:
         instead: options that a command declares in another way; they may be left out.
         holds: whether a result is as it should be; otherwise the exit code is 1.
         run: runs the calls in place of one alone, with what was given.
-        gone: flags that were taken away, with what the refusal says.
         cls: class of the command, where its help is made when it is printed.
     """
 
@@ -77,7 +76,6 @@ class Command:
     instead: Mapping[str, Any] = field(default_factory=dict)
     holds: Callable[[Any], bool] | None = None
     run: Callable[[dict[str, Any]], Any] | None = None
-    gone: Mapping[str, str] = field(default_factory=dict)
     cls: type[TyperCommand] | None = None
 
     @property
@@ -91,13 +89,9 @@ class Command:
         def command(*, as_json: bool = False, **given: Any) -> None:
             self._called({key: each for key, each in given.items() if each is not None}, as_json)
 
-        hidden = {name: typer.Option(f'--{name}', hidden=True) for name in self.gone}
         options = [
             _keyword(name, self.instead[name], None) if name in self.instead else _option(*each)
             for name, each in self.parameters().items()
-        ]
-        options += [
-            _keyword(name, Annotated[bool, hidden[name]], default=False) for name in hidden
         ]
         if self.has_scene:
             options.append(_keyword('settings', Settings, None))
@@ -126,9 +120,6 @@ class Command:
 
     def _called(self, given: dict[str, Any], as_json: bool) -> None:
         """Call with what was given, and print the result."""
-        for name, why in self.gone.items():
-            if given.pop(name):
-                raise UsageError(Argument(name, value=True), why)
         if self.has_scene:
             of_scene = [given.pop(key, None) for key in ('settings', 'duration', 'accuracy')]
             given |= self._unlike_arguments(given_values(*of_scene))

@@ -14,7 +14,7 @@ import typer
 
 from tauto_core.cli.terminal import option, say
 from tauto_core.scene.errors import spelled
-from tauto_core.wording import counted, place, printed, significant
+from tauto_core.wording import counted, left_out, place, printed, significant
 
 if TYPE_CHECKING:
     from tauto_core.bags import Recovered, Soundness
@@ -76,8 +76,8 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
     if made.acts_from_rad is not None and made.plate is None:
         thread = f'a thread of {given["thread_mm"]:g} mm'
         say(f'{thread} bends round the edges up to {made.acts_from_rad:.4g} rad')
-    for file in made.files:
-        say(f'wrote {file}')
+    for each in (*left_out(made.keys_left_out), *(f'wrote {file}' for file in made.files)):
+        say(each)
     if as_json:
         return made.facts()
     if made.plate is not None:
@@ -112,6 +112,7 @@ def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given
     return {
         'nominal_period_s': found.nominal_period_s,
         'rows': [dict(zip(columns, row, strict=True)) for row in rows],
+        'keys_left_out': list(found.keys_left_out),
     }
 
 
@@ -145,8 +146,7 @@ def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
         return found
     rows, lines = found['rows'], []
     for name, length in found.items():
-        # b and b_prime are the old names of h and h_prime
-        if isinstance(length, float) and name[:2] != 'b_' and name != 'ends_s':
+        if isinstance(length, float) and name != 'ends_s':
             words, _unit, unit = name.rpartition('_')
             lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
     heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')

@@ -46,7 +46,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import Argument, PropagationError, TautoError, UsageError, naming
 from tauto_core.scene.times import DAY_S, LOOKAHEAD, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.airs import BoxTemperature, RouteAir
+from tauto_core.ship.airs import BoxTemperature, ConstantAir
 from tauto_core.ship.motions import StillShip
 from tauto_core.voyage import CHUNK, ShipSource, bag_scene
 from tauto_core.wording import span
@@ -373,11 +373,11 @@ def _with(plan: Job, **keys: object) -> Job:
     return replace(plan, scene=plan.scene.model_copy(update=keys))
 
 
-def _steady_air(scene: Scene) -> RouteAir | None:
+def _steady_air(scene: Scene) -> ConstantAir | None:
     """Return air that keeps the clock at the temperature of the departure."""
     if scene.air is None:
         return None
-    return RouteAir(celsius=float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
+    return ConstantAir(celsius=float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
 
 
 def _causes(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias, cast
 import numpy as np
 
 from tauto_core.curves.numerics import QuadratureError, root_of
-from tauto_core.machines.axle_pendulum import AxleRegulator
+from tauto_core.machines.axle_pendulum import AxleClock, AxleRegulator
 from tauto_core.machines.parts import (
     DragKind,
     EscapementKind,
@@ -132,22 +132,19 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
 
 
 def free_swings(
-    scene: SceneParts, amplitudes: Iterable[float], nominal_period_s: float | None = None
+    machine: AnyMachine | InPlaceOfWheel, amplitudes: Iterable[float], nominal_period_s: float
 ) -> Isochronism | DescentIsochronism:
     """Return period and rate of free swings on land, of a trochlea [rad] or a body in a fluid [m].
 
-    SceneError: a machine that cannot be built; UsageError as of `isochronism` and
-    `descent_isochronism`.
+    UsageError as of `isochronism` and `descent_isochronism`.
     """
-    if scene.regulator is None:
-        return isochronism(compile_trochlea(scene), amplitudes, nominal_period_s)
-    if isinstance(scene.regulator, AxleRegulator):
-        clock = scene.regulator.machine(scene.name, scene.g)
-        return clock.isochronism(list(amplitudes), nominal_period_s)
-    from tauto_core.machines.fluid_pendulum import descent_isochronism
+    if isinstance(machine, AxleClock):
+        return machine.isochronism(list(amplitudes), nominal_period_s)
+    if not isinstance(machine, InPlaceOfWheel):
+        return isochronism(machine, amplitudes, nominal_period_s)
+    from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 
-    pendulum = scene.regulator.machine(scene.name, scene.g)
-    return descent_isochronism(pendulum, amplitudes, nominal_period_s)
+    return descent_isochronism(cast(FluidPendulum, machine), amplitudes, nominal_period_s)
 
 
 def compile_ideal(scene: SceneParts) -> Machine:

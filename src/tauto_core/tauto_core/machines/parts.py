@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
@@ -17,7 +17,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, UsageError
 from tauto_core.scene.sections import Kind, NonNegative, Number, Section
 from tauto_core.scene.times import DAY_S
-from tauto_core.wording import printed
+from tauto_core.wording import left_out, printed
 
 # -----------------------------------------------------------------------------
 # What a scene says is wrong with its parts.
@@ -105,13 +105,15 @@ class AmplitudeTable:
 
     Attributes:
         nominal_period_s: time by which the dial advances in a full swing [s].
+        keys_left_out: sections of the scene that have no part in the figures.
     """
 
     nominal_period_s: float
+    keys_left_out: tuple[str, ...] = field(default=(), kw_only=True)
 
     def columns(self) -> dict[str, FloatArray]:
         """Return the arrays, by name."""
-        return {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+        return {name: getattr(self, name) for name in _COLUMNS if hasattr(self, name)}
 
     def __str__(self) -> str:
         table = []
@@ -120,7 +122,8 @@ class AmplitudeTable:
             cells = [heading, *(printed(value, form) for value in column.tolist())]
             table.append([f'{cell:>{width}}' for cell in cells])
         lines = ('  '.join(row) for row in zip(*table, strict=True))
-        return '\n'.join([f'nominal period {self.nominal_period_s:{PERIOD}} s', *lines])
+        head = f'nominal period {self.nominal_period_s:{PERIOD}} s'
+        return '\n'.join([head, *lines, *left_out(self.keys_left_out)])
 
 
 @dataclass(frozen=True, eq=False)

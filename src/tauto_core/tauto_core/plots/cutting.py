@@ -40,7 +40,6 @@ from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.plots.machine import cam_extent
 from tauto_core.scene.errors import Argument, UsageError
-from tauto_core.scene.units import quantity
 from tauto_core.wording import significant
 
 if TYPE_CHECKING:
@@ -114,6 +113,11 @@ class CamOutline:
             return f'<p>{escape(repr(self))}</p>'
         return cam_html(self.scene, len(self.x_m), self.reach_rad, float(self.lever_arm_m[-1]))
 
+    @property
+    def keys_left_out(self) -> tuple[str, ...]:
+        """Sections of the scene that have no part in it: the cam has `trochlea.at_celsius`."""
+        return self.scene.sections_besides()
+
     def columns(self) -> dict[str, FloatArray]:
         """Return the points by column, lengths in millimetres."""
         of_cam = {'angle_rad': self.angle_rad, 'lever_arm_mm': MM_PER_M * self.lever_arm_m}
@@ -126,33 +130,16 @@ class CamOutline:
 
     def facts(self) -> dict[str, object]:
         """Return points and ends for JSON; of a plate, its dimensions and costs."""
+        left_out = {'keys_left_out': list(self.keys_left_out)}
         if self.plate is not None:
-            return self.plate.facts()
+            return self.plate.facts() | left_out
         ends = ('reach_rad', 'acts_from_rad', 'meeting_rad')
         return {
             'scene': self.scene.name,
+            **left_out,
             **{name: getattr(self, name) for name in ends},
             **{name: column.tolist() for name, column in self.columns().items()},
         }
-
-    def write(self, file: str | Path, *, thread_mm: float | str = 0.0) -> CamOutline:
-        """Write the cam to its last point; the arguments are those of `tauto.cam`.
-
-        The ending of the file is .csv, .svg or .dxf.
-        """
-        sizes = {'thread_mm': quantity(thread_mm, 'mm', f'thread_mm = {thread_mm!r}')}
-        files = {drawn_kind(file): Path(file)}
-        return outline_of(self.scene, files, sizes, False, len(self.x_m), self.reach_rad)
-
-
-def drawn_kind(file: str | Path) -> str:
-    """Return what a file is by its ending: csv, svg or dxf; UsageError for another one."""
-    kind = Path(file).suffix.lower().removeprefix('.')
-    if kind not in DRAWN:
-        raise UsageError(
-            Argument('file', file), ': must end in .csv, .svg or .dxf. Name another file'
-        )
-    return kind
 
 
 def check_cut(

@@ -98,7 +98,7 @@ class Scene(Section):
     suspension: Annotated[SuspensionKind, KindIn(SUSPENSIONS, default='axle')] | None = Field(
         default=None, description='mapping: kind, depth, gyration_radius, …'
     )
-    air: Annotated[AirKind, KindIn(AIRS)] | None = Field(
+    air: Annotated[AirKind, KindIn(AIRS, default='constant', by='celsius')] | None = Field(
         default=None, description='mapping with `kind`: temperature of the air and of the clock'
     )
     clock: Clock = Field(
@@ -181,6 +181,17 @@ class Scene(Section):
     def states_accuracy(self) -> bool:
         """Whether the scene states its accuracy."""
         return self.solver is not None and self.solver.accuracy is not None
+
+    def sections_besides(self, *used: str) -> tuple[str, ...]:
+        """Return the sections that the scene sets and a study of its machine does not use.
+
+        The machine and gravity are always used. How the clock is observed, logged and computed
+        (drift, log, solver) changes no rate.
+        """
+        others = 'drag', 'escapement', 'ship', 'suspension', 'air', 'clock', 'voyage'
+        fields = type(self).model_fields
+        is_set = (name for name in others if getattr(self, name) != fields[name].default)
+        return tuple(name for name in is_set if name not in used)
 
     @property
     def g(self) -> float:

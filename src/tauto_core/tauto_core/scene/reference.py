@@ -334,7 +334,7 @@ _LEFT_OUT: dict[str, Any] = {
     'trochlea.power.material': 'steel',
     'trochlea.compensation': {'takes': -10.7, 'leaves': -0.01},
     'drag.oil': 'sperm',
-    'air': {'kind': 'route', 'celsius': 15.0},
+    'air': {'kind': 'constant', 'celsius': 15.0},
     'escapement.train': {'fall': 0.1, 'impulses': 86400, 'energy': 1.5e-4},
     'escapement.rest': {'friction': 1e-6},
     'ship.rao': {'path': 'shipped:supply_rao/supply_rao.csv', 'heading': 1.75},

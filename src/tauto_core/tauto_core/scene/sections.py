@@ -157,10 +157,12 @@ class KindIn:
     Attributes:
         folder: name of the package.
         default: kind of a mapping that does not name one; None if it must.
+        by: key that such a mapping must have.
     """
 
     folder: str
     default: str | None = None
+    by: str | None = None
 
     @property
     def models(self) -> tuple[type[Kind], ...]:
@@ -180,7 +182,7 @@ class KindIn:
         return handler.generate_schema(union)
 
     def _with_default(self, value: object) -> object:
-        if isinstance(value, dict) and 'kind' not in value:
+        if isinstance(value, dict) and 'kind' not in value and self.by in (None, *value):
             return {'kind': self.default, **cast(dict[str, object], value)}
         return value
 

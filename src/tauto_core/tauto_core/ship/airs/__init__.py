@@ -265,6 +265,26 @@ def zonal_celsius(latitude_deg: FloatArray, year_part: FloatArray) -> FloatArray
 # Air by the places of the voyage.
 
 
+class ConstantAir(AirKind):
+    """Air of one temperature, as in a room or in harbour."""
+
+    rank = 0
+    starter: ClassVar[Mapping[str, Any]] = {'celsius': 15.0}
+
+    kind: Literal['constant'] = 'constant'
+    celsius: Number = Field(description='temperature of the air, -60 to 60 [°C]')
+
+    def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
+        """Return one time, and the temperature."""
+        del scene
+        return np.zeros(1, np.int64), np.array([self.celsius])
+
+    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
+        """Yield a problem where no air is so cold or warm."""
+        del scene
+        yield from implausible_celsius('air.celsius', self.celsius)
+
+
 class AirAt(Section):
     """The temperature of the air where the ship is at a place of the voyage."""
 
@@ -283,7 +303,7 @@ class RouteAir(AirKind):
     """
 
     rank = 1
-    starter: ClassVar[Mapping[str, Any]] = {'celsius': 15.0}
+    starter: ClassVar[Mapping[str, Any]] = {'at': ({'waypoint': 0, 'celsius': 15.0},)}
 
     kind: Literal['route'] = 'route'
     at: tuple[AirAt, ...] | None = Field(
@@ -291,16 +311,10 @@ class RouteAir(AirKind):
         description='list of {waypoint, celsius}, in the order of the voyage; when left out: by '
         'latitude and month, from voyage.date',
     )
-    celsius: Number | None = Field(
-        default=None,
-        description='one temperature in place of the list, for a clock in harbour too, -60 to 60 '
-        '[°C]',
-    )
 
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
         """Return the times at the named places, or of the climate, and the temperatures then."""
-        if self.celsius is not None or scene.voyage is None:
-            return np.zeros(1, np.int64), np.array([self.celsius], np.float64)
+        assert scene.voyage is not None  # `problems`
         passage = Passage(scene, scene.voyage)
         if self.at is not None:
             return (
@@ -318,41 +332,21 @@ class RouteAir(AirKind):
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
         """Yield the problems of its places and temperatures."""
         voyage, at = scene.voyage, self.at
-        if self.celsius is not None:
-            yield from implausible_celsius('air.celsius', self.celsius)
-        bare = self.celsius is None and at is None
-        lacks = (
-            'is needed: air gives no temperatures, and {}, from which latitude and month would '
-            'follow'
-        )
         yield from problems_where(
             (
-                self.celsius is not None and at is not None,
-                'air.celsius',
-                self.celsius,
-                'does not go with at',
-                'Leave one of them out.',
+                voyage is None,
+                'air.kind',
+                self.kind,
+                'is the air by the places of a voyage, and the scene has none',
+                'Write `kind: constant, celsius: …` for a clock in harbour, or `voyage: …`.',
             ),
             (
-                bare and voyage is None,
-                'air.celsius',
-                ABSENT,
-                lacks.format('there is no voyage'),
-                'Write `celsius: …` [°C].',
-            ),
-            (
-                bare and voyage is not None and voyage.date is None,
+                at is None and voyage is not None and voyage.date is None,
                 'voyage.date',
                 ABSENT,
-                lacks.format('voyage.date is missing'),
+                'is needed: air gives no temperatures, and voyage.date is missing, from which '
+                'latitude and month would follow',
                 'Write the day on which she sails, `date: 1761-11-18`, or `air.at: …`.',
-            ),
-            (
-                at is not None and voyage is None,
-                'air.at',
-                ABSENT,
-                'names places of a voyage, and the scene has none',
-                'Write `celsius: …` for a clock in harbour, or `voyage: …`.',
             ),
             (at == (), 'air.at', ABSENT, 'is empty', 'Name at least one place.'),
         )
@@ -622,4 +616,4 @@ class LogAir(AirKind):
             )
 
 
-KINDS = (RouteAir, RecordAir, LogAir)
+KINDS = (ConstantAir, RouteAir, RecordAir, LogAir)
