@@ -21,6 +21,7 @@ from tauto_core.ensembles.trials import Rules, Sailing, TriedClock, _content, sa
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError
+from tauto_core.ship import ShipMotion
 from tauto_core.ship.logbook import read_passages
 from tauto_core.voyage import sail
 
@@ -89,6 +90,26 @@ def test_clocks_in_one_sea_have_the_figures_of_those_alone():
     assert together == [figures(sail_together([each])[0]) for each in entries]
     assert together[1]['error_s'] == sail(entries[1].scene).result['clock']['error_s']
     assert len({row['error_s'] for row in together}) == 6
+
+
+def test_a_force_that_no_clock_feels_is_not_computed(monkeypatch):
+    """A wheel under a force feels the roll alone, one under a weight the heave too."""
+    asked, sensed = [], ShipMotion._sensed
+
+    def spied(motion, stamps, first, turning, felt):
+        asked.append(felt)
+        return sensed(motion, stamps, first, turning, felt)
+
+    monkeypatch.setattr(ShipMotion, '_sensed', spied)
+    force = load_scene('second_cam_at_sea', duration=120.0)
+    weight = load_scene('involute_weight_at_sea', duration=120.0)
+    for clocks, felt in (
+        ([force, force.model_copy(update={'name': 'other'})], {False}),
+        ([force, weight], {False, True}),
+    ):
+        sail_together(make_entries(clocks, ship_of=force, cases='without'))
+        assert set(asked) == felt
+        asked.clear()
 
 
 def test_what_stops_a_case_stops_all_clocks_in_it():

@@ -577,9 +577,10 @@ class Sea:
         chunk = voyage.CHUNK if as_messages else voyage.QUIET_CHUNK
         if any(each.scene.suspension is not None for each in afloat):
             chunk = voyage.HUNG_CHUNK
+        asked = set[str]()
         while source.produced < source.total:
             batches = source.produce(chunk)
-            imu = kept(cast(Sensed, batches[SHIP_IMU]))
+            imu = kept(cast(Sensed, batches[SHIP_IMU]), asked)
             said = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
             for integrals in self._integrals.values():
                 integrals.take(said)

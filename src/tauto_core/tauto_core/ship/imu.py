@@ -301,12 +301,21 @@ def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, Im
         yield slice(None), imu
 
 
-def kept(imu: Sensed) -> Sensed:
-    """Return the same samples, whose readings are computed once however many clocks ask."""
+def kept(imu: Sensed, asked: set[str]) -> Sensed:
+    """Return the same samples, whose readings are computed once however many clocks ask.
+
+    `asked` holds the channels for which clocks asked in earlier samples, and takes those for which
+    they ask now: a force that no clock feels is not computed.
+    """
     if isinstance(imu, ImuSamples):
         return imu
-    whole = cache(lambda: message(imu))
-    return replace(imu, samples=lambda _, __, rows: take(whole(), rows))
+    whole = cache(lambda turning, felt: imu.samples(turning, felt, slice(None)))
+
+    def samples(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+        asked.update(['turning'] * turning, ['felt'] * felt)
+        return take(whole('turning' in asked, 'felt' in asked), rows)
+
+    return replace(imu, samples=samples)
 
 
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
