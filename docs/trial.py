@@ -21,12 +21,13 @@ from PIL.PngImagePlugin import PngInfo
 
 from tauto_core.ensembles.answers import (
     QUANTILES,
+    WAYS,
     ClockAnswers,
     Part,
     Prize,
     TrialAnswers,
     answers_of,
-    size_nmi,
+    sizes_nmi,
 )
 from tauto_core.ensembles.rows import Store
 from tauto_core.ensembles.trials import COLUMNS, Choice, Rules, Sailed, Trial, TriedClock
@@ -251,7 +252,7 @@ def passage_rows(sailed: Sailed, answers: TrialAnswers) -> list[list[str]]:
     rows = [['passage', 'from', 'to', 'days', *heads]]
     for passage in sailed.trial.passages:
         ends = [place(*passage.entries[end][1:3]) for end in (0, -1)]
-        sizes = [size_nmi(voyages[passage.name, clock], way) for clock, way in columns]
+        sizes = [sizes_nmi([voyages[passage.name, clock]], WAYS[way])[0] for clock, way in columns]
         cells = ['stopped' if size == float('inf') else figure(size, 'nmi') for size in sizes]
         cells = [cell.replace(',', '') for cell in cells]
         rows.append([passage.name, *ends, f'{passage.days:.0f}', *cells])

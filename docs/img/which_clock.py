@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauto_core.ensembles.answers import distances, shares_within
+from tauto_core.ensembles.answers import ERRORS, shares_within, sizes_nmi
 from tauto_core.ensembles.fleets import Fleet, Plan, sail_fleet
+from tauto_core.ensembles.rows import has_arrived
 from tauto_core.ensembles.workers import Crew
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS
@@ -122,7 +123,7 @@ def table(fleets: dict[str, Fleet]) -> str:
 
 def _stated(fleet: Fleet, clock: str) -> str:
     """Return the cells about the standard deviation that navigators state; dials state none."""
-    arrived = [row for row in fleet.rows if row['failure'] is None]
+    arrived = list(filter(has_arrived, fleet.rows))
     if clock == 'raw' or not arrived:
         return '– | –'
     error, sigma = (
@@ -138,8 +139,8 @@ def figure_of(fleets: dict[str, Fleet]) -> Figure:
     axes = figure.subplots()
     for fleet, clock, name, colour in LINES:
         rows = fleets[fleet].rows
-        arrived = [row for row in rows if row['failure'] is None]
-        sizes = np.sort(distances(arrived, clock))
+        sizes = np.sort(sizes_nmi(rows, ERRORS[clock]))
+        sizes = sizes[np.isfinite(sizes)]
         shares = 100.0 * np.arange(len(sizes) + 1) / len(rows)
         dash = '--' if clock == 'raw' else '-'
         steps = np.concatenate([[0.0], sizes, [MOST_NMI]]), np.append(shares, shares[-1])

@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import comparison_table, failures
-from tauto_core.ensembles import comparison
+from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.comparison import Comparison, Row, Stop
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.plots.ensembles import draw_comparison, side_by_side
@@ -154,7 +154,7 @@ def test_the_figure_shows_what_the_act_allows_only_where_it_judges() -> None:
 
 def test_a_clock_whose_processes_died_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     lost: Ended[Row] = Ended(0, None, WorkerError('its process died four times'))
-    monkeypatch.setattr(comparison, 'run_each', lambda *_: (each for each in [lost]))
+    monkeypatch.setattr(stored, 'run_each', lambda *_: (each for each in [lost]))
     result = tauto(*CHEAP)
     assert (result.exit_code, result.stdout) == (1, '')
     assert 'second_cam_at_sea: its process died four times' in result.stderr

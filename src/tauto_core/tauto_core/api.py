@@ -1024,10 +1024,10 @@ def fleet(
             raise UsageError(f'vary = {vary!r}: must be a mapping of keys, or a file. Write {{…}}')
         draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary', loaded), 'vary'
     count, where = whole('ships', ships), None if out is None else path('out', out)
-    plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by)
+    plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by, anyway)
     for warning in plan.warnings:
         _tell(warning)
-    found = fleets.sail_fleet(plan, crew, where, _counted(progress, count), anyway=anyway)
+    found = fleets.sail_fleet(plan, crew, where, _counted(progress, count))
     for each in drawn:
         from tauto_core.plots.ensembles import draw_fleet
 

@@ -239,10 +239,11 @@ class Summary:
         voyage is compared with the mean rate since the start. Where the rate of the dial walks at
         random its departure from that mean is part of the standard deviation.
         `rate_compared_s_per_day` is the mean, and `rate_compared_from_s` when it begins, from the
-        first reading. All three are left out where there is only one instant.
+        first reading. All three are left out where there is only one instant. A clock that stopped
+        has no drift.
         """
         last, clock = self._last.get(ESTIMATE), self.clock()
-        if last is None:
+        if last is None or self._has_stopped:
             return {}
         found = _named(last)
         if clock:
@@ -413,15 +414,11 @@ SIGNS = (
 
 
 def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
-    """Return the groups of a result: name and rows; those without a section are left out.
-
-    Of a clock that stopped there is no drift.
-    """
-    stopped = (result.get('trochlea') or {}).get('stopped_s') is not None
+    """Return the groups of a result: name and rows; those without a section are left out."""
     return [
         (name, rows(content))
         for name, section, rows in _GROUPS
-        if (content := result.get(section)) and not (stopped and section == 'drift')
+        if (content := result.get(section))
     ]
 
 

@@ -121,6 +121,7 @@ def test_of_a_clock_that_stopped_for_good_no_rate_is_stated(name, keys):
         'its swing had died away',
     )
     assert report['clock']['rate_s_per_day'] is None
+    assert report['drift'] == {}
     assert report['longitude']['projection'] == []
     assert report['longitude']['not_projected'] == 'the clock stopped'
     assert not any(unit == 's/day' for _, rows in groups(report) for *_, unit in rows)

@@ -11,8 +11,8 @@ from tauto_core.ensembles.comparison import (
     PIECES,
     Entry,
     ErrorTrace,
-    _in_one_sea,
     compare,
+    in_one_sea,
     make_entries,
     on_passage_of,
     sail_together,
@@ -127,18 +127,18 @@ def test_what_stops_a_case_stops_all_clocks_in_it():
 
 def test_clocks_are_dealt_out_where_there_are_fewer_seas_than_processes(pair):
     entries = make_entries(('clock_involute_weight', 'clock_second_cam_force'), duration=600.0)
-    assert [len(each) for each in _in_one_sea(entries, 1)] == [4]
-    dealt = _in_one_sea(entries, 3)
+    assert [len(each) for each in in_one_sea(entries, 1)] == [4]
+    dealt = in_one_sea(entries, 3)
     assert [len(each) for each in dealt] == [2, 1, 1]
-    assert sorted(place for places in dealt for place in places) == [0, 1, 2, 3]
-    assert [len(each) for each in _in_one_sea(pair, 2)] == [1, 1]  # ships of two rolls
+    assert sorted(place for sea in dealt for place, _ in sea) == [0, 1, 2, 3]
+    assert [len(each) for each in in_one_sea(pair, 2)] == [1, 1]  # ships of two rolls
 
 
 def test_the_dearest_begin():
     """Steps of a lever cost most, of a swinging thread least (benchmarks/voyage_cost.json)."""
     entries = make_entries(('clock_cheek_weight', 'clock_hanging_thread', 'clock_sully_lever'))
-    (order,) = _in_one_sea(entries, 1)
-    names = [(entries[place].scene.name, entries[place].hung) for place in order]
+    (order,) = in_one_sea(entries, 1)
+    names = [(each.scene.name, each.hung) for _, each in order]
     clocks = ['clock_sully_lever', 'clock_cheek_weight', 'clock_hanging_thread']
     assert names == [(clock, hung) for hung in (True, False) for clock in clocks]
 
@@ -166,6 +166,7 @@ def test_a_clock_whose_swing_dies_away_counts_as_stopped(pair, monkeypatch):
     assert row.stopped.at_s == 12.5
     assert row.stopped.why == 'after 12.5 seconds: its swing had died away'
     assert row.rate_s_per_day == -5.0
+    assert row.rate_spread_s_per_day is None
 
 
 def test_a_scene_that_cannot_sail_ends_all(pair):

@@ -28,7 +28,7 @@ from tauto_core.ensembles.fleets import (
 )
 from tauto_core.ensembles.rows import FIGURES, FleetError, Store
 from tauto_core.ensembles.workers import Crew, Ended, WorkerError
-from tauto_core.plots.ensembles import draw_fleet, fleet_figure
+from tauto_core.plots.ensembles import fleet_figure
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
 
@@ -87,11 +87,11 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     sail_fleet(plan(2), Crew(1), folder)
     sailed = []
 
-    def counted(plan, number, progress, **how):
+    def counted(plan, number, progress):
         sailed.append(number)
         if number == 4:
             raise KeyboardInterrupt
-        return sail_ship(plan, number, progress, **how)
+        return sail_ship(plan, number, progress)
 
     monkeypatch.setattr(fleets, 'sail_ship', counted)
     with pytest.raises(KeyboardInterrupt):
@@ -429,14 +429,19 @@ def row(number, error, **values):
         'error_nmi': error,
         'unchecked_days': 42.0,
         'failure': None,
+        'stopped_s': None,
     } | values
 
 
 def test_shares_have_wilsons_interval():
     """Wilson's formula is (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
-    rows = [row(k, -float(k)) for k in range(100)] + [row(100, 0.0, failure='lost')]
-    found = statistics_of(rows).within['corrected'][0]
-    n, k, z = 101, 31, 1.959963984540054
+    rows = [row(k, -float(k)) for k in range(100)]
+    # a clock that stopped has no longitude, as one whose motion an event ended
+    rows += [row(100, 0.0, failure='lost'), row(101, 0.0, stopped_s=9.0)]
+    answers = statistics_of(rows)
+    assert answers.failures == {'lost': 1, 'the clock stopped': 1}
+    found = answers.within['corrected'][0]
+    n, k, z = 102, 31, 1.959963984540054
     p = k / n
     middle = (p + z * z / (2 * n)) / (1 + z * z / n)
     half = z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n)) / (1 + z * z / n)
@@ -493,11 +498,3 @@ def test_a_tolerance_that_turns_the_error_either_way_is_seen():
     (found,) = statistics_of(rows, [key]).influences
     assert found.raw == found.corrected == pytest.approx(1.0, abs=1e-12)
     assert abs(found.corrected_size) < 0.05
-
-
-def test_a_fleet_is_drawn(alone, tmp_path):
-    for name in ('fleet.svg', 'fleet.png'):
-        draw_fleet(alone, tmp_path / name)
-        assert (tmp_path / name).stat().st_size > 5000
-    words = (tmp_path / 'fleet.svg').read_text()
-    assert words.startswith('<?xml')

@@ -9,7 +9,7 @@ from trial_examples import CLOCK, LOG, OTHER, clock, write_log
 
 from tauto_core import voyage
 from tauto_core.ensembles import trials, workers
-from tauto_core.ensembles.comparison import on_passage_of, regulated
+from tauto_core.ensembles.comparison import Sea, on_passage_of, regulated, with_rate
 from tauto_core.ensembles.rows import FIGURES
 from tauto_core.ensembles.trials import (
     Choice,
@@ -125,6 +125,17 @@ def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):
     assert trial.rules.clocks[1].covariates == ()
     assert 'no rate equation fits' in trial.rules.clocks[1].why_unsensed
     assert alone.rows[1]['sensed_error_nmi'] is None
+
+
+def test_a_sea_that_cannot_be_sampled_is_named_by_its_clock_and_passage(trial):
+    """The sea is made of the scene that needs the most samples, here that of the second clock."""
+    scene, _ = trial.rules.scene(trial.rules.clocks[1], Sailing(0, trial.passages[0]))
+    hung = load_scene('suspended_weight_at_sea').suspension
+    slow = with_rate(scene.model_copy(update={'suspension': hung}), 0.05)
+    fixed = slow.model_copy(update={'suspension': None})
+    with pytest.raises(SceneError) as refused:
+        Sea([fixed, slow], ['one.yaml', 'other.yaml, passage 3'])
+    assert str(refused.value).startswith('other.yaml, passage 3: ship.')
 
 
 def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):

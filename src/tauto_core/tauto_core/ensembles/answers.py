@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.ensembles.rows import Rows
+from tauto_core.ensembles.rows import Rows, has_arrived
 from tauto_core.ensembles.trials import Sailed, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
@@ -42,7 +42,9 @@ estimated drift.
 
 @dataclass(frozen=True)
 class Within:
-    """Share of all ships whose longitude was within a limit; a ship that failed counts as outside.
+    """Share of all ships whose longitude was within a limit.
+
+    One that failed, or whose clock stopped, counts as outside.
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
@@ -91,7 +93,7 @@ class Answers:
 
     Attributes:
         ships: number of ships that sailed.
-        failures: reasons for which voyages ended early, with their numbers.
+        failures: reasons for which voyages ended early, or clocks stopped, with their numbers.
         unchecked_days: the least and the most time for which a clock had not been checked when
             its longitude was judged; None if no ship arrived.
         within: for each clock (`ERRORS`), one entry for each limit of the Act of 1714. None where
@@ -150,20 +152,18 @@ class Answers:
 
 def statistics_of(rows: Sequence[dict[str, Any]], drawn: Iterable[str] = ()) -> Answers:
     """Return the statistics of a fleet from its rows, at least one, and the keys drawn for it."""
-    arrived = Rows(row for row in rows if row['failure'] is None)
-    errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
-    sizes = {name: distances(arrived, name) for name in ERRORS}
-    unchecked = [row['unchecked_days'] for row in arrived]
-    judged = bool(arrived) and min(unchecked) >= LEAST_UNCHECKED_DAYS
+    arrived = Rows(filter(has_arrived, rows))
+    errors = {name: np.array(arrived.column(key)) for name, key in ERRORS.items()}
+    unchecked = arrived.column('unchecked_days')
+    judged = bool(unchecked) and min(unchecked) >= LEAST_UNCHECKED_DAYS
+    stopped = sum(row['stopped_s'] is not None for row in rows)
+    failures = failures_of(rows) + Counter({'the clock stopped': stopped})
     return Answers(
         ships=len(rows),
-        failures=dict(failures_of(rows).most_common()),
-        unchecked_days=(min(unchecked), max(unchecked)) if arrived else None,
+        failures=dict(failures.most_common()),
+        unchecked_days=(min(unchecked), max(unchecked)) if unchecked else None,
         within={name: shares_within(rows, name) for name in ERRORS} if judged else None,
-        quantiles_nmi={
-            name: np.quantile(size, QUANTILES).tolist() if len(size) else None
-            for name, size in sizes.items()
-        },
+        quantiles_nmi={name: _quantiles(np.abs(error)) for name, error in errors.items()},
         influences=_influences(drawn, arrived, errors),
     )
 
@@ -173,19 +173,31 @@ def failures_of(rows: Iterable[Mapping[str, Any]]) -> Counter[str]:
     return Counter(row['failure'] for row in rows if row['failure'] is not None)
 
 
-def distances(rows: Sequence[dict[str, Any]], clock: str) -> FloatArray:
-    """Return the distances of the ships' longitudes from the truth by a clock of ERRORS [nmi]."""
-    return np.abs(np.array([row[ERRORS[clock]] for row in rows], np.float64))
+def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
+    """Return the sizes of errors [nmi]; infinite where a clock did not arrive, or has none."""
+    sizes = (
+        abs(row[column]) if has_arrived(row) and row[column] is not None else math.inf
+        for row in rows
+    )
+    return np.fromiter(sizes, np.float64)
 
 
-def shares_within(rows: Sequence[dict[str, Any]], clock: str) -> list[Within]:
+def _quantiles(sizes: FloatArray) -> list[float] | None:
+    """Return the quantiles of the sizes that are finite; None if there are none."""
+    finite = sizes[np.isfinite(sizes)]
+    return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
+
+
+def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Within]:
     """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
-    sizes = distances(Rows(row for row in rows if row['failure'] is None), clock)
-    found = []
-    for limit_nmi, _ in AWARDS:
-        count = int(np.count_nonzero(sizes <= limit_nmi))
-        found.append(Within(limit_nmi, count, count / len(rows), *wilson(count, len(rows))))
-    return found
+    return _shares(sizes_nmi(rows, ERRORS[clock]))
+
+
+def _shares(sizes: FloatArray) -> list[Within]:
+    """Return the shares of sizes within each limit of the Act."""
+    counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
+    total = len(sizes)
+    return [Within(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
@@ -465,13 +477,6 @@ def _voyage(row: dict[str, Any], passage: LoggedPassage) -> dict[str, Any]:
     }
 
 
-def size_nmi(row: dict[str, Any], way: str) -> float:
-    """Return the size of an error, infinite where there is none [nmi]."""
-    error = row[WAYS[way]]
-    stopped = row['failure'] is not None or row['stopped_s'] is not None
-    return math.inf if stopped or error is None else abs(error)
-
-
 def _way(
     rows: Sequence[dict[str, Any]],
     way: str,
@@ -481,27 +486,27 @@ def _way(
 ) -> WayAnswers:
     logged = {row['passage']: row for row in rows if row['drawn'] == 'log'}
     tried = [row for name, row in logged.items() if name in judged]
-    sizes = np.array([size_nmi(row, way) for row in logged.values()])
-    finite = sizes[np.isfinite(sizes)]
-
-    def part(name: str, of: Callable[[LoggedPassage], str]) -> Part:
-        found = [size_nmi(row, way) for row in tried if of(passages[row['passage']]) == name]
-        arrived = [size for size in found if math.isfinite(size)]
-        within = [sum(size <= limit for size in found) for limit, _ in AWARDS]
-        return Part(name, len(found), within, float(np.median(arrived)) if arrived else None)
 
     def parts(of: Callable[[LoggedPassage], str]) -> list[Part]:
-        names = sorted({of(passages[row['passage']]) for row in tried})
-        return [part(name, of) for name in names]
+        groups: dict[str, list[dict[str, Any]]] = {}
+        for row in tried:
+            groups.setdefault(of(passages[row['passage']]), []).append(row)
+        return [_part(name, sizes_nmi(groups[name], WAYS[way])) for name in sorted(groups)]
 
     return WayAnswers(
         prizes=list(_prizes(rows, tried, way, passages, local_time_s)),
-        quantiles_nmi=np.quantile(finite, QUANTILES).tolist() if len(finite) else None,
+        quantiles_nmi=_quantiles(sizes_nmi(logged.values(), WAYS[way])),
         wind_nmi=_changes(rows, logged, way, 'wind'),
         hull_nmi=_changes(rows, logged, way, 'hull'),
         seasons=parts(season_of),
         oceans=parts(ocean_of_passage),
     )
+
+
+def _part(name: str, sizes: FloatArray) -> Part:
+    arrived = sizes[np.isfinite(sizes)]
+    within = [int(np.count_nonzero(sizes <= limit)) for limit, _ in AWARDS]
+    return Part(name, len(sizes), within, float(np.median(arrived)) if len(arrived) else None)
 
 
 def _prizes(
@@ -516,27 +521,30 @@ def _prizes(
     from scipy.special import ndtr
 
     names = {row['passage'] for row in tried}
-    sizes = np.array([size_nmi(row, way) for row in tried])
+    sizes = sizes_nmi(tried, WAYS[way])
     latitudes = np.radians([passages[row['passage']].entries[-1][1] for row in tried])
     sights = np.maximum(ARCMIN_PER_S * local_time_s * np.cos(latitudes), 1e-9)
-    for limit, pounds in AWARDS:
-        count = int(np.count_nonzero(sizes <= limit))
-        share = count / len(sizes)
-        low, high = wilson(count, len(sizes))
+    draws: dict[str, dict[int, list[dict[str, Any]]]] = {'wind': {}, 'hull': {}}
+    for row in rows:
+        if row['drawn'] in draws and row['passage'] in names:
+            draws[row['drawn']].setdefault(row['draw'], []).append(row)
+    for found, (limit, pounds) in zip(_shares(sizes), AWARDS, strict=True):
         # the share of a normal error about each clock's own
-        found = ndtr((limit - sizes) / sights) - ndtr((-limit - sizes) / sights)
-
-        def spread(drawn: str, limit: float = limit, share: float = share) -> float | None:
-            draws: dict[int, list[bool]] = {}
-            for row in rows:
-                if row['drawn'] == drawn and row['passage'] in names:
-                    draws.setdefault(row['draw'], []).append(size_nmi(row, way) <= limit)
-            apart = [float(np.mean(each)) - share for each in draws.values()]
-            return float(np.sqrt(np.mean(np.square(apart)))) if apart else None
-
-        expected = float(np.mean(found))
+        chance = ndtr((limit - sizes) / sights) - ndtr((-limit - sizes) / sights)
+        spreads = []
+        for drawn in draws.values():
+            shares = [np.mean(sizes_nmi(each, WAYS[way]) <= limit) for each in drawn.values()]
+            apart = np.square(np.array(shares) - found.share)
+            spreads.append(float(np.sqrt(np.mean(apart))) if shares else None)
         yield Prize(
-            limit, pounds, count, share, low, high, expected, spread('wind'), spread('hull')
+            limit,
+            pounds,
+            found.ships,
+            found.share,
+            found.low,
+            found.high,
+            float(np.mean(chance)),
+            *spreads,
         )
 
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
-from contextlib import closing, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from itertools import starmap
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -24,7 +24,8 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.curves.cams.corrected import Evened, Pulled
 from tauto_core.curves.materials import material
-from tauto_core.ensembles.workers import Crew, run_each
+from tauto_core.ensembles.rows import Voyages, sail
+from tauto_core.ensembles.workers import Crew
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
     AnyMachine,
@@ -415,22 +416,34 @@ def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
     return jobs
 
 
+_NumberedJob: TypeAlias = tuple[int, str, Job]
+
+
+def case_of(voyage: _NumberedJob) -> str:
+    """Return what is switched off or tried in a job, in words; empty for the whole."""
+    _, name, _ = voyage
+    return f'with {name}' if ' = ' in name else f'without {name}' if name else ''
+
+
+def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[dict[str, Any]]:
+    """Return the row of a job: the frequencies of its stretches."""
+    number, _, job = voyage
+    try:
+        return [{'ship': number, 'per_s': swings_a_second(job, progress).tolist()}]
+    except PropagationError as error:
+        case = case_of(voyage)
+        error.add_note(f'That happened {case}.' if case else 'Nothing was left out.')
+        raise
+
+
 def _sailed(
-    jobs: dict[str, Job], crew: Crew, progress: Callable[[float], None] | None
+    jobs: Mapping[str, Job], crew: Crew, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
     """Return the frequencies of each job by its name, from all processes."""
-    names, found = list(jobs), dict[str, FloatArray]()
-    with closing(run_each(swings_a_second, list(jobs.values()), crew, progress)) as ended:
-        for each in ended:
-            if isinstance(each.error, PropagationError):
-                name = names[each.place]
-                case = f'with {name}' if ' = ' in name else f'without {name}' if name else ''
-                each.error.add_note(f'That happened {case}.' if case else 'Nothing was left out.')
-            if each.error is not None:
-                raise each.error
-            assert each.result is not None
-            found[names[each.place]] = each.result
-    return found
+    plan = Voyages(sail_job, [(k, *each) for k, each in enumerate(jobs.items())], case_of)
+    done = None if progress is None else lambda count: progress(count / len(jobs))
+    rows = sail(plan, crew, None, done)
+    return dict(zip(jobs, map(np.array, rows.column('per_s')), strict=True))
 
 
 def _sigma(rates: FloatArray) -> float | None:

@@ -9,19 +9,19 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Literal, TypeAlias, cast
+from typing import Any, Literal, TypeAlias, cast
 
 import numpy as np
 
 from tauto_core import voyage
 from tauto_core.checks.cost import step_ns, work_s
 from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.ensembles.rows import figures_of
-from tauto_core.ensembles.workers import Crew, WorkerError, run_each
+from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
+from tauto_core.ensembles.workers import Crew
 from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
@@ -425,7 +425,7 @@ class Row:
         propagator: name of the propagator that computed its motion.
         rate_s_per_day: mean rate over the run.
         rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
-            of the comparison), up to the event for a clock that stopped.
+            of the comparison); None for a clock that stopped.
         error_s: reading less true time at the end.
         raw_error_nmi: error to the east by the reading alone, the dial as the scene sets it.
         error_nmi: error to the east by the reading corrected for the rate observed in port.
@@ -515,40 +515,57 @@ def compare(
     otherwise than by an event in its motion ends the comparison with its TautoError. `progress` is
     called with the fraction done, from 0 to 1.
     """
-    began = time.perf_counter()
-    works_s = []
+    began, works_s = time.perf_counter(), []
     for entry in entries:
         with naming(entry.origin, entry.scene.name):
             works_s.append(work_s(entry.scene))
     crew = Crew(jobs).for_work(works_s)
-    fleets = _in_one_sea(entries, crew.jobs)
-    together = [[entries[place] for place in places] for places in fleets]
-    rows: dict[int, Row] = {}
-    with closing(run_each(sail_together, together, crew, progress)) as ended:
-        for each in ended:
-            places = fleets[each.place]
-            if isinstance(each.error, WorkerError):
-                names = ', '.join(entries[place].scene.name for place in places)
-                raise WorkerError(f'{names}: {each.error}') from None
-            if each.error is not None:
-                raise each.error
-            assert each.result is not None
-            rows |= dict(zip(places, each.result, strict=True))
+    seas = in_one_sea(entries, crew.jobs)
+    plan = Voyages(sail_sea, seas, lambda sea: ', '.join(entry.scene.name for _, entry in sea))
+    done = None if progress is None else lambda count: progress(count / len(seas))
+    rows = [row['row'] for row in sail(plan, crew, None, done)]
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
-    in_order = [rows[k] for k in range(len(entries))]
-    return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, in_order)
+    return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, rows)
+
+
+def in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[tuple[int, Entry]]]:
+    """Return the entries that sail together, with their places, the costliest first.
+
+    Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
+    """
+    seas: dict[str, list[tuple[int, Entry]]] = {}
+    # the swing of a suspended case costs more than any kind of thread
+    costs = [(entry.hung, step_ns(entry.scene)) for entry in entries]
+    for place in sorted(range(len(entries)), key=costs.__getitem__, reverse=True):
+        sea = repr(_passage(entries[place].scene))
+        seas.setdefault(sea, []).append((place, entries[place]))
+    parts = math.ceil(jobs / len(seas))
+    return [sea[k::parts] for sea in seas.values() for k in range(parts) if sea[k:]]
+
+
+def sail_sea(voyage: Sequence[tuple[int, Entry]], progress: Progress) -> list[dict[str, Any]]:
+    """Return the rows of entries, each as one value with its place."""
+    rows = sail_together([entry for _, entry in voyage], progress)
+    return [{'ship': place, 'row': row} for (place, _), row in zip(voyage, rows, strict=True)]
 
 
 class Sea:
     """The sea of a voyage, with what its clocks share: the motion of the ship and what they feel.
 
     It is that of the scene which needs the most samples: a hung case needs some beyond the end.
+
+    Args:
+        scenes: scenes of the clocks.
+        origins: their files or names, for errors.
     """
 
-    def __init__(self, scenes: Sequence[Scene]) -> None:
-        self._scene = max(scenes, key=lambda scene: scene.samples_beyond_end)
-        self.motion, self.buffers = ShipMotion(self._scene), SharedBuffers()
+    def __init__(self, scenes: Sequence[Scene], origins: Sequence[str]) -> None:
+        named = zip(scenes, origins, strict=True)
+        self._scene, origin = max(named, key=lambda each: each[0].samples_beyond_end)
+        with naming(origin, self._scene.name):
+            self.motion = ShipMotion(self._scene)
+        self.buffers = SharedBuffers()
         self._integrals: dict[tuple[object, ...], SharedIntegrals] = {}
 
     def integrals(self, scene: Scene) -> SharedIntegrals:
@@ -600,23 +617,22 @@ class Afloat:
 
     Args:
         scene: its scene.
+        origin: its file or name, for errors.
         sea: which all share.
         rated: whether the dial is regulated for its start (`regulated`).
 
     Attributes:
-        events: errors that end its motion alone; others end the voyage of all.
         ended: the event that ended it; None: it goes.
         at_end: whether the clock says no more.
         run_s: its own processor time [s].
     """
 
-    events: ClassVar[type[TautoError]] = TautoError
-
-    def __init__(self, scene: Scene, sea: Sea, *, rated: bool = False) -> None:
+    def __init__(self, scene: Scene, origin: str, sea: Sea, *, rated: bool = False) -> None:
         self.ended: TautoError | None = None
         self.at_end = False
         began = time.thread_time()
-        machine, _ = check_scene(scene, sea.motion)
+        with naming(origin, scene.name):
+            machine, _ = check_scene(scene, sea.motion)
         self.scene = regulated(scene, machine) if rated else scene
         self._stages = voyage.pipeline(self.scene, machine, sea.buffers)
         self.summary = Summary(self.scene, machine)
@@ -636,7 +652,7 @@ class Afloat:
             self.keep(batches)
         except MotionDataError:  # a file that is not on this machine, or cannot be read
             raise
-        except self.events as error:
+        except TautoError as error:
             self.ended = error
         self.run_s += time.thread_time() - began
 
@@ -644,30 +660,39 @@ class Afloat:
         """Take what the clock said."""
         raise NotImplementedError
 
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The result of the voyage; empty where an event ended it."""
+        return self.summary.result() if self.ended is None else {}
 
-class _Sailing(Afloat):
+    def figures(self) -> dict[str, Any]:
+        """Return the figures of its row."""
+        return figures_of(self.report, self.ended, self.run_s)
+
+
+class _Compared(Afloat):
     """A clock of a comparison under way, with the trace of its error."""
-
-    events = PropagationError
 
     def __init__(self, entry: Entry, sea: Sea) -> None:
         self.entry, self.trace = entry, ErrorTrace(entry.scene)
-        with naming(entry.origin, entry.scene.name):
-            super().__init__(entry.scene, sea)
+        super().__init__(entry.scene, entry.origin, sea)
 
     def keep(self, batches: Batches) -> None:
         """Take the error of the clock."""
         self.trace.feed(batches)
 
     def row(self) -> Row:
-        """Return the figures."""
-        scene, stopped = self.scene, None
-        report = self.summary.result() if self.ended is None else {}
-        found = figures_of(report)
+        """Return its row."""
+        scene, stopped, found = self.scene, None, self.figures()
         if isinstance(self.ended, PropagationError):
             stopped = Stop(self.ended.time_s, str(self.ended))
-        elif (went_s := found['stopped_s']) is not None:
-            stopped = Stop(went_s, f'after {span(went_s)}: {report["trochlea"]["stopped_why"]}')
+        elif self.ended is not None:
+            raise self.ended
+        elif not has_arrived(found):
+            went_s = found['stopped_s']
+            stopped = Stop(
+                went_s, f'after {span(went_s)}: {self.report["trochlea"]["stopped_why"]}'
+            )
         if scene.trochlea is not None:
             release = scene.trochlea.release_angle
         else:
@@ -680,18 +705,24 @@ class _Sailing(Afloat):
             roll_deg=self.entry.roll_deg,
             release=release,
             propagator=self.summary.propagator,
-            rate_spread_s_per_day=self.trace.rate_spread(),
+            rate_spread_s_per_day=None if stopped else self.trace.rate_spread(),
             error_s=found['clock_error_s'],
             **{name: found[name] for name in _OF_A_ROW},
             stopped=stopped,
             time_s=self.trace.time_s,
             trace_s=self.trace.error_s,
-            run_s=self.run_s,
         )
 
 
-_OF_A_ROW = 'rate_s_per_day', 'raw_error_nmi', 'error_nmi', 'raw_prize_pounds', 'prize_pounds'
-"""FIGURES that a row of a comparison has by the same names."""
+_OF_A_ROW = (
+    'rate_s_per_day',
+    'raw_error_nmi',
+    'error_nmi',
+    'raw_prize_pounds',
+    'prize_pounds',
+    'run_s',
+)
+"""Figures that a row of a comparison has by the same names."""
 
 
 def sail_together(entries: Sequence[Entry], progress: Progress | None = None) -> list[Row]:
@@ -701,23 +732,8 @@ def sail_together(entries: Sequence[Entry], progress: Progress | None = None) ->
     """
     began = time.thread_time()
     scenes = [entry.scene for entry in entries]
-    sea = Sea(scenes)
-    sailing = [_Sailing(entry, sea) for entry in entries]
+    sea = Sea(scenes, [entry.origin for entry in entries])
+    sailing = [_Compared(entry, sea) for entry in entries]
     shaken = any(name in SHAKEN_BY for each in scenes for name in each.drift.covariates or ())
     sea.sail(sailing, began, progress, as_messages=shaken)
     return [each.row() for each in sailing]
-
-
-def _in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[int]]:
-    """Return the places of the entries that sail together, the costliest first.
-
-    Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
-    """
-    seas: dict[str, list[int]] = {}
-    # the swing of a suspended case costs more than any kind of thread
-    costs = [(entry.hung, step_ns(entry.scene)) for entry in entries]
-    for place in sorted(range(len(entries)), key=costs.__getitem__, reverse=True):
-        seas.setdefault(repr(_passage(entries[place].scene)), []).append(place)
-    parts = math.ceil(jobs / len(seas))
-    dealt = [places[k::parts] for places in seas.values() for k in range(parts)]
-    return [places for places in dealt if places]

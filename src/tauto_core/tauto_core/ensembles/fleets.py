@@ -24,14 +24,7 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
-from tauto_core.ensembles.rows import (
-    FIGURE_TYPES,
-    Columns,
-    Rows,
-    Store,
-    figures_of,
-    sail_left,
-)
+from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Rows, Voyages, figures_of, sail
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
@@ -241,6 +234,7 @@ class Plan:
         ships: number of ships.
         draws: distributions of the drawn keys, by their paths.
         drawn_by: the file with the distributions, for errors.
+        anyway: sail even machines and ships larger than any known.
     """
 
     scene: Scene
@@ -248,6 +242,7 @@ class Plan:
     ships: int
     draws: Mapping[str, Normal | Uniform | OneOf] = field(default_factory=dict)
     drawn_by: str = 'vary'
+    anyway: bool = False
 
     def __post_init__(self) -> None:
         if not 1 <= self.ships <= MOST_SHIPS:
@@ -265,7 +260,7 @@ class Plan:
     def columns(self) -> Columns:
         """Columns of the rows of a fleet."""
         drawn = {key: _type_of(draw) for key, draw in self.draws.items()}
-        return {'ship': int, 'seed': int, **drawn, **FIGURE_TYPES, 'failure': str, 'run_s': float}
+        return {'ship': int, 'seed': int, **drawn, **FIGURE_TYPES, **ENDED}
 
     def identity(self) -> dict[str, Any]:
         """Return all on which the rows of a fleet depend, except the number of ships."""
@@ -292,7 +287,7 @@ class Plan:
             ),
         )
 
-    def ship(self, number: int, *, anyway: bool = True) -> Ship:
+    def ship(self, number: int) -> Ship:
         """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError.
 
         So are drawn values beyond all that are known, unless `anyway`.
@@ -311,27 +306,26 @@ class Plan:
             for key, value in drawn.items():
                 put_value(given, key, value, self.drawn_by)
             scene = checked_scene(given, self.origin)
-            if drawn and not anyway:
+            if drawn and not self.anyway:
                 check_known(scene)
             return Ship(drawn, scene)
         except SceneError as error:
             first, *further = error.problems
             raise self._refused(number, first, *further) from None
 
-    def check(self, *, anyway: bool = False) -> None:
+    def check(self) -> None:
         """Refuse a fleet in which a ship's scene is invalid, before any of them sails.
 
         Of a large fleet the first `CHECKED_FIRST` are looked at. The SceneError names the ship,
-        the key, the value that was drawn and the limit. With `anyway` ships may have machines
-        beyond all that are known.
+        the key, the value that was drawn and the limit.
         """
         for key in self.draws:
             check_key(self.content, key, self.drawn_by)
-        if not anyway and not self.draws:
+        if not self.anyway and not self.draws:
             with naming(self.origin, self.scene.name):
                 check_known(self.scene)
         for number in range(min(self.ships, CHECKED_FIRST)):
-            self.ship(number, anyway=anyway)
+            self.ship(number)
 
     def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
         said = f'ship {number}, as drawn: {first.problem}'
@@ -367,24 +361,17 @@ def _stream(seed: int, *which: int) -> np.random.SeedSequence:
 
 # -----------------------------------------------------------------------------
 # The voyage of one ship of a fleet: a row of figures, or the reason why there are none.
-#
-# A voyage that physics ends is an observation, and a row. One that never ended, for want of
-# memory or of a file, is none: its error is raised, and she sails again.
 
 
-def sail_ship(
-    plan: Plan, number: int, progress: Callable[[float], None], *, anyway: bool = False
-) -> dict[str, Any]:
-    """Return the row of a ship: number and seed, drawn values, FIGURES, and processor time.
+def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> list[dict[str, Any]]:
+    """Return the row of a ship: number and seed, drawn values, and `figures_of` her voyage.
 
-    `failure` is None, or the reason of an early end; then there are no figures. `run_s` is
-    the processor time of the thread, the only column that differs in another run. What has nothing
-    to do with her voyage, such as a MemoryError, is raised; so is the SceneError of a ship that
-    was not checked before (`Plan.check`).
+    What has nothing to do with her voyage, such as a MemoryError, is raised; so is the SceneError
+    of a ship that was not checked before (`Plan.check`).
     """
-    ship = plan.ship(number, anyway=anyway or number < CHECKED_FIRST)
+    ship = plan.ship(number)
     report: Mapping[str, Any] = {}
-    began, failure = time.thread_time(), None
+    began, ended = time.thread_time(), None
     try:
         report = voyage.sail(
             ship.scene,
@@ -396,15 +383,9 @@ def sail_ship(
     except MotionDataError:  # a file that is not on this machine, or cannot be read
         raise
     except TautoError as error:
-        failure = str(error) or type(error).__name__
-    return {
-        'ship': number,
-        'seed': ship.scene.seed,
-        **ship.drawn,
-        **figures_of(report),
-        'failure': failure,
-        'run_s': time.thread_time() - began,
-    }
+        ended = error
+    figures = figures_of(report, ended, time.thread_time() - began)
+    return [{'ship': number, 'seed': ship.scene.seed, **ship.drawn, **figures}]
 
 
 @dataclass(frozen=True, repr=False)
@@ -413,7 +394,7 @@ class Fleet:
 
     Attributes:
         plan: the plan of the fleet.
-        rows: results of `member.sail_ship`, in the order of the ships.
+        rows: results of `sail_ship`, in the order of the ships.
         answers: statistics of the rows.
     """
 
@@ -433,30 +414,23 @@ def sail_fleet(
     crew: Crew,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
-    *,
-    anyway: bool = False,
 ) -> Fleet:
-    """Sail a fleet, or the rest of it.
+    """Sail a fleet, or the rest of it, as `rows.sail` does.
 
-    Rows are written to `out` as ships finish; ships that have a row there do not sail again.
-    `progress` is called with the number of ships done, parts of voyages included. An invalid scene
-    of any ship is a SceneError before any sails; a folder that holds something else, or in which
-    another process writes, a UsageError; one that cannot be used a FleetError. It is a WorkerError
-    if there are no processes, or if ships were lost with them.
+    An invalid scene of any ship is a SceneError before any sails.
     """
-    store = None if out is None else Store(out, plan.identity(), plan.columns)
-    plan.check(anyway=anyway)
+    plan.check()
     first = plan.ship(0).scene
     with naming(plan.origin, first.name):
         check_scene(first)
-    rows = sail_left(
-        partial(sail_ship, plan, anyway=anyway),
+    voyages = Voyages(
+        partial(sail_ship, plan),
         range(plan.ships),
-        crew,
-        store,
-        progress,
+        'ship {}'.format,
+        lambda _: work_s(first),
         number=int,
-        cost_s=lambda _: work_s(first),
-        name=lambda number: f'ship {number}',
+        columns=plan.columns,
+        identity=plan.identity(),
     )
-    return Fleet(plan, rows, statistics_of(rows, plan.draws))
+    found = sail(voyages, crew, out, progress)
+    return Fleet(plan, found, statistics_of(found, plan.draws))

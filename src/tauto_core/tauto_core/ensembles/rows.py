@@ -1,4 +1,24 @@
-"""The rows of a fleet or a trial: in memory by columns, on disk as Parquet, and how they come."""
+"""A plan of voyages, sailed by a crew, gives one table of rows, from which answers are made.
+
+    rows = sail(plan, crew, out, progress)
+
+A plan (`Voyages`) is clocks × seas × draws. Its voyages are independent of each other, and the
+clocks of a voyage share one sea. Each voyage makes the rows of its clocks in any process
+(`workers`).
+
+| command | a voyage                            | its task              | its rows           |
+|---------|-------------------------------------|-----------------------|--------------------|
+| compare | clocks of one sea in one process    | `comparison.sail_sea` | one for each clock |
+| fleet   | a ship with what is drawn for her   | `fleets.sail_ship`    | one                |
+| trial   | a passage as logged, or drawn anew  | `trials.sail_passage` | one for each clock |
+| budget  | stretches, with a cause left out    | `budget.sail_job`     | one                |
+
+An event that ends the motion of a clock is a result, with its reason in the row. A voyage that
+never ended, for want of memory or since its process died, has no rows. Where the rows are kept
+(`out`) the others sail on, and the same command sails what is left; elsewhere it ends the plan at
+once. A scene that cannot sail always does. A clock that stopped, or whose motion an event ended,
+has no longitude (`has_arrived`).
+"""
 
 from __future__ import annotations
 
@@ -9,12 +29,13 @@ import warnings
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
-from tauto_core.ensembles.workers import Crew, WorkerError, run_each
+from tauto_core.ensembles.workers import Crew, Task, WorkerError, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.scene.errors import (
     Argument,
@@ -312,7 +333,7 @@ def _saying(folder: Path) -> Iterator[None]:
 
 
 # -----------------------------------------------------------------------------
-# Voyages that are sailed to their rows: the figures of a row, and those that have none yet.
+# The figures of a row, and a plan that is sailed.
 
 FIGURES: dict[str, tuple[str, str]] = {
     'clock_error_s': ('clock', 'error_s'),
@@ -337,48 +358,86 @@ which a voyage is judged, the last one before the landfall or the end (`navigati
 positive to the east.
 """
 
-
-def figures_of(report: Mapping[str, Any]) -> dict[str, Any]:
-    """Return FIGURES from the result of a voyage; None where there are none."""
-    return {name: report.get(section, {}).get(key) for name, (section, key) in FIGURES.items()}
-
-
 FIGURE_TYPES = dict.fromkeys(FIGURES, float) | {'raw_prize_pounds': int, 'prize_pounds': int}
 
+ENDED: Columns = {'failure': str, 'run_s': float}
+"""Last columns of a row: the reason of an early end, or None; and the processor time [s], the only
+column that differs in another run.
+"""
 
-_Voyage = TypeVar('_Voyage')
+
+def figures_of(
+    report: Mapping[str, Any], ended: BaseException | None, run_s: float
+) -> dict[str, Any]:
+    """Return FIGURES from the result of a voyage, None where there are none, and ENDED."""
+    return {
+        **{name: report.get(section, {}).get(key) for name, (section, key) in FIGURES.items()},
+        'failure': None if ended is None else str(ended) or type(ended).__name__,
+        'run_s': run_s,
+    }
 
 
-def sail_left(
-    task: Callable[[_Voyage, Callable[[float], None]], dict[str, Any] | list[dict[str, Any]]],
-    voyages: Sequence[_Voyage],
+def has_arrived(row: Mapping[str, Any]) -> bool:
+    """Return whether the clock of a row went to the end: no event ended it, nor did it stop."""
+    return row['failure'] is None and row['stopped_s'] is None
+
+
+Voyage = TypeVar('Voyage')
+
+
+@dataclass(frozen=True)
+class Voyages(Generic[Voyage]):
+    """A plan: voyages to be sailed, clocks × seas × draws.
+
+    Attributes:
+        task: makes the rows of a voyage; sent with it between processes.
+        voyages: in the order in which they begin.
+        called: returns how a voyage is called where it is lost.
+        cost_s: returns the processor time of a voyage [s]; infinite: worth a process of its own.
+        clocks: number of rows of a voyage.
+        number: returns the number of a voyage, which does not change if there are more; `ship` of
+            its rows is that number times `clocks`, and counts on.
+        columns: of rows that can be kept; none: they cannot.
+        identity: all on which they depend, except their number.
+    """
+
+    task: Task[Voyage, list[dict[str, Any]]]
+    voyages: Sequence[Voyage]
+    called: Callable[[Voyage], str]
+    cost_s: Callable[[Voyage], float] = lambda _: math.inf
+    clocks: int = 1
+    number: Callable[[Voyage], int] = lambda _: 0
+    columns: Columns = field(default_factory=dict)
+    identity: Mapping[str, Any] = field(default_factory=dict)
+
+
+def sail(
+    plan: Voyages[Any],
     crew: Crew,
-    store: Store | None,
-    progress: Callable[[float], None] | None,
-    *,
-    number: Callable[[_Voyage], int],
-    cost_s: Callable[[_Voyage], float],
-    name: Callable[[_Voyage], str],
-    clocks: int = 1,
+    out: Path | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> Rows:
-    """Sail the voyages that have no rows in the store, and return the rows of all in order.
+    """Sail a plan, or what is left of it, and return all rows in the order of their numbers.
 
     Args:
-        task: returns the row of a voyage, or the rows of several clocks that sail together.
-        voyages: its arguments.
+        plan: the plan.
         crew: where.
-        store: keeps the rows as voyages end; None: nothing does.
+        out: folder of the rows, written as voyages end; None: they are not kept.
         progress: called with the number of rows that are done, parts of voyages included.
-        number: of a voyage; `ship` of its rows, divided by `clocks`.
-        cost_s: processor time of a voyage [s].
-        name: how a voyage is called that is lost.
-        clocks: number of rows of a voyage.
+
+    Raises:
+        UsageError: a folder that holds something else, or in which another process writes.
+        FleetError: one that cannot be used.
+        SceneError: a scene that cannot sail.
+        WorkerError: there are no processes, or voyages were lost with them.
     """
+    store = None if out is None else Store(out, plan.identity, plan.columns)
+    clocks, voyages = plan.clocks, plan.voyages
     with nullcontext() if store is None else store.opened():
         rows = Rows() if store is None else store.rows
         keep = rows.extend if store is None else store.add
         there = {ship // clocks for ship in rows.column('ship')}
-        left = [each for each in voyages if number(each) not in there]
+        left = [each for each in voyages if not there or plan.number(each) not in there]
         total, lost = clocks * len(voyages), list[str]()
         came_in = total - clocks * len(left)
 
@@ -386,26 +445,29 @@ def sail_left(
             if progress is not None:
                 progress(total - clocks * len(left) * (1.0 - share))
 
-        crew = crew.for_work([clocks * cost_s(left[0])] * len(left)) if left else Crew(1)
+        crew = crew.for_work([plan.cost_s(left[0])] * len(left)) if left else Crew(1)
         try:
-            with closing(run_each(task, left, crew, tell)) as ended:
+            with closing(run_each(plan.task, left, crew, tell)) as ended:
                 for each in ended:
-                    if isinstance(each.error, SceneError):  # of a ship that no check had seen
-                        raise each.error
-                    if each.result is None:
-                        why = str(each.error) or type(each.error).__name__
-                        lost.append(f'{name(left[each.place])}: {why}')
-                        warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
+                    if each.result is not None:
+                        came_in += clocks
+                        keep(each.result)
                         continue
-                    came = each.result if isinstance(each.result, list) else [each.result]
-                    came_in += len(came)
-                    keep(came)
+                    error, is_lost = each.error, isinstance(each.error, WorkerError)
+                    if isinstance(error, SceneError) or (store is None and not is_lost):
+                        assert error is not None
+                        raise error
+                    why = str(error) or type(error).__name__
+                    lost.append(f'{plan.called(left[each.place])}: {why}')
+                    if store is None:
+                        break
+                    warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
             if lost:
                 more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
                 count = counted(len(lost), 'ship')
                 raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
         except WorkerError as error:
-            if not came_in:
+            if not came_in or not plan.columns:
                 raise
             many = f'. {came_in:,} of {counted(total, "ship")} came in; '
             kept = (
@@ -420,7 +482,7 @@ def sail_left(
         if store is not None:
             store.close()
     rows.sort()
-    if len(rows) > total:
-        asked = {number(each) for each in voyages}
+    if store is not None and len(rows) > total:
+        asked = set(map(plan.number, voyages))
         return Rows(row for row in rows if row['ship'] // clocks in asked)
     return rows

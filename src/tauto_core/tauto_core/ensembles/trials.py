@@ -23,7 +23,7 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known
 from tauto_core.ensembles.comparison import CLOCKS, Afloat, Sea, on_passage_of, with_rate
-from tauto_core.ensembles.rows import FIGURE_TYPES, Columns, Store, figures_of, sail_left
+from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Voyages, sail
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
@@ -395,7 +395,7 @@ class Trial:
 
     @property
     def ships(self) -> int:
-        """Number of voyages: a clock on a passage each."""
+        """Number of rows: a clock on a passage each."""
         return len(self.sailings) * len(self.rules.clocks)
 
     def identity(self) -> dict[str, Any]:
@@ -576,11 +576,11 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
 
 
-class _Afloat(Afloat):
+class _Tried(Afloat):
     """A clock under way, with its two navigators."""
 
-    def __init__(self, clock: TriedClock, scene: Scene, sea: Sea) -> None:
-        super().__init__(scene, sea, rated=True)
+    def __init__(self, clock: TriedClock, scene: Scene, origin: str, sea: Sea) -> None:
+        super().__init__(scene, origin, sea, rated=True)
         self.clock = clock
         self._tally = LongitudeTally()
         self._sensed: voyage.Pipeline | None = None
@@ -617,18 +617,11 @@ class _Afloat(Afloat):
         if isinstance(errors := found.get(LONGITUDE_ERROR), JointSamples):
             self._tally.feed(errors)
 
-    def row(self) -> dict[str, Any]:
-        """Return the figures of the voyage; none where its motion has ended early."""
-        went = self.ended is None
-        report = self.summary.result() if went else {}
-        sensed = self._tally.result() if went else None
-        return {
-            **figures_of(report),
-            **{name: (sensed or {}).get(key) for name, key in SENSED.items()},
-            **self._traces,
-            'failure': None if went else str(self.ended) or type(self.ended).__name__,
-            'run_s': self.run_s,
-        }
+    def figures(self) -> dict[str, Any]:
+        """Return the figures of its row, also by the navigator with thermometer and IMU."""
+        sensed = (self._tally.result() if self.ended is None else None) or {}
+        found = {name: sensed.get(key) for name, key in SENSED.items()}
+        return {**super().figures(), **found, **self._traces}
 
 
 _KNOWN = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
@@ -654,12 +647,10 @@ def sail_passage(
         built.append(rules.scene(clock, sailing, rate_hz=rates_hz.get(kind)))
         rates_hz[kind] = built[-1][0].ship.rate
     scenes = [with_rate(scene, max(rates_hz.values())) for scene, _ in built]
-    with naming(rules.clocks[0].origin, f'passage {sailing.passage.name}'):
-        sea = Sea(scenes)
-    afloat = []
-    for clock, scene in zip(rules.clocks, scenes, strict=True):
-        with naming(clock.origin, f'{clock.name} on passage {sailing.passage.name}'):
-            afloat.append(_Afloat(clock, scene, sea))
+    origins = [f'{clock.origin}, passage {sailing.passage.name}' for clock in rules.clocks]
+    sea = Sea(scenes, origins)
+    of_clocks = zip(rules.clocks, scenes, origins, strict=True)
+    afloat = [_Tried(clock, scene, origin, sea) for clock, scene, origin in of_clocks]
     sea.sail(afloat, began, progress)
     return [
         {
@@ -671,7 +662,7 @@ def sail_passage(
             **dict.fromkeys(HULL_KEYS),
             **hull,
             'seed': each.scene.seed,
-            **each.row(),
+            **each.figures(),
         }
         for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True))
     ]
@@ -689,8 +680,7 @@ COLUMNS: Columns = {
     **FIGURE_TYPES,
     **dict.fromkeys(SENSED, float),
     **dict.fromkeys(TRACES, list),
-    'failure': str,
-    'run_s': float,
+    **ENDED,
 }
 """Columns of the rows of a trial."""
 
@@ -714,24 +704,17 @@ def sail_trial(
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sailed:
-    """Sail a trial, or the rest of it.
-
-    Rows are written to `out` as passages end; those that have their rows there do not sail again.
-    `progress` is called with the number of voyages done, parts included. Errors are those of
-    `fleets.sail_fleet`; what is wrong with a log is refused before anything sails.
-    """
-    store = None if out is None else Store(out, trial.identity(), COLUMNS)
+    """Sail a trial, or the rest of it, as `rows.sail` does; a wrong log is refused before."""
     trial.check()
-    first, *_ = trial.rules.clocks
-    rows = sail_left(
+    first, *others = trial.rules.clocks
+    plan = Voyages(
         partial(sail_passage, trial.rules),
         trial.sailings,
-        crew,
-        store,
-        progress,
-        number=lambda each: each.number,
-        cost_s=lambda each: work_s(trial.rules.scene(first, each)[0]),
-        name=lambda each: f'passage {each.passage.name}',
-        clocks=len(trial.rules.clocks),
+        lambda each: f'passage {each.passage.name}',
+        lambda each: (1 + len(others)) * work_s(trial.rules.scene(first, each)[0]),
+        1 + len(others),
+        lambda each: each.number,
+        COLUMNS,
+        trial.identity(),
     )
-    return Sailed(trial, list(rows))
+    return Sailed(trial, list(sail(plan, crew, out, progress)))

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tauto_core.ensembles.answers import TrialAnswers, distances, size_nmi
+from tauto_core.ensembles.answers import ERRORS, WAYS, TrialAnswers, sizes_nmi
 from tauto_core.ensembles.comparison import Comparison, Row
 from tauto_core.ensembles.fleets import Fleet
-from tauto_core.ensembles.rows import Rows
 from tauto_core.ensembles.trials import Sailed
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
@@ -143,7 +142,7 @@ def _trial_shares(axes: Axes, answers: TrialAnswers) -> None:
     for place, clock in enumerate(answers.clocks):
         for way in ['corrected'] if several else clock.ways:
             rows = [row for row in answers.voyages if row['clock'] == clock.clock]
-            sizes = np.array([size_nmi(row, way) for row in rows])
+            sizes = sizes_nmi(rows, WAYS[way])
             label = clock.clock if several else _SAID[way]
             style = {'color': f'C{place}', 'linestyle': _LINES[way], 'linewidth': 1.2}
             _step(axes, sizes, LEAST_SHOWN_NMI, len(sizes), label=label, **style)
@@ -186,17 +185,17 @@ def fleet_figure(fleet: Fleet) -> Figure:
 
 
 def _fleet_shares(axes: Axes, fleet: Fleet) -> None:
-    arrived = Rows(row for row in fleet.rows if row['failure'] is None)
     ships, judged = len(fleet.rows), fleet.answers.within is not None
+    failed = sum(fleet.answers.failures.values())
     for clock, (label, colour) in _CLOCKS.items():
         dashes: Any = '-' if clock == 'corrected' else (0, (4, 2))
         # shares of all ships, so that one that failed is within no limit
         style = {'color': colour, 'linewidth': 1.4, 'linestyle': dashes, 'label': label}
-        _step(axes, distances(arrived, clock), _LEAST_NMI, ships, **style)
+        sizes = sizes_nmi(fleet.rows, ERRORS[clock])
+        _step(axes, sizes[np.isfinite(sizes)], _LEAST_NMI, ships, **style)
     _within(axes, 'voyage', 'ships', judged=judged)
-    failed = ships - len(arrived)
     lost = f', {failed:,} of which failed' if failed else ''
-    alone = f', {fleet.answers.unchecked()}' if arrived and not judged else ''
+    alone = f', {fleet.answers.unchecked()}' if failed < ships and not judged else ''
     title = f'{fleet.plan.scene.name}: {ships:,} ships{lost}{alone}'
     axes.set_title(title, loc='left', fontsize=10.0)
     axes.legend(frameon=False, loc='upper left')
