@@ -28,14 +28,11 @@ from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
-    LONGITUDE_ERROR,
-    LONGITUDE_FIX,
     OBSERVATION,
     PHASE,
     READING,
     SHIP_TEMPERATURE,
     SLACK,
-    FixSamples,
     JointSamples,
     Samples,
     TemperatureSamples,
@@ -89,9 +86,9 @@ class Summary:
         later than the estimates at their stamps.
         """
         self._swings.feed(batches)
+        self._tally.take(batches)
         observed = batches.get(OBSERVATION)
         if isinstance(observed, TimeSamples):
-            self._tally.observe(observed)
             self._rated.observe(observed)
         reading = batches.get(READING)
         if isinstance(reading, TimeSamples):
@@ -110,8 +107,6 @@ class Summary:
                 if self._scatter is not None:
                     self._scatter.feed(samples)
                     self._error = None
-            elif isinstance(samples, FixSamples) and topic == LONGITUDE_FIX:
-                self._tally.place(samples)
             elif isinstance(samples, JointSamples):
                 self._last[topic] = samples
                 if topic == SLACK:
@@ -119,8 +114,6 @@ class Summary:
                     self._lost_joule += float(np.sum(samples.position[:, 2]))
                 if topic == ESTIMATE:
                     self._rated.estimate(samples)
-                if topic == LONGITUDE_ERROR:
-                    self._tally.feed(samples)
 
     def _feel(self, felt: Samples | None) -> None:
         """Take temperatures of the clock."""

@@ -66,6 +66,7 @@ POWERS = {
     'force': {'force': 2.0},
     'weight': {'mass': 0.2},
     'heavy weight': {'mass': 5.0},
+    'weight and spring': {'mass': 0.2, 'stiffness': 50.0},
     'spring': {'force': 2.0, 'stiffness': 50.0},
     'bare spring': {'force': 1e-3, 'stiffness': 1e4},
 }

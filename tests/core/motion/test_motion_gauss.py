@@ -59,20 +59,6 @@ def test_nodes_and_weights_are_correctly_rounded(stages):
     assert constants.weights.tolist() == [float(row) for row in projections(roots)[0]]
 
 
-def test_the_weights_are_the_integrals_of_lagranges_polynomials():
-    """Of eight stages, by mpmath's own quadrature."""
-    roots = roots_of(8)
-
-    def lagrange(j, x):
-        others = (root for k, root in enumerate(roots) if k != j)
-        return mp.fprod((x - root) / (roots[j] - root) for root in others)
-
-    for j in range(8):
-        exact = [mp.quad(lambda x, j=j: lagrange(j, x), [-1, end]) / 2 for end in (*roots, 1)]
-        found = [*gauss_constants(8).columns[j], gauss_constants(8).weights[j]]
-        assert found == [float(value) for value in exact]
-
-
 @STAGES
 def test_the_integrals_to_the_nodes_are_correctly_rounded(stages):
     roots = roots_of(stages)

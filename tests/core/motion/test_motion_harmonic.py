@@ -59,13 +59,6 @@ def test_phase_angle_and_rate_after_a_hundred_days(period_s):
     np.testing.assert_allclose(motion.rate, rate, rtol=0.0, atol=0.7 * float(omega) * 1.2e-15)
 
 
-def test_a_product_of_the_argument_as_it_stands_is_a_million_times_worse():
-    """What the reduction is for: cos(ωt) of a float ωt is off by 1e-9 at the same instants."""
-    machine, times = ideal(PERIODS_S[2], 0.7), instants()
-    plain = 0.7 * np.cos(machine.frequency * (times * 1e-9))
-    assert np.max(np.abs(plain - Harmonic(machine).motion_at(times).angle)) > 1e-9
-
-
 @pytest.mark.parametrize('rate', [2e-9, 1 / 3e9, 1e-17 / 7, 8.8e-7, 0.499])
 def test_whole_half_turns_are_exact(rate):
     """Of a rate given as two floats, in fractions; 0.499 a nanosecond is as fast as may be."""

@@ -183,26 +183,6 @@ def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
         assert found.athwart == pytest.approx(wanted, abs=1.0)
 
 
-def test_the_rate_does_not_depend_on_where_the_sea_is_cut(any_ship):
-    """All is there at 4 times the peak frequency; a cork loses 58 % more at the double."""
-    headings, places = [0.0, 0.5 * math.pi, 2.4, math.pi], [ClockPlace()]
-    peak = math.tau / 9.0 if any_ship.coefficients.length > 20.0 else 4.0
-    period = math.tau / peak
-    cut = [
-        rate_by_place(
-            *(any_ship, lambda omega: bretschneider(omega, 0.5, period)),
-            headings=headings,
-            places=places,
-            omega=np.linspace(0.3 * peak, most * peak, 4000),
-        )
-        for most in (8.0, 16.0)
-    ]
-    for less, more in zip(*cut, strict=True):
-        assert more.heave == pytest.approx(less.heave, rel=0.01)
-        assert more.athwart == pytest.approx(less.athwart, rel=0.01, abs=1e-9)
-        assert more.fore_and_aft == pytest.approx(less.fore_and_aft, rel=0.01, abs=1e-9)
-
-
 SEAS = [(5.0, 1.0), (9.0, 2.5), (12.0, 4.0)]
 
 
@@ -288,36 +268,8 @@ def test_the_damping_is_what_the_exciting_forces_say(name):
         np.testing.assert_allclose(other[kept], own[kept], rtol=0.035)
 
 
-def test_single_precision_is_enough(deptford):
-    """Numbers of a file have 7 digits; noise of 1e-4 in all moves the rate by 1e-3 at most."""
-    random = np.random.default_rng(1)
-
-    def noisy(table):
-        return table * (1.0 + 1e-4 * random.standard_normal(table.shape))
-
-    other = replace(
-        deptford,
-        added_mass=noisy(deptford.added_mass),
-        damping=noisy(deptford.damping),
-        excitation=noisy(deptford.excitation),
-    )
-    arguments = {'headings': [1.0, 2.0, math.pi], 'places': [ClockPlace(5.0, 0.0, 1.0)]}
-    one, two = (
-        rate_by_place(Hull(each, 11.0, 0.08), standard_sea, **arguments)
-        for each in (deptford, other)
-    )
-    for a, b in zip(one, two, strict=True):
-        assert b.heave == pytest.approx(a.heave, rel=1e-3)
-        assert b.leaning_freely == pytest.approx(a.leaning_freely, abs=0.02)
-
-
 # -----------------------------------------------------------------------------
 # Under way.
-
-
-def test_at_rest_the_waves_are_met_as_they_are(ship):
-    omega = np.linspace(0.2, 2.0, 7)
-    np.testing.assert_array_equal(ship.response(omega, 1.0).encounter, omega)
 
 
 def test_the_encounter_is_that_of_the_course(ship):

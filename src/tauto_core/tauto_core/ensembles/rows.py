@@ -100,21 +100,18 @@ class Rows(Sequence[dict[str, Any]]):
 
     def table(self, columns: Columns) -> pa.Table:
         """Return these columns as a table of Arrow."""
-        schema = schema_of(columns)
         import pyarrow as pa
 
-        return pa.table(
-            [
-                pa.array(
-                    np.array(column) if isinstance(column, array) else column,
-                    kind,
-                    from_pandas=isinstance(column, array),
-                )
-                for name, kind in zip(schema.names, schema.types, strict=True)
-                for column in (self._columns.get(name, []),)
-            ],
-            schema,
-        )
+        whole, number = pa.int64(), pa.float64()
+        kinds = {int: whole, float: number, str: pa.string(), bool: pa.bool_()}
+        kinds[list] = pa.list_(number)
+        made = {}
+        for name, kind in columns.items():
+            column = self._columns.get(name, [])
+            is_array = isinstance(column, array)
+            values = np.array(column) if is_array else column
+            made[name] = pa.array(values, kinds[kind], from_pandas=is_array)
+        return pa.table(made)
 
     def __len__(self) -> int:
         return self._count
@@ -135,15 +132,6 @@ class Rows(Sequence[dict[str, Any]]):
 
 def _told(value: Any) -> Any:
     return None if value != value else value  # noqa: PLR0124 - NaN stands for None in a column
-
-
-def schema_of(columns: Columns) -> pa.Schema:
-    """Return columns as a schema of Arrow."""
-    import pyarrow as pa
-
-    whole, number = pa.int64(), pa.float64()
-    kinds = {int: whole, float: number, str: pa.string(), bool: pa.bool_(), list: pa.list_(number)}
-    return pa.schema([(name, kinds[kind]) for name, kind in columns.items()])
 
 
 # -----------------------------------------------------------------------------

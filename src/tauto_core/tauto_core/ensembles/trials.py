@@ -31,16 +31,13 @@ from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
 from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.samples import (
     LONGITUDE_ERROR,
-    LONGITUDE_FIX,
     OBSERVATION,
     READING,
     SHIP_FIX,
     SHIP_IMU,
     SHIP_TEMPERATURE,
     Batches,
-    FixSamples,
     JointSamples,
-    TimeSamples,
     merged,
 )
 from tauto_core.scene import Scene, load_scene, scene_yaml
@@ -610,12 +607,7 @@ class _Tried(Afloat):
         found = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _KNOWN})
         if self.at_end:
             found = merged([found, self._sensed.finish()])
-        if isinstance(observed := found.get(OBSERVATION), TimeSamples):
-            self._tally.observe(observed)
-        if isinstance(fixes := found.get(LONGITUDE_FIX), FixSamples):
-            self._tally.place(fixes)
-        if isinstance(errors := found.get(LONGITUDE_ERROR), JointSamples):
-            self._tally.feed(errors)
+        self._tally.take(found)
 
     def figures(self) -> dict[str, Any]:
         """Return the figures of its row, also by the navigator with thermometer and IMU."""

@@ -20,7 +20,18 @@ from tauto_core.navigation.longitude import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.samples import FixSamples, FloatArray, IntArray, JointSamples, TimeSamples, count
+from tauto_core.samples import (
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    OBSERVATION,
+    FixSamples,
+    FloatArray,
+    IntArray,
+    JointSamples,
+    Samples,
+    TimeSamples,
+    count,
+)
 from tauto_core.scene import Scene
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import LANDFALL, LUNAR
@@ -413,6 +424,15 @@ class LongitudeTally:
         self._in_port_ns = BEFORE_ALL
         self._checked_before: dict[int, int | None] = {}
         self._last_checked: int | None = None
+
+    def take(self, batches: Mapping[str, Samples]) -> None:
+        """Take the next batches of observations, places and errors, of whatever topics come."""
+        if isinstance(observed := batches.get(OBSERVATION), TimeSamples):
+            self.observe(observed)
+        if isinstance(fixes := batches.get(LONGITUDE_FIX), FixSamples):
+            self.place(fixes)
+        if isinstance(errors := batches.get(LONGITUDE_ERROR), JointSamples):
+            self.feed(errors)
 
     def observe(self, observations: TimeSamples) -> None:
         """Take the next batch of `clock/observation`."""
