@@ -21,15 +21,6 @@ def refusal(regulator: dict[str, Any] | None = None, **changes: Any) -> SceneErr
     return refused.value
 
 
-def test_the_shipped_scene_is_still_and_has_no_trochlea() -> None:
-    scene = load_scene('globe_in_oil')
-    assert scene.trochlea is None
-    assert scene.regulator is not None
-    assert scene.regulator.added_mass == 0.0
-    assert 'trochlea' not in OIL
-    assert parse_scene(scene_yaml(scene), 'bag') == scene
-
-
 @pytest.mark.parametrize(
     ('key', 'section'),
     [

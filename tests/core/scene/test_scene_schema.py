@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from jsonschema import Draft202012Validator
 
-from tauto_core.scene import SceneError, parse_scene, shipped_scenes
+from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.loader import read_mapping
 from tauto_core.scene.reference import FILE, FOLDERS, new_scene, schema, schema_text
 from tauto_core.scene.sections import kind_of, kinds_in
@@ -55,10 +55,6 @@ def test_the_schema_that_ships_is_that_of_the_models() -> None:
 )
 def test_it_accepts_every_scene_that_ships(file: Path) -> None:
     assert not problems(file.read_text(encoding='utf-8'))
-
-
-def test_the_scenes_that_ship_are_there() -> None:
-    assert len(list(SHIPPED.glob('*.yaml'))) == len(shipped_scenes()) > 10
 
 
 def test_it_accepts_every_new_scene() -> None:
