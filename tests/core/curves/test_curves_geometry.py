@@ -102,7 +102,6 @@ def test_thread_reaches_the_hole_and_keeps_its_length(name):
     x, y = cam.contact(angle)
     a = cam.hole_distance
     free = np.hypot(-a * np.sin(angle) - x, a * np.cos(angle) - y)
-    np.testing.assert_allclose(cam.free_thread(angle), free, rtol=1e-12)
     drawn = cam.arc_length(angle) + free - free[0]
     np.testing.assert_allclose(cam.lift(angle), drawn, rtol=1e-10, atol=1e-16)
 
@@ -132,7 +131,6 @@ def test_no_hole_is_the_limit_of_a_far_one():
     np.testing.assert_allclose(
         Hole(0.01, 1e20).contact(angle), Involute(0.01).contact(angle), rtol=1e-15, atol=1e-19
     )
-    assert Involute(0.01).free_thread(1.0) == math.inf
 
 
 def test_circular_cheek_is_a_circle():
@@ -190,7 +188,7 @@ def test_lift_that_is_none(lift):
 
 
 METHODS = ['lever_arm', 'lever_rate', 'lever_curvature', 'lift', 'psi', 'p', 'contact']
-METHODS += ['arc_length', 'radius_of_curvature', 'free_thread']
+METHODS += ['arc_length', 'radius_of_curvature']
 
 
 @pytest.mark.parametrize('method', METHODS)

@@ -35,7 +35,6 @@ def test_hole(entry):
     close(cam.p(given['t_over_a'] * cam.distance / cam.rate), expected['p'])
     close(cam.psi(phi), expected['psi'])
     close(cam.radius_of_curvature(phi), expected['R'])
-    close(cam.free_thread(phi), expected['OM'])
     close(cam.arc_length(phi), expected['arc'])
     close(cam.contact(phi), [expected['X'], expected['Y']])
     close(np.hypot(*cam.contact(phi)), expected['CM'])

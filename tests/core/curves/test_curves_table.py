@@ -91,7 +91,7 @@ def test_kernel_form(tmp_path):
 def test_straight_table_through_a_hole_is_eulers_cam(tmp_path):
     table = sampled(tmp_path / 'cam.csv', lambda angle: 0.01 * angle, 7.5, 16, distance=0.08)
     hole, angle = Hole(0.01, 0.08), np.linspace(-7.5, 7.5, 31)
-    for method in ('psi', 'p', 'arc_length', 'contact', 'free_thread'):
+    for method in ('psi', 'p', 'arc_length', 'contact'):
         expected = getattr(hole, method)(angle)
         np.testing.assert_allclose(getattr(table, method)(angle), expected, rtol=1e-11, atol=1e-17)
     np.testing.assert_allclose(

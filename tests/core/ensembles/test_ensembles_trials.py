@@ -135,7 +135,7 @@ def test_a_sea_that_cannot_be_sampled_is_named_by_its_clock_and_passage(trial):
     fixed = slow.model_copy(update={'suspension': None})
     with pytest.raises(SceneError) as refused:
         Sea([fixed, slow], ['one.yaml', 'other.yaml, passage 3'])
-    assert str(refused.value).startswith('other.yaml, passage 3: ship.')
+    assert str(refused.value).startswith('other.yaml, passage 3: voyage.log')
 
 
 def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):

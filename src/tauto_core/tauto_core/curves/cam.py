@@ -341,11 +341,6 @@ class Cam(ABC):
         bend = self._bend(angle) * (share * share * share)
         return self._arm(angle) * share * (1.0 + w + w * w) + bend
 
-    def free_thread(self, angle: ArrayLike) -> FloatArray:
-        """Return the length of thread between cheek and hole [m]; inf without a hole."""
-        _, thread = self._thread(angle)
-        return self.hole_distance * thread.cosine * thread.share
-
     def within(self, angle: ArrayLike) -> FloatArray:
         """Return the angle as an array; raise CamRangeError if any is beyond the range."""
         angle = np.asarray(angle, dtype=np.float64)
