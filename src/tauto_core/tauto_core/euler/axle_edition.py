@@ -37,11 +37,6 @@ def _meeting(axle: Place, tilt: float) -> Place:
     return 0.0, axle[1] + axle[0] / math.tan(tilt)
 
 
-def _letters(drawing: Drawing, *places: tuple[Place, str, float, float]) -> None:
-    for place, name, right, up in places:
-        drawing.letter(place, name, right, up)
-
-
 def _swings(e: float, c: float, k: float) -> str:
     """Return the lengths of both modes, and how long a swing takes or how fast the body falls."""
     found = modes(e, c, k * k)
@@ -74,8 +69,7 @@ def _figure_3(c: float) -> Shown:
     drawing.line((0.0, -AXLE), (0.0, 0.17 - c), look='curve')
     drawing.line((0.0, 0.0), (0.0, -c), look='thread')
     drawing.line((-0.3, -c), (0.3, -c), look='faint')
-    _letters(
-        drawing,
+    drawing.letters(
         ((-0.5, -AXLE), 'A', -10.0, -6.0),
         ((0.5, -AXLE), 'A', 10.0, -6.0),
         ((-0.5, AXLE), 'B', -10.0, 6.0),
@@ -104,8 +98,7 @@ def _figure_4(e: float, c: float, k: float) -> Shown:
     _body(drawing, axle, low, k)
     drawing.line((0.0, 0.0), (0.0, -0.93), look='faint')
     side = a * math.sin(1.1)
-    _letters(
-        drawing,
+    drawing.letters(
         ((0.0, 0.0), 'O', -10.0, 4.0),
         (axle, 'C', 9.0, 3.0),
         ((0.0, -a), 'A', -9.0, -7.0),
@@ -153,8 +146,7 @@ def _figure_5(motion: float, seconds: float) -> Shown:
     drawing.line((0.0, axle[1]), axle, look='thin')
     # the letters of the vertical stand on the side that the axle has left
     side = math.copysign(1.0, theta)
-    _letters(
-        drawing,
+    drawing.letters(
         ((0.0, 0.0), 'O', -10.0 * side, 4.0),
         ((0.0, -a), 'A', -9.0 * side, -8.0),
         ((0.0, -E), 'C', -10.0 * side, -6.0),
@@ -181,8 +173,7 @@ def _figure_6(phi: float, c: float, k: float) -> Shown:
     low = _below(axle, c, phi)
     _body(drawing, axle, low, k)
     drawing.line((0.0, 0.1), (0.0, -0.63), look='faint')
-    _letters(
-        drawing,
+    drawing.letters(
         ((0.0, -AXLE), 'A', 8.0, -9.0),
         ((-0.42, -AXLE), 'M', -1.0, -11.0),
         ((0.42, -AXLE), 'N', 1.0, -11.0),
@@ -218,8 +209,7 @@ def _figure_v_1(i: float, c: float, k: float) -> Shown:
     _body(drawing, axle, low, k)
     drawing.line((0.0, 0.35), (0.0, -0.52), look='faint')
     drawing.line((0.0, 0.0), axle, look='thin')
-    _letters(
-        drawing,
+    drawing.letters(
         ((0.0, 0.0), 'O', -10.0, -4.0),
         (rest, 'C', -10.0, 6.0),
         ((0.0, radius), 'A', -9.0, -8.0),
@@ -258,8 +248,7 @@ def _figure_v_2(e: float, c: float, k: float) -> Shown:
     if -1.7 < h[1] < 0.1:
         drawing.line(axle, h, look='faint')
         drawing.letter(h, 'h', -9.0, -2.0)
-    _letters(
-        drawing,
+    drawing.letters(
         ((0.0, 0.0), 'O', -10.0, -2.0),
         ((0.0, -e), 'C', -10.0, 4.0),
         ((0.0, -e - c), 'G', 9.0, 7.0),

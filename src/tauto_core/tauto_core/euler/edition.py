@@ -179,6 +179,11 @@ class Drawing:
         self._parts.append(f'<circle class="dot" cx="{_short(u)}" cy="{_short(v)}" r="2.2"/>')
         self.note(at, text, right, up, look='letter')
 
+    def letters(self, *places: tuple[Point, str, float, float]) -> None:
+        """Mark points by their letters, each with the offset of the letter to right and up."""
+        for place in places:
+            self.letter(*place)
+
     def note(
         self, at: Point, text: str, right: float = 0.0, up: float = 0.0, look: str = 'note'
     ) -> None:

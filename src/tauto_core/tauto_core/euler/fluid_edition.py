@@ -44,7 +44,7 @@ def _figure_1(kappa: float, part: float) -> Shown:
     (top,), (start,) = coordinates(curve, np.array([_START]))
     drawing.line((0.0, height), (level, height))
     drawing.line((0.0, near_height), (near_level, near_height), look='thin')
-    for place, name, right, up in (
+    drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -12.0),
         ((0.0, height), 'P', -10.0, -2.0),
         ((0.0, near_height), 'p', -10.0, 3.0),
@@ -52,8 +52,7 @@ def _figure_1(kappa: float, part: float) -> Shown:
         ((near_level, near_height), 'm', 2.0, 11.0),
         ((start, top), 'E', -2.0, 12.0),
         ((float(x[-1]), float(y[-1])), 'C', 10.0, 2.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     v = float(velocity_height(curve, arc, b))
     seconds = descent_time(curve, G, arc)
     return Shown(
@@ -81,14 +80,13 @@ def _figure_2(descent: float, ascent: float) -> Shown:
     (u,), (w,) = coordinates(up, np.array([-far]))
     drawing.line((0.0, x), (y, x))
     drawing.line((0.0, u), (w, u))
-    for place, name, aside, above in (
+    drawing.letters(
         ((0.0, 0.0), 'A', -2.0, -12.0),
         ((0.0, x), 'P', -9.0, 3.0),
         ((y, x), 'M', 10.0, -5.0),
         ((0.0, u), 'Q', 9.0, 3.0),
         ((w, u), 'N', -10.0, -5.0),
-    ):
-        drawing.letter(place, name, aside, above)
+    )
     length = composed_length(descent, ascent)
     return Shown(
         drawing,
@@ -112,13 +110,12 @@ def _figure_3(kappa: float) -> Shown:
     middle = 0.6 * cusp
     low = float(curve.height(middle))
     drawing.line((0.0, low), (middle, low))
-    for place, name, right, up in (
+    drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -11.0),
         ((0.0, low), 'P', -10.0, 2.0),
         ((middle, low), 'M', 10.0, -5.0),
         ((float(arc[seen][-1]), float(height[seen][-1])), 'B', 11.0, 2.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     drawing.note((cusp, top), 'ds = dx', 28.0, -8.0)
     return Shown(
         drawing,
@@ -139,12 +136,11 @@ def _figure_4(ascent: float) -> Shown:
     arc_n = 0.5
     low = float(curve.height(-arc_n))
     drawing.line((0.0, low), (arc_n, low))
-    for place, name, right, up in (
+    drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -11.0),
         ((0.0, low), 'Q', -10.0, 2.0),
         ((arc_n, low), 'N', 10.0, -5.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     drawing.note((0.95, 1.1), 'descent', -22.0, 0.0)
     cusp = -curve.ascent_cusp
     if math.isinf(cusp):
@@ -176,14 +172,13 @@ def _figure_5(kappa: float) -> Shown:
     for shift in (0.0, -width):
         drawing.curve(beyond[1] + shift, beyond[0], 'faint')
     drawing.curve(y, x, 'curve')
-    for place, name, right, up in (
+    drawing.letters(
         ((0.0, 0.0), 'A', 0.0, -12.0),
         ((float(y[-1]), float(x[-1])), 'B', 0.0, 11.0),
         ((float(y[0]), float(x[0])), 'C', 0.0, 11.0),
         ((float(beyond[1][0]), float(beyond[0][0])), 'D', -4.0, 11.0),
         ((float(beyond[1][-1]) - width, float(beyond[0][-1])), 'E', 4.0, 11.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     across = float(abscissa(curve, ends[1]) - abscissa(curve, ends[0]))
     return Shown(
         drawing,
@@ -204,6 +199,6 @@ EDITION = read_edition(
             _figure_4,
             Control('h, m', (0.2, 0.4, 0.6, 0.8, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7, 2.0), begin=4),
         ),
-        '5': (_figure_5, Control('κ, 1/m', (0.0, 0.15, 0.3, 0.45, 0.6, 0.75, 0.9), begin=5)),
+        '5': (_figure_5, _KAPPAS),
     },
 )

@@ -16,8 +16,8 @@ from tauto_core.curves import Hole, Involute
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.edition import Control, Drawing, Shown, read_edition, turned
-from tauto_core.euler.trochlea_1727 import period
+from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition, turned
+from tauto_core.euler.trochlea_1727 import BASE_RADIUS, inertia_of_rings, period
 from tauto_core.samples import FloatArray
 
 _TURNS = Control('turn, rad', tuple(round(0.1 * k, 1) for k in range(21)), begin=9)
@@ -237,7 +237,7 @@ def _figure_vi(z: float) -> Shown:
     x, y = _hung(_UNIT.contact(rolls))
     drawing.curve(np.abs(x), y, 'curve')
     drawing.arc((0.0, 0.0), 1.0, -0.5 * math.pi, -0.5 * math.pi + s_angle, 'heavy')
-    for place, name, right, up in (
+    drawing.letters(
         (np.zeros(2), 'C', -9.0, 7.0),
         (ray(0.0), 'B', 2.0, -13.0),
         (p_point, 'P', -4.0, -13.0),
@@ -245,8 +245,7 @@ def _figure_vi(z: float) -> Shown:
         (ray(s_angle), 'S', -9.0, 8.0),
         (size * ray(s_angle), 'M', 10.0, -3.0),
         (ray(z), 'T', -4.0, 10.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     found = math.hypot(*_at(_UNIT.contact(z)))
     return Shown(
         drawing,
@@ -280,7 +279,7 @@ def _figure_vii(turn: float) -> Shown:
         drawing.line(np.zeros(2), foot, look='thin')
     for point in (place, near):
         drawing.line(np.zeros(2), point, look='thin')
-    for point, name, right, up in (
+    drawing.letters(
         (np.zeros(2), 'C', -8.0, 7.0),
         (np.array([0.0, -1.0]), 'B', -9.0, -7.0),
         (first, 'S', 8.0, 7.0),
@@ -291,8 +290,7 @@ def _figure_vii(turn: float) -> Shown:
         (end, 'Q', 10.0, 0.0),
         (near_end, 'q', -9.0, -5.0),
         (np.array([turn, near_end[1]]), 'n', 9.0, -5.0),
-    ):
-        drawing.letter(point, name, right, up)
+    )
     _cycloid(drawing, turn, fall)
     return Shown(
         drawing,
@@ -322,14 +320,13 @@ def _cycloid(drawing: Drawing, arc: float, step: float) -> None:
     level = np.array([end[0], begin[1]])
     drawing.line(level, end, look='thread')
     drawing.line(begin, level, look='faint')
-    for point, name, right, up in (
+    drawing.letters(
         (top, 'O', 9.0, 0.0),
         (foot, 'A', 0.0, -13.0),
         (begin, 'N', -9.0, 5.0),
         (end, 'n', -8.0, -8.0),
         (level, 't', 9.0, 5.0),
-    ):
-        drawing.letter(point, name, right, up)
+    )
 
 
 def _figure_viii(ratio: float) -> Shown:
@@ -339,32 +336,22 @@ def _figure_viii(ratio: float) -> Shown:
     _cheeks(drawing, _UNIT, 0.0, 1.2)
     drawing.line((0.0, -1.0), (0.0, -5.7), look='thread')
     drawing.note(_weight(drawing, (0.0, -5.7), 0.35), 'P', 20.0, -3.0, 'letter')
-    for point, name, right, up in (
+    drawing.letters(
         ((0.0, 0.0), 'C', -9.0, 6.0),
         ((-ratio, 0.0), 'E', -9.0, 6.0),
         ((ratio, 0.0), 'D', 10.0, 6.0),
         ((0.0, -1.0), 'B', 9.0, -7.0),
         ((0.0, 1.0), 'F', 8.0, 7.0),
-    ):
-        drawing.letter(point, name, right, up)
-    # a disc of the same thickness has a⁴ times the inertia
-    weight = 100.0 * ratio**2
-    loss = (
-        period(1.0, weight, 1.0, inertia=_inertia(weight, ratio), carried=1.0 / 9.81)
-        / period(1e-3, weight, 1.0, inertia=_inertia(weight, ratio), carried=1.0 / 9.81)
-        - 1.0
     )
+    # a disc of the same thickness has a⁴ times the inertia
+    disc = inertia_of_rings(100.0 * ratio**2, BASE_RADIUS * ratio)
+    large, small = (period(each, inertia=disc, carried=1.0 / G) for each in (1.0, 1e-3))
     return Shown(
         drawing,
         f'*CD = a* = {ratio:g} *BC*: the pendulum is *a⁴* = {ratio**4:.4g} times as long. The '
         f'inertia of a weight of a hundredth of the small disc costs '
-        f'{86400.0 * loss / (1 + loss):.3g} seconds a day at 1 rad.',
+        f'{86400.0 * (1.0 - small / large):.3g} seconds a day at 1 rad.',
     )
-
-
-def _inertia(weight: float, ratio: float) -> float:
-    # of a uniform disc; the base radius of the claims is 20 mm
-    return 0.5 * weight / 9.81 * (0.02 * ratio) ** 2
 
 
 # -----------------------------------------------------------------------------
@@ -402,13 +389,12 @@ def _figure_ix(ratio: float, angle: float) -> Shown:
     drawing.line(np.zeros(2), places['M'], look='thin')
     drawing.line(np.zeros(2), hole, look='faint')
     tip: FloatArray = np.array(_at(cam.contact(0.0), angle))
-    for place, name, right, up in (
+    drawing.letters(
         (np.zeros(2), 'C', -9.0, 7.0),
         (tip, 'B', 8.0, 7.0),
         (places['M'], 'M', 10.0, 4.0),
         (places['P'], 'P', -9.0, -6.0),
-    ):
-        drawing.letter(place, name, right, up)
+    )
     if ratio > 3.0:
         drawing.note((0.0, -3.05), 'A is below', -40.0, 0.0)
     else:
@@ -438,14 +424,20 @@ def _figure_x(angle: float) -> Shown:
     rest = np.array(_at((0.0, 2.0), angle))
     drawing.line(np.zeros(2), rest, look='faint')
     drawing.line(np.zeros(2), places['O'], look='faint')
-    for place, name, right, up in (
+    drawing.letters(
         (np.zeros(2), 'C', -9.0, 7.0),
         (places['O'], 'O', -11.0, 6.0),
         (rest, 'B', 9.0, -6.0),
-        *(((places['M'], 'M', 10.0, 4.0), (places['N'], 'N', 9.0, 7.0),
-           (places['P'], 'P', -9.0, -6.0)) if angle else ()),
-    ):  # fmt: skip
-        drawing.letter(place, name, right, up)
+        *(
+            (
+                (places['M'], 'M', 10.0, 4.0),
+                (places['N'], 'N', 9.0, 7.0),
+                (places['P'], 'P', -9.0, -6.0),
+            )
+            if angle
+            else ()
+        ),
+    )
     arm = float(np.linalg.norm(places['N']))
     return Shown(
         drawing,
