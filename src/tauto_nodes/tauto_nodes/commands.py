@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import os
+import secrets
 import sys
 import time
 from collections.abc import Iterable, Mapping
@@ -377,7 +378,7 @@ def launch_plan() -> None:
             from tauto_nodes.simulation import graph_middleware
             from tauto_nodes.simulation.credits import RUN
 
-            environment |= graph_middleware() | {RUN: str(time.time_ns())}
+            environment |= graph_middleware() | {RUN: secrets.token_hex()}
             nodes = voyage_nodes(given)
     except TautoError as error:
         sys.stderr.write(spelled(error.message, as_parameter) + '\n')

@@ -31,7 +31,7 @@ from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.live.markers import MARKERS, MarkersNode
-from tauto_nodes.live.node import node_of, port
+from tauto_nodes.live.node import Intake, node_of, port
 from tauto_nodes.live.recorder import RecorderNode
 from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
@@ -196,6 +196,16 @@ def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
     assert trochlea.health()['ship/imu other_frame'] == 100
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, "frame 'keel', not 'mast'"))
     assert any("frame 'keel', not 'mast'" in line for line in heard.log)
+
+
+def test_of_what_a_message_says_logs_have_80_characters() -> None:
+    said: list[str] = []
+    intake = Intake(SHIP_IMU, lambda _, words: said.append(words))
+    for frame in ('mast', 'x' * 10**6):
+        intake.samples(encode(SHIP_IMU, replace(still_sensor(5.0), frame_id=frame))[:1])
+    assert len(said) == 1
+    assert 'x' * 70 in said[0]
+    assert max(len(said[0]), len(intake.trouble)) < 200
 
 
 def test_a_driver_restarted_in_another_frame_is_an_error_and_then_taken(bench: Bench) -> None:

@@ -584,7 +584,8 @@ def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(
     )
     said = ' '.join(second.stderr.split())
     assert second.returncode == 1, said
-    assert 'another graph of the namespace / sails in this domain since' in said
+    assert 'another graph of the namespace / sails in this domain' in said
+    assert not (tmp_path / 'second').exists()
     assert first.poll() is None
     ros(())
     captain = Node('captain')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,16 +15,28 @@ import numpy as np
 import pytest
 import rclpy
 from conftest import Bench, Echo, TestSource, imu, overrides
+from hypothesis import given
+from hypothesis import strategies as st
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu, TimeReference
-from std_msgs.msg import String
+from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.bags import encode, read_bag
-from tauto_core.samples import PHASE, READING, SHIP_IMU, JointSamples
-from tauto_core.scene import load_scene
+from tauto_core.bags import encode, is_cut_short, read_bag
+from tauto_core.samples import (
+    PHASE,
+    READING,
+    SCENE,
+    SHIP_IMU,
+    JointSamples,
+    TimeSamples,
+    same,
+    text,
+)
+from tauto_core.scene import load_scene, scene_yaml
+from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError
 from tauto_nodes.live import player
 from tauto_nodes.live.node import TICK_S, GraphNode, assess, port
@@ -35,15 +48,22 @@ from tauto_nodes.simulation.credits import (
     CREDIT_TOPIC,
     END_QOS,
     END_TOPIC,
+    PACK_QOS,
+    PACK_TOPIC,
     RUN,
     WINDOW,
     End,
     Report,
+    UnheardError,
+    mark,
+    pack,
+    unpack,
 )
 
 GRAPH = ('ship_motion', 'trochlea', 'recorder')
 FLOW: dict[str, Any] = {'flow_control': 'credits', 'graph': GRAPH}
 TOPICS = (SHIP_IMU, READING, PHASE)
+KEY = b'known to the nodes of the graph alone'
 NO_FORCE = np.full((1, 3), np.nan)
 
 
@@ -268,32 +288,112 @@ def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
     assert sink.exit_code == 0
 
 
-def test_the_graph_that_came_second_ends_and_the_first_goes_on(
+HOSTILE: list[bytes] = [
+    b'',
+    b'not json',
+    b'[]',
+    b'null',
+    b'{}',
+    b'{"node": 3}',
+    b'{"node":"a","taken":[1]}',
+    b'{"node":"trochlea","sent":{"clock/reading":Infinity}}',
+    b'{"node":"trochlea","taken":{"ship/imu":1e400},"matched":[],"ready":true,"number":1}',
+    b'{"node":"trochlea","sent":{"clock/reading":-1}}',
+    b'{"node":"ship_motion","sent":{"clock/reading":3}}',
+    b'{"node":"recorder","taken":{"ship/imu":' + b'9' * 5_000 + b'},"matched":[],"number":1}',
+    b'[' * 60_000,
+    b'\xff\xfe\xfd',
+    b'x' * 2**20,
+]
+"""What a stranger may say: no JSON, no report, no counts, too deep, no text, too large."""
+
+
+def closed(key: bytes, topic: str, said: bytes) -> bytes:
+    """Return a text as a message of a graph."""
+    said += b' ' + mark(key, topic, said).hex().encode()
+    return struct.pack('<4sI', b'\0\1\0\0', len(said) + 1) + said + b'\0'
+
+
+@pytest.mark.parametrize('key', [b'', KEY])
+@pytest.mark.parametrize('said', HOSTILE)
+def test_what_is_malformed_or_of_another_graph_is_neither_report_nor_end(
+    said: bytes, key: bytes
+) -> None:
+    for topic, read in ((CREDIT_TOPIC, Report.from_octets), (END_TOPIC, End.from_octets)):
+        for made_with in (key, b'another'):
+            with pytest.raises(UnheardError) as refused:
+                read(closed(made_with, topic, said), key)
+            assert len(str(refused.value)) < 400
+    with pytest.raises(UnheardError):
+        unpack(key, 'scene', said)
+
+
+@given(st.binary(max_size=200), st.sampled_from([b'', KEY]))
+def test_any_octets_are_refused(octets: bytes, key: bytes) -> None:
+    for read in (Report.from_octets, End.from_octets):
+        with pytest.raises(UnheardError):
+            read(octets, key)
+    with pytest.raises(UnheardError):
+        unpack(key, 'scene', octets)
+
+
+def test_nothing_that_a_stranger_says_ends_a_graph_or_its_voyage(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """He knows all topics and forms, and repeats what he hears; he lacks the key."""
+    monkeypatch.setenv(RUN, KEY.decode())
     flow = {**FLOW, 'packed': True}
-    graphs = []
-    for run in ('5', '6'):
-        monkeypatch.setenv(RUN, run)
-        sink = recorder(tmp_path / run, packed=True)
-        stage = StageNode('trochlea', lambda _: Echo(), **overrides(**flow))
-        graphs.append([sink, stage, TestSource(3_000, speed=1.0, **flow)])
-        bench.add(*graphs[-1])
-        if run == '5':
-            bench.until(lambda: sink.inputs[SHIP_IMU].taken)  # noqa: B023
-    first, second = graphs
-    refused = list(second)
-    while refused:
-        with pytest.raises(NodesError, match='another graph of the namespace / sails'):
-            bench.until(lambda: False)
-        for node in [node for node in refused if node.failure]:
-            refused.remove(node)
-            if node is second[0]:
-                node.close()
-            bench.remove(node)
-    bench.until(lambda: first[0].over)
-    assert {n['written'] for n in first[0].counts().values()} == {3_000}
-    assert second[0].counts()[SHIP_IMU]['received'] == 0
+    stage = StageNode('trochlea', lambda _: Echo(), **overrides(**flow))
+    source = TestSource(3_000, speed=1.0, **flow)
+    sink = bench.add(recorder(tmp_path / 'bag', packed=True), stage, source)
+    stranger, heard = bench.add(Node('stranger')), dict[str, list[bytes]]()
+    topics = {CREDIT_TOPIC: (String, CREDIT_QOS), END_TOPIC: (String, END_QOS)}
+    topics |= {f'{PACK_TOPIC}{SHIP_IMU}': (UInt8MultiArray, PACK_QOS)}
+    speak = {}
+    for topic, (kind, qos) in topics.items():
+        heard[topic] = []
+        stranger.create_subscription(kind, topic, heard[topic].append, qos, raw=True)
+        speak[topic] = stranger.create_publisher(kind, topic, qos)
+    bench.until(lambda: sink.inputs[SHIP_IMU].taken > 50 and heard[f'{PACK_TOPIC}{SHIP_IMU}'])
+    false = End('ship_motion', {SHIP_IMU: 3}).to_octets(b'')
+    for octets in [*(closed(b'', topic, each) for topic in topics for each in HOSTILE), false]:
+        for publisher in speak.values():
+            publisher.publish(octets)
+    for topic, publisher in speak.items():
+        for octets in [*pack(b'', SHIP_IMU, [b'x' * 320]), *heard[topic][:20]]:
+            publisher.publish(octets)
+    bench.until(lambda: all(f'{t} not_of_this_graph' in sink.health() for t in topics))
+    bench.until(lambda: sink.over)
+    assert sink.exit_code == 0
+    assert sink.counts() == {
+        topic: {'received': 3_000, 'written': 3_000, 'lost': 0} for topic in sink.counts()
+    }
+    stamps_ns, _ = read_bag(tmp_path / 'bag').payloads(SHIP_IMU)
+    np.testing.assert_array_equal(stamps_ns, sorted(set(stamps_ns)))
+
+
+def test_a_bag_with_fewer_readings_than_its_scene_has_is_cut_short(
+    bench: Bench, tmp_path: Path
+) -> None:
+    graph = ('ship_motion', 'trochlea', 'recorder')
+    flow: dict[str, Any] = {'flow_control': 'credits', 'graph': graph}
+    topics = (SCENE, READING)
+    sink = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=topics, **flow))
+    ship, clock = (GraphNode(name, **overrides(**flow)) for name in graph[:2])
+    bench.add(sink, ship, clock)
+    ship.connect([], [port(SCENE)])
+    clock.connect([], [port(READING)])
+    bench.until(lambda: ship.flow.everyone_ready() and clock.flow.everyone_ready())
+    scene = load_scene('measured', duration=3.0)
+    ship.send(SCENE, encode(SCENE, text(scene.starts_at_ns, scene_yaml(scene))))
+    at_ns = scene.starts_at_ns + np.arange(scene.log_count - 1) * NS_PER_S
+    readings = TimeSamples(at_ns, 'clock', at_ns, same('clock', len(at_ns)))
+    clock.send(READING, encode(READING, readings))
+    ship.input_over = clock.input_over = True
+    bench.until(lambda: sink.over)
+    assert sink.counts()[READING]['lost'] == 0
+    assert sink.exit_code == 1
+    assert is_cut_short(tmp_path / 'bag')
 
 
 @pytest.fixture
@@ -312,7 +412,7 @@ def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) 
     bench.until(liar.flow.everyone_ready)
     ends = liar.create_publisher(String, END_TOPIC, END_QOS)
     bench.until(lambda: ends.get_subscription_count() == 2)
-    ends.publish(String(data=End('trochlea', {READING: 7}).to_json()))
+    ends.publish(End('trochlea', {READING: 7}).to_octets(b''))
     bench.until(lambda: sink.over)
     assert sink.counts() == {READING: {'received': 0, 'written': 0, 'lost': 7}}
     assert sink.exit_code == 1
@@ -329,7 +429,7 @@ def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> Non
     bench.until(liar.flow.everyone_ready)
     ends = liar.create_publisher(String, END_TOPIC, END_QOS)
     bench.until(lambda: ends.get_subscription_count() == 2)
-    ends.publish(String(data=End('ship_motion', {SHIP_IMU: 7}).to_json()))
+    ends.publish(End('ship_motion', {SHIP_IMU: 7}).to_octets(b''))
     with pytest.raises(NodesError, match=r"lost on the way: \{'ship/imu': 7\}"):
         bench.until(lambda: False)
 
@@ -351,22 +451,3 @@ def recorder_of(folder: Path, graph: tuple[str, ...]) -> RecorderNode:
     return RecorderNode(
         **overrides(output=str(folder), topics=(READING,), flow_control='credits', graph=graph)
     )
-
-
-def test_a_bad_credit_report_ends_the_node(bench: Bench) -> None:
-    source = TestSource(10, **FLOW)
-    credits_ = bench.add(GraphNode('longitude'), source).create_publisher(
-        String, CREDIT_TOPIC, CREDIT_QOS
-    )
-    bench.until(lambda: credits_.get_subscription_count() == 1)
-    credits_.publish(String(data='{"node": 3}'))
-    with pytest.raises(Exception, match='not a credit report'):
-        bench.until(lambda: False)
-
-
-@pytest.mark.parametrize('text', ['', '[]', '{}', '{"node":"a","taken":[1]}', 'null'])
-def test_reports_that_are_none(text: str) -> None:
-    with pytest.raises(Exception, match='not a credit report'):
-        Report.from_json(text)
-    with pytest.raises(Exception, match='not an end marker'):
-        End.from_json(text)

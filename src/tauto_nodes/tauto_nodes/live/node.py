@@ -232,6 +232,12 @@ FRAME_NS = 10 * NS_PER_S
 """Time of messages in a new frame alone, as after a driver's restart, after which it is taken."""
 
 
+def short(said: object, write: Callable[[object], str] = repr) -> str:
+    """Return what a message says in at most 80 characters, for logs and /diagnostics."""
+    text = write(said)
+    return text if len(text) <= 80 else f'{text[:79]}…'
+
+
 class Intake:
     """Decodes the messages of one topic of the table.
 
@@ -270,7 +276,7 @@ class Intake:
                 elif fault is None:
                     self._other, self.trouble = None, ''
             except BagError as error:
-                fault = 'undecodable', str(error)
+                fault = 'undecodable', short(error, str)
             if fault is None:
                 good.append((sample, payload))
             else:
@@ -312,16 +318,19 @@ class Intake:
             if not all(np.isfinite(number).all() for number in numbers):
                 yield 'not_finite', 'one of its numbers is none'
         if self._required is not None and names[: len(self._required)] != self._required:
-            yield 'other_names', f'names {names}, which do not begin with {self._required}'
+            yield 'other_names', f'names {short(names)}, which do not begin with {self._required}'
         if self._kind is None:
             self._kind = samples.frame_id, names, widths
         frame, first_names, first_widths = self._kind
         if frame != samples.frame_id:
-            yield 'other_frame', f'frame {samples.frame_id!r}, not {frame!r} as before'
+            yield 'other_frame', f'frame {short(samples.frame_id)}, not {short(frame)} as before'
         if first_names != names:
-            yield 'other_names', f'names {names}, not {first_names} as before'
+            yield 'other_names', f'names {short(names)}, not {short(first_names)} as before'
         if first_widths != widths:
-            yield 'other_widths', f'arrays of {widths} numbers, not {first_widths} as before'
+            yield (
+                'other_widths',
+                f'arrays of {short(widths)} numbers, not {short(first_widths)} as before',
+            )
 
 
 # -----------------------------------------------------------------------------
@@ -440,12 +449,13 @@ class GraphNode(Node):
         return samples, good
 
     def note(self, topic: str, reason: str, words: str) -> None:
-        """Count what is wrong with a message; name the first one of a kind in the log.
-
-        A message of our own graph, which must not lose any, raises NodesError.
-        """
+        """Count what is wrong with a message; in our own graph, which loses none, NodesError."""
         if self.flow is not None:
             raise NodesError(f'{topic}: {reason}: {words}')
+        self.leave_aside(topic, reason, words)
+
+    def leave_aside(self, topic: str, reason: str, words: str) -> None:
+        """Count a message that is ignored; name the first one of a kind in the log."""
         key = f'{topic} {reason}'
         self._left_aside[key] = self._left_aside.get(key, 0) + 1
         if self._left_aside[key] == 1:

@@ -159,6 +159,7 @@ class RecorderNode(GraphNode):
         self._flushed_s = self._told_s = time.monotonic()
         self._unflushed = False
         self._early: dict[str, list[bytes]] = {}
+        self._readings: int | None = None
         self._waits_for_scene = self.settings.credits and s.SCENE in topics
         self._sought_s = 0.0
         self._leaves_s: float | None = None
@@ -200,6 +201,7 @@ class RecorderNode(GraphNode):
             if isinstance(samples, TextSamples):
                 for text in map(str, samples.data):
                     scene = self._described(text)
+                    self._readings = scene.log_count if s.READING in self.inputs else None
                     self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
             elif samples is not None:
                 # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
@@ -306,8 +308,18 @@ class RecorderNode(GraphNode):
         return now_s < self._leaves_s and any(self.inputs[t].matched for t in computed)
 
     def at_end(self) -> None:
-        """Close the bag: all that was sent has come, or is lost."""
-        self._complete = True
+        """Close the bag: all that was sent has come, or is lost.
+
+        It is whole if the clock has been read as often as the scene says.
+        """
+        had = self.inputs[s.READING].received if self._readings is not None else None
+        self._complete = had == self._readings
+        if not self._complete:
+            self.exit_code = 1
+            self.get_logger().error(
+                f'{s.READING}: {had} of {self._readings} readings have come: the bag is cut '
+                'short, and says so. Start the voyage again'
+            )
         self.close()
         self.over = True
 

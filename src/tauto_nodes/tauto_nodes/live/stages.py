@@ -44,7 +44,7 @@ from tauto_core.version import code
 from tauto_core.voyage import compile_kernels, refused_words
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.live import main_of
-from tauto_nodes.live.node import Diagnostics, GraphNode, port
+from tauto_nodes.live.node import Diagnostics, GraphNode, port, short
 from tauto_nodes.live.parameters import NodeSettings
 
 # -----------------------------------------------------------------------------
@@ -265,7 +265,9 @@ class Mounting:
                 self._refuse(frame)
             else:
                 self._frame, self.trouble = frame, ''
-                self._node.get_logger().info(f'{SHIP_IMU}: frame {frame!r} is turned as tf2 says')
+                self._node.get_logger().info(
+                    f'{SHIP_IMU}: frame {short(frame)} is turned as tf2 says'
+                )
         return None if self._mount is None else mounted(samples, self._mount)
 
     def _refuse(self, frame: str) -> None:
@@ -275,8 +277,9 @@ class Mounting:
             else 'tf2_ros is not installed here'
         )
         words = (
-            f'{SHIP_IMU}: frame {frame!r} is not {MOUNT_FRAME} (x forward, y to port, z up), and '
-            f'{asked}; its messages are left aside. Say how the sensor is mounted: imu_rotation'
+            f'{SHIP_IMU}: frame {short(frame)} is not {MOUNT_FRAME} (x forward, y to port, z up), '
+            f'and {asked}; its messages are left aside. Say how the sensor is mounted: '
+            'imu_rotation'
         )
         if words != self.trouble:
             self._node.get_logger().error(words)

@@ -62,6 +62,28 @@ class Domain:
         self.lock.close()
 
 
+def _claimed(name: str) -> socket.socket | None:
+    """Return what holds a name on this machine until its process ends; None if it is taken."""
+    lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        lock.bind(f'\0tauto-ros-domain-{name}')  # an abstract name of Linux
+    except OSError:
+        lock.close()
+        return None
+    return lock
+
+
+def claim_place(number: int, namespace: str) -> Domain:
+    """Return a namespace of a domain in which no other graph on this machine sails."""
+    place = f'/{namespace.strip("/")}'
+    if lock := _claimed(f'{number}{place}'):
+        return Domain(number, lock)
+    raise GraphError(
+        f'another graph of the namespace {place} sails in this domain, {number}, and it goes on. '
+        'Wait for its end, or give this one a namespace or a ROS_DOMAIN_ID of its own'
+    )
+
+
 def claim_domain() -> Domain:
     """Return a domain in which no participant runs and that no other graph has claimed.
 
@@ -70,12 +92,7 @@ def claim_domain() -> Domain:
     numbers = range(1, LAST_DOMAIN + 1)
     start = os.getpid() % LAST_DOMAIN
     for number in (*numbers[start:], *numbers[:start]):
-        lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        try:
-            # Linux' abstract names vanish with their process.
-            lock.bind(f'\0tauto-ros-domain-{number}')
-        except OSError:
-            lock.close()
+        if (lock := _claimed(f'{number}')) is None:
             continue
         first = 7400 + 250 * number  # as DDS numbers its ports
         try:
@@ -125,17 +142,18 @@ def graph_middleware() -> dict[str, str]:
 
 
 @contextmanager
-def graph_environment() -> Iterator[dict[str, str]]:
+def graph_environment(namespace: str = '') -> Iterator[dict[str, str]]:
     """Set this process' ROS environment and yield it for the children.
 
     Discovery stays on this machine, the domain is a free one, and Fast DDS gets our profile
-    (`fastdds_loopback.xml`), unless the environment says otherwise.
+    (`fastdds_loopback.xml`), unless the environment says otherwise. A domain that the environment
+    names is for one graph a namespace: another one on this machine is a GraphError.
     """
     check_discovery()
     given = graph_middleware()
-    domain = None if os.environ.get(DOMAIN) else claim_domain()
-    if domain is not None:
-        given[DOMAIN] = str(domain.number)
+    number = os.environ.get(DOMAIN)
+    domain = claim_place(int(number), namespace) if number else claim_domain()
+    given[DOMAIN] = str(domain.number)
     before = {name: os.environ.get(name) for name in given}
     os.environ.update(given)
     try:
@@ -146,8 +164,7 @@ def graph_environment() -> Iterator[dict[str, str]]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-        if domain is not None:
-            domain.release()
+        domain.release()
 
 
 @contextmanager

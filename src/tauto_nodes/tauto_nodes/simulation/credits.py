@@ -7,18 +7,19 @@ overflows. docs/nodes.md explains why this neither loses messages nor deadlocks.
 
 from __future__ import annotations
 
+import hmac
 import json
 import os
 import struct
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.scene.times import NS_PER_S
+from tauto_core.bags import TOPICS
 from tauto_nodes import NodesError
 from tauto_nodes.live.node import (
     BATCH,
@@ -39,7 +40,7 @@ PACKED_TIMES = 10
 constant cost of a piece of work is shared by more messages."""
 
 RUN = 'TAUTO_RUN'
-"""Environment variable: when a node's graph began [ns], which distinguishes two graphs."""
+"""Environment variable: the key of a node's graph, which its processes alone know."""
 
 HELLO_S = 0.05
 """Interval of the reports until all nodes of the graph are ready [s]."""
@@ -63,8 +64,55 @@ CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 
+# -----------------------------------------------------------------------------
+# What the nodes of one graph say among themselves. Anybody may publish on their topics, so each
+# message has a mark that only the processes of the graph can make, by the key in RUN. What has
+# another mark, is not of its form or came before is an UnheardError: it is counted and ignored.
+
+MARK = 16
+"""Bytes of a mark: the first ones of HMAC-SHA-256 (RFC 2104) over topic and content."""
+
+MOST_TEXT = 65_536
+"""Largest report or end marker that is looked at [bytes]; ours have some 500."""
+
 _TEXT = struct.Struct('<4sI')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
+_NO_MESSAGE = ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError
+
+
+class UnheardError(NodesError):
+    """A message that is not of this graph."""
+
+
+def mark(key: bytes, topic: str, content: bytes) -> bytes:
+    """Return the mark of a message; without a key anybody can make it."""
+    return hmac.digest(key or b'none', topic.encode() + b'\0' + content, 'sha256')[:MARK]
+
+
+def text_of(key: bytes, topic: str, content: Mapping[str, Any]) -> bytes:
+    """Return a mapping as a serialised message (CDR of std_msgs/String): its JSON and its mark."""
+    text = json.dumps(content).encode()
+    text += b' ' + mark(key, topic, text).hex().encode()
+    return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
+
+
+def content_of(key: bytes, topic: str, octets: bytes) -> Any:
+    """Return the JSON of a message that `text_of` made with the same key; else UnheardError."""
+    text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
+    if not hmac.compare_digest(end, mark(key, topic, text).hex().encode()):
+        raise UnheardError(f'{text[:80]!r} is not of this graph')
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise UnheardError(f'{text[:80]!r} is no JSON') from None
+
+
+def _counts(content: Any) -> dict[str, int]:
+    """Return the number of messages by topic; a ValueError where they are no counts."""
+    counts = {str(topic): n for topic, n in content.items()}
+    if not all(type(n) is int and 0 <= n < 2**63 for n in counts.values()):
+        raise ValueError
+    return counts
 
 
 @dataclass(frozen=True)
@@ -73,39 +121,29 @@ class Report:
 
     It has the messages `taken` so far of each topic that the node subscribes to, which of these
     have found a publisher (`matched`), and whether its publishers have found all their
-    subscribers (`ready`). `run` is that of its graph (RUN); 0: its nodes were started one by one.
+    subscribers (`ready`). The `number` rises from report to report of a node.
     """
 
     node: str
     taken: dict[str, int]
     matched: tuple[str, ...] = ()
     ready: bool = False
-    run: int = 0
+    number: int = field(default=0, compare=False)
 
-    def to_octets(self) -> bytes:
-        """Return the serialised message (CDR of std_msgs/String)."""
-        text = json.dumps(vars(self)).encode()
-        return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
-
-    @staticmethod
-    def from_octets(octets: bytes) -> Report:
-        """Return the report in a serialised message; NodesError if it has none."""
-        return Report.from_json(octets[_TEXT.size :].partition(b'\x00')[0])
+    def to_octets(self, key: bytes) -> bytes:
+        """Return the serialised message of a graph."""
+        return text_of(key, CREDIT_TOPIC, vars(self))
 
     @staticmethod
-    def from_json(text: str | bytes) -> Report:
-        """Return the report in a message's text; NodesError if it is not a report."""
+    def from_octets(octets: bytes, key: bytes) -> Report:
+        """Return the report in a serialised message; UnheardError if it has none of this graph."""
+        content = content_of(key, CREDIT_TOPIC, octets)
         try:
-            content = json.loads(text)
-            return Report(
-                str(content['node']),
-                {str(topic): int(n) for topic, n in content['taken'].items()},
-                tuple(content['matched']),
-                bool(content['ready']),
-                int(content.get('run', 0)),
-            )
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise NodesError(f'{CREDIT_TOPIC}: not a credit report: {text[:80]!r}') from error
+            taken, matched = _counts(content['taken']), tuple(map(str, content['matched']))
+            number = int(content['number'])
+            return Report(str(content['node']), taken, matched, bool(content['ready']), number)
+        except _NO_MESSAGE:
+            raise UnheardError(f'{str(content)[:80]!r} is no credit report') from None
 
 
 @dataclass(frozen=True)
@@ -114,29 +152,33 @@ class End:
 
     node: str
     sent: dict[str, int]
-    run: int = 0
 
-    def to_json(self) -> str:
-        """Return the message's text."""
-        return json.dumps(vars(self))
+    def to_octets(self, key: bytes) -> bytes:
+        """Return the serialised message of a graph."""
+        return text_of(key, END_TOPIC, vars(self))
 
     @staticmethod
-    def from_json(text: str) -> End:
-        """Return the end marker in a message; NodesError if it has none."""
+    def from_octets(octets: bytes, key: bytes) -> End:
+        """Return the end marker in a message; UnheardError if it has none of this graph.
+
+        The end of a topic counts only from the node that publishes it.
+        """
+        content = content_of(key, END_TOPIC, octets)
         try:
-            content = json.loads(text)
-            sent = {str(topic): int(n) for topic, n in content['sent'].items()}
-            return End(str(content['node']), sent, int(content.get('run', 0)))
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise NodesError(f'{END_TOPIC}: not an end marker: {text[:80]!r}') from error
+            node, sent = str(content['node']), _counts(content['sent'])
+            if not all(TOPICS[topic].node == node for topic in sent):
+                raise ValueError
+            return End(node, sent)
+        except _NO_MESSAGE:
+            raise UnheardError(f'{str(content)[:80]!r} is no end marker') from None
 
 
 # -----------------------------------------------------------------------------
 # Packs: many messages in one, between the nodes of our own graph. The overhead is paid once.
 #
-# A pack is a std_msgs/UInt8MultiArray. Its data are, little-endian, the graph's run (uint64), the
-# number of messages and their lengths (uint32), then the messages, with their exact lengths: DDS
-# pads none of them.
+# A pack is a std_msgs/UInt8MultiArray. Its data are its mark and, little-endian, how many messages
+# of the topic came before it (uint64), the number of messages and their lengths (uint32), then the
+# messages, with their exact lengths: DDS pads none of them.
 
 PACK_TOPIC = '_tauto/pack/'
 """Prefix of the name of a packed topic."""
@@ -148,47 +190,48 @@ MOST_BYTES = 60_000
 _HEAD = struct.Struct('<4sIII')
 
 
-def pack(payloads: Sequence[bytes], run: int = 0) -> Iterator[bytes]:
-    """Yield the serialised packs of a run's messages, in their order."""
+def pack(key: bytes, topic: str, payloads: Sequence[bytes], sent: int = 0) -> Iterator[bytes]:
+    """Yield the serialised packs of messages of a topic, in their order; `sent` came before."""
     first = size = 0
     for last, payload in enumerate(payloads):
         if size and size + len(payload) > MOST_BYTES:
-            yield _packed(payloads[first:last], run)
+            yield _packed(key, topic, payloads[first:last], sent + first)
             first, size = last, 0
         size += len(payload)
     if payloads:
-        yield _packed(payloads[first:], run)
+        yield _packed(key, topic, payloads[first:], sent + first)
 
 
-def _packed(payloads: Sequence[bytes], run: int) -> bytes:
+def _packed(key: bytes, topic: str, payloads: Sequence[bytes], sent: int) -> bytes:
     n = len(payloads)
-    lengths = struct.pack(f'<Q{n + 1}I', run, n, *map(len, payloads))
+    lengths = struct.pack(f'<Q{n + 1}I', sent, n, *map(len, payloads))
     data = b''.join([lengths, *payloads])
-    return _HEAD.pack(_LITTLE_ENDIAN, 0, 0, len(data)) + data
+    head = _HEAD.pack(_LITTLE_ENDIAN, 0, 0, MARK + len(data))
+    return head + mark(key, topic, data) + data
 
 
-def unpack(topic: str, octets: bytes, run: int = 0) -> list[bytes]:
-    """Return the messages of a serialised pack of a topic, none where it is of another run.
+def unpack(key: bytes, topic: str, octets: bytes) -> tuple[int, list[bytes]]:
+    """Return how many messages came before those of a serialised pack, and these.
 
-    NodesError: it is not a pack.
+    UnheardError: it is no pack of this graph.
     """
     try:
-        sender, n = struct.unpack_from('<QI', octets, _HEAD.size)
-        if sender != run:
-            return []
-        lengths = struct.unpack_from(f'<{n}I', octets, _HEAD.size + 12)
-    except struct.error:
-        raise NodesError(f'{PACK_TOPIC}{topic}: not a pack of messages: {octets[:40]!r}') from None
-    at = _HEAD.size + 8 + 4 * (n + 1)
-    if at + sum(lengths) > len(octets):
-        raise NodesError(
-            f'{PACK_TOPIC}{topic}: a pack of {n} messages is cut short: {len(octets)} bytes'
-        )
+        size = _HEAD.unpack_from(octets)[3]
+        data = octets[_HEAD.size + MARK : _HEAD.size + size]
+        if not hmac.compare_digest(octets[_HEAD.size :][:MARK], mark(key, topic, data)):
+            raise ValueError
+        sent, n = struct.unpack_from('<QI', data)
+        lengths = struct.unpack_from(f'<{n}I', data, 12)
+        at = 12 + 4 * n
+        if at + sum(lengths) != len(data):
+            raise ValueError
+    except (struct.error, ValueError):
+        raise UnheardError(f'{octets[:40]!r} is no pack of this graph') from None
     messages = []
     for length in lengths:
-        messages.append(octets[at : at + length])
+        messages.append(data[at : at + length])
         at += length
-    return messages
+    return sent, messages
 
 
 # -----------------------------------------------------------------------------
@@ -217,13 +260,13 @@ class Packer(Output):
     """State of a publisher whose messages go to the graph in packs, on the topic of a `carrier`.
 
     The topic itself carries what others subscribe to, `watchers` in number, of whom those have
-    been `named` that may lose some. `matched` counts the subscribers within the graph, of a `run`.
+    been `named` that may lose some. `matched` counts the subscribers within the graph of a `key`.
     """
 
     owner: Any = None
     port: Any = None
     carrier: Any = None
-    run: int = 0
+    key: bytes = b''
     watchers: int = 0
     named: set[str] = field(default_factory=set)
 
@@ -239,7 +282,7 @@ class Packer(Output):
 
     def publish(self, payloads: Sequence[bytes]) -> None:
         """Send messages in packs, and singly where somebody takes them so."""
-        for octets in pack(payloads, self.run):
+        for octets in pack(self.key, self.port.name, payloads, self.sent):
             self.carrier.publish(octets)
         if self.watchers or self.port.is_latched:
             super().publish(payloads)
@@ -263,8 +306,8 @@ class Packer(Output):
 class Credits:
     """The part of a node, its `owner`, in the flow control of its graph.
 
-    The parameter `graph` names all nodes, the owner included. Messages from the nodes of another
-    `run` are ignored. `totals` has the messages of each topic that senders say they have sent,
+    The parameter `graph` names all nodes, the owner included. Messages of anybody else are counted
+    and ignored. `totals` has the messages of each topic that senders say they have sent,
     `heard_s` the time when each node was last heard, `moved_s` the time when a report last
     differed from the one before, both by `time.monotonic()` [s].
     """
@@ -277,7 +320,7 @@ class Credits:
                 f'graph = {list(self._graph)}: must name every node of the graph once, '
                 f'{self._name} among them'
             )
-        self._run = int(os.environ.get(RUN) or 0)
+        self._key = os.environ.get(RUN, '').encode()
         self._packs = owner.settings.packed
         times = PACKED_TIMES if self._packs else 1
         self._window, self.batch = WINDOW * times, BATCH * times
@@ -285,15 +328,17 @@ class Credits:
         self.totals: dict[str, int] = {}
         self.heard_s: dict[str, float] = {}
         self.moved_s = time.monotonic()
-        self._met = self._ended = False
+        self._ended = False
         self._totals_s: float | None = None
         self._reported_s = 0.0
         self._reported: Report | None = None
         self._credit = owner.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
         self._end = owner.create_publisher(String, END_TOPIC, END_QOS)
-        hear, hear_end = owner.guard(self._hear), owner.guard(self._hear_end)
-        owner.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
-        owner.create_subscription(String, END_TOPIC, hear_end, END_QOS)
+        for topic, hear, qos in (
+            (CREDIT_TOPIC, self._hear, CREDIT_QOS),
+            (END_TOPIC, self._hear_end, END_QOS),
+        ):
+            owner.create_subscription(String, topic, self._heard(topic, hear), qos, raw=True)
 
     def output(self, port: TopicPort, publisher: Any) -> Output:
         """Return the state of a publisher, which packs where the graph has packs."""
@@ -301,17 +346,24 @@ class Credits:
             return Output(publisher)
         name = PACK_TOPIC + port.name
         carrier = self._owner.create_publisher(UInt8MultiArray, name, PACK_QOS)
-        return Packer(publisher, owner=self._owner, port=port, carrier=carrier, run=self._run)
+        return Packer(publisher, owner=self._owner, port=port, carrier=carrier, key=self._key)
 
     def listen_to(self, port: TopicPort, source: Input) -> bool:
         """Subscribe to the packs of a topic; False where the graph has none."""
         if self._packs:
-            take = self._owner.guard(
-                lambda octets: self._owner.received(source, unpack(port.name, octets, self._run))
-            )
-            source.type_name, source.is_signed = type_name(UInt8MultiArray), self._run > 0
+            name, come = PACK_TOPIC + port.name, 0
+
+            def take(octets: bytes) -> None:
+                nonlocal come
+                sent, payloads = unpack(self._key, port.name, octets)
+                if sent < come:
+                    raise UnheardError('a pack comes again')
+                come = sent + len(payloads)
+                self._owner.received(source, payloads)
+
+            source.type_name, source.is_signed = type_name(UInt8MultiArray), bool(self._key)
             source.subscription = self._owner.create_subscription(
-                UInt8MultiArray, PACK_TOPIC + port.name, take, PACK_QOS, raw=True
+                UInt8MultiArray, name, self._heard(name, take), PACK_QOS, raw=True
             )
         return self._packs
 
@@ -334,7 +386,7 @@ class Credits:
         if owner.outputs and owner.input_over and not owner.backlogged and not self._ended:
             self._ended = True
             sent = {topic: output.sent for topic, output in owner.outputs.items()}
-            self._end.publish(String(data=End(self._name, sent, self._run).to_json()))
+            self._end.publish(End(owner.role, sent).to_octets(self._key))
         self.report()
 
     def strangers(self) -> list[str]:
@@ -343,7 +395,7 @@ class Credits:
         return [
             f'{name} publishes {topic}, too; the graph ignores it'
             for topic, output in self._owner.outputs.items()
-            if self._packs and self._run
+            if self._packs and self._key
             for info in self._owner.get_publishers_info_by_topic(output.publisher.topic_name)
             if (name := node_of(info)) != own
         ]
@@ -357,7 +409,8 @@ class Credits:
             owner.waiting = self._waiting()
         matched = tuple(topic for topic, source in owner.inputs.items() if source.matched > 0)
         taken = {topic: source.taken for topic, source in owner.inputs.items()}
-        report = Report(self._name, taken, matched, not owner.waiting, self._run)
+        number = 1 + (self._reported.number if self._reported is not None else 0)
+        report = Report(self._name, taken, matched, not owner.waiting, number)
         # A report costs every node time: before it is due it must be news to them.
         since_s, last = now - self._reported_s, self._reported
         is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
@@ -365,7 +418,7 @@ class Credits:
             fresh = [n - last.taken[topic] for topic, n in taken.items()]
             is_news = max(fresh, default=0) >= self.batch or (any(fresh) and since_s >= SOON_S)
         if since_s >= due_s or is_news:
-            self._credit.publish(report.to_octets())
+            self._credit.publish(report.to_octets(self._key))
             self._note(report)
             self._reported, self._reported_s = report, now
 
@@ -375,36 +428,32 @@ class Credits:
             self.moved_s = self.heard_s[report.node]
         self._reports[report.node] = report
 
+    def _heard(self, topic: str, take: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        """Return the callback of a topic of the graph, which counts what is not of this graph."""
+
+        def hear(octets: bytes) -> None:
+            try:
+                take(octets)
+            except UnheardError as error:
+                self._owner.leave_aside(topic, 'not_of_this_graph', str(error))
+
+        return self._owner.guard(hear)
+
     def _hear(self, octets: bytes) -> None:
-        report, owner = Report.from_octets(octets), self._owner
-        if report.run != self._run:
-            self._meet(report)
-        elif report.node in self._graph and report.node != self._name:
-            self._note(report)
-            for topic in owner.outputs:
-                owner.pump(topic)
-            if not owner.backlogged:
-                owner.tick()
+        report, owner = Report.from_octets(octets, self._key), self._owner
+        if report.node not in self._graph or report.node == self._name:
+            return
+        last = self._reports.get(report.node)
+        if last is not None and report.number <= last.number:
+            raise UnheardError('a report comes again')
+        self._note(report)
+        for topic in owner.outputs:
+            owner.pump(topic)
+        if not owner.backlogged:
+            owner.tick()
 
-    def _hear_end(self, message: String) -> None:
-        end = End.from_json(message.data)
-        if end.node in self._graph and end.run == self._run:
-            self.totals.update(end.sent)
-
-    def _meet(self, other: Report) -> None:
-        """Let the earlier graph go on, and end the later one with a NodesError."""
-        if 0 < other.run < self._run:
-            since = time.strftime('%Y-%m-%d %H:%M:%S', time.localtime(other.run // NS_PER_S))
-            raise NodesError(
-                f'another graph of the namespace {self._owner.get_namespace()} sails in this '
-                f'domain since {since}, and it goes on. Wait for its end, or give this one a '
-                'namespace or a ROS_DOMAIN_ID of its own'
-            )
-        self._reported = None  # so that it hears of us at once
-        if not self._met:
-            words = 'a second graph starts in this namespace; it is ignored'
-            self._owner.get_logger().warning(words)
-        self._met = True
+    def _hear_end(self, octets: bytes) -> None:
+        self.totals.update(End.from_octets(octets, self._key).sent)
 
     def _waiting(self) -> list[str]:
         """Return the nodes and subscriptions that must come before anything may be sent."""
