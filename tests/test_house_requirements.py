@@ -89,9 +89,7 @@ def test_setup_and_manifest_say_the_same(monkeypatch: pytest.MonkeyPatch, packag
     assert manifest.findtext('version') == Version(said['version']).base_version
 
 
-def test_both_packages_and_the_changelog_say_one_version(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_both_packages_and_the_changelog_say_one_version(monkeypatch: pytest.MonkeyPatch) -> None:
     """A release has its heading; before it, what is new is above the heading of the last one."""
     for each in ('tauto_core', 'tauto_nodes'):
         assert setup_of(each, monkeypatch)['version'] == BASE

@@ -72,10 +72,7 @@ def said(arguments: tuple[str, ...]) -> dict[str, Any]:
     """Return what a command prints with --json, and its exit code."""
     result = CliRunner().invoke(app, [*arguments, '--json'])
     lines = result.stdout.strip()
-    return {
-        'exit_code': result.exit_code,
-        'json': steady(json.loads(lines)) if lines else None,
-    }
+    return {'exit_code': result.exit_code, 'json': steady(json.loads(lines)) if lines else None}
 
 
 def steady(value: Any) -> Any:

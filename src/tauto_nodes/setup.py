@@ -63,10 +63,7 @@ setup(
             )
             for node in nodes
         ],
-        'tauto.commands': [
-            f'graph = {PACKAGE}.commands:graph',
-            f'play = {PACKAGE}.commands:play',
-        ],
+        'tauto.commands': [f'graph = {PACKAGE}.commands:graph', f'play = {PACKAGE}.commands:play'],
     },
     zip_safe=False,
 )

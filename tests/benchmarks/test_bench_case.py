@@ -14,11 +14,7 @@ from benchmarks.work_precision.equations.case_kernels import bends, fill_slope
 from benchmarks.work_precision.peer import make_peers
 from benchmarks.work_precision.problems import CaseProblem, HungCase, problems
 from benchmarks.work_precision.references.integrated import gauss_case, long_double_case
-from benchmarks.work_precision.references.stored import (
-    CASE_STEPS_A_SECOND,
-    error_rad,
-    reference,
-)
+from benchmarks.work_precision.references.stored import CASE_STEPS_A_SECOND, error_rad, reference
 from benchmarks.work_precision.runner import Row, measure
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, energy, small_motion
 from tauto_core.motion.axle import forces

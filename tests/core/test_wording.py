@@ -107,11 +107,7 @@ def test_a_sign_is_given_where_it_is_asked_for() -> None:
 
 @pytest.mark.parametrize(
     ('value', 'form', 'said'),
-    [
-        (-1.5, '.2f', '−1.50'),
-        (-4e-10, '+z.9f', '+0.000000000'),
-        (-2e-5, 'g', '−2e-05'),
-    ],
+    [(-1.5, '.2f', '−1.50'), (-4e-10, '+z.9f', '+0.000000000'), (-2e-5, 'g', '−2e-05')],
 )
 def test_a_format_has_a_minus_sign_and_none_before_a_zero(
     value: float, form: str, said: str

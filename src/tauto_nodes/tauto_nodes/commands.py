@@ -75,8 +75,7 @@ def graph(
     ] = False,
     namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
     executor: Annotated[
-        str,
-        typer.Option(metavar='events|single', help='Executor of the nodes; single is slower.'),
+        str, typer.Option(metavar='events|single', help='Executor of the nodes; single is slower.')
     ] = 'events',
     as_json: AsJson = False,
 ) -> None:
@@ -390,9 +389,5 @@ def launch_plan() -> None:
     remappings = {
         topic: given[name] for topic, name in named.items() if given.get(name, topic) != topic
     }
-    answer = {
-        'nodes': list(nodes),
-        'environment': environment,
-        'remappings': remappings,
-    }
+    answer = {'nodes': list(nodes), 'environment': environment, 'remappings': remappings}
     sys.stdout.write(json.dumps(answer) + '\n')

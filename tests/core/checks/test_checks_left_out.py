@@ -12,13 +12,7 @@ from scipy.integrate import quad
 from scipy.special import ellipe
 
 import tauto_core as tauto
-from tauto_core.checks.facts import (
-    TABLE,
-    USUAL_MASS,
-    LeftOut,
-    frequency_in_light_case,
-    left_out,
-)
+from tauto_core.checks.facts import TABLE, USUAL_MASS, LeftOut, frequency_in_light_case, left_out
 from tauto_core.curves.materials import MATERIALS
 from tauto_core.machines import compile_machine
 from tauto_core.scene.errors import ABSENT, SceneError

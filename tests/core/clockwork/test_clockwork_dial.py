@@ -37,10 +37,7 @@ def test_a_step_has_the_covariance_of_the_exact_discretisation():
     own = np.diff(x) - tau * y[:-1], np.diff(y)
     q1, q2 = 0.3**2 / DAY, (80.0 / DAY) ** 2 / DAY
     q = np.array(
-        [
-            [q1 * tau + q2 * tau**3 / 3.0, q2 * tau**2 / 2.0],
-            [q2 * tau**2 / 2.0, q2 * tau],
-        ]
+        [[q1 * tau + q2 * tau**3 / 3.0, q2 * tau**2 / 2.0], [q2 * tau**2 / 2.0, q2 * tau]]
     )
     found = np.cov(own)
     # sampling error of a covariance: sqrt((q_ii q_jj + q_ij^2)/n); five of them

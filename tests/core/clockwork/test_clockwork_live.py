@@ -427,14 +427,7 @@ def test_each_source_of_time_has_its_sigma_and_others_are_refused_by_name():
         refused = drift.health()['observations_unknown']
         assert refused == len(drift.notices) == (source == 'sundial')
     prior = 10.0 * scene.drift.observation_sigma
-    expected = {
-        'sextant': 0.5,
-        'lunar': 60.0,
-        'gps': 0.2,
-        'gnss': 0.2,
-        'sundial': np.inf,
-        '': 0.5,
-    }
+    expected = {'sextant': 0.5, 'lunar': 60.0, 'gps': 0.2, 'gnss': 0.2, 'sundial': np.inf, '': 0.5}
     for source, sigma in expected.items():
         known = 1.0 / np.hypot(1.0 / prior, 1.0 / sigma)
         assert sigmas[source] == pytest.approx(known, rel=1e-6), source

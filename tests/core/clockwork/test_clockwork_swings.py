@@ -235,11 +235,7 @@ def test_a_clock_that_goes_has_not_stopped():
 
 
 @settings(max_examples=12, deadline=None)
-@given(
-    log_k=st.floats(-2.0, 2.5),
-    release=st.floats(0.3, 62.0),
-    every=st.sampled_from([1, 7, 41]),
-)
+@given(log_k=st.floats(-2.0, 2.5), release=st.floats(0.3, 62.0), every=st.sampled_from([1, 7, 41]))
 def test_a_swing_of_any_width_goes_on_wherever_its_run_ends(log_k, release, every):
     """k = b A √(m/I) says how much of the inertia is the weight's: the period grows with it."""
     mass = HEAVY['inertia'] * (10.0**log_k / (HEAVY['cam']['base_radius'] * release)) ** 2
@@ -272,10 +268,7 @@ GOING = {
         'drag': {'viscous': 1e-5},
     },
     'wide at sea': {'trochlea': HEAVY | {'release_angle': 3.0}, 'ship': ROLL},
-    'hanging at sea': {
-        'trochlea': IDEAL['trochlea'] | HANGING,
-        'ship': ROLL,
-    },
+    'hanging at sea': {'trochlea': IDEAL['trochlea'] | HANGING, 'ship': ROLL},
     'lever at sea': {'trochlea': IDEAL['trochlea'] | LEVER, 'ship': ROLL},
 }
 

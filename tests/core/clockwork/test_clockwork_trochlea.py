@@ -157,10 +157,7 @@ def test_foreign_motion_is_anchored_at_its_first_stamp_and_jitter_does_not_matte
     shift = 12_345_678_901
     regular = TrochleaStage(scene, anchor='first')
     said = collected(
-        [
-            regular.feed({'ship/imu': replace(imu, stamp_ns=imu.stamp_ns + shift)}),
-            regular.finish(),
-        ]
+        [regular.feed({'ship/imu': replace(imu, stamp_ns=imu.stamp_ns + shift)}), regular.finish()]
     )
     own = TrochleaStage(scene).feed({'ship/imu': imu})
     assert said[READING].stamp_ns[0] == scene.starts_at_ns + shift

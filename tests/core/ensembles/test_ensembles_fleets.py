@@ -20,12 +20,7 @@ from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
 from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.answers import statistics_of
-from tauto_core.ensembles.fleets import (
-    Plan,
-    as_draws,
-    sail_fleet,
-    sail_ship,
-)
+from tauto_core.ensembles.fleets import Plan, as_draws, sail_fleet, sail_ship
 from tauto_core.ensembles.rows import FIGURES, FleetError, Store
 from tauto_core.ensembles.workers import Crew, Ended, WorkerError
 from tauto_core.plots.ensembles import fleet_figure

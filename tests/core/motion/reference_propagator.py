@@ -29,13 +29,7 @@ from scipy.interpolate import BPoly
 from thread_references import Swinging, reference_of
 
 from tauto_core.curves.cams.corrected import WeightCorrected
-from tauto_core.machines import (
-    AnyMachine,
-    FluidPendulum,
-    HangingMachine,
-    Machine,
-    compile_machine,
-)
+from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine, Machine, compile_machine
 from tauto_core.motion.forcing import (
     Forcing,
     Motion,

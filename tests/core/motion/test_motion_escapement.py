@@ -51,10 +51,7 @@ CHEEK = {
 )
 def test_a_clock_released_in_its_steady_swing_repeats_it(trochlea, drag, energy, angle):
     """Quality factors of 10 to 30, so that nothing is small."""
-    sections = {
-        'drag': drag,
-        'escapement': {'kind': 'impulse', 'energy': energy, 'angle': angle},
-    }
+    sections = {'drag': drag, 'escapement': {'kind': 'impulse', 'energy': energy, 'angle': angle}}
     found = foretold(scene_of(trochlea=trochlea, **sections))
     scene = released_steady(found.period, found.amplitude, trochlea=trochlea, **sections)
     joints = run(scene)[JOINT_STATES]

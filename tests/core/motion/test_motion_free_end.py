@@ -68,10 +68,7 @@ CASES = {
         'escapement': {**IMPULSE, 'angle': -0.1},
     },
     'a spring on an involute': {
-        'trochlea': {
-            **WEIGHT,
-            'power': {'kind': 'spring', 'force': 1.5, 'stiffness': 2.0},
-        },
+        'trochlea': {**WEIGHT, 'power': {'kind': 'spring', 'force': 1.5, 'stiffness': 2.0}},
         'drag': {'viscous': 1e-5},
         'escapement': IMPULSE,
     },

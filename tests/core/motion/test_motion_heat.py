@@ -173,11 +173,7 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
     [
         (INVOLUTE['cam'], 25.0, [20.0, 35.0, 30.0, 10.0, 12.0]),
         ({'kind': 'weight_corrected', 'period': 1.0}, 4.0, [20.0, 21.0, 20.8]),
-        (
-            {'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005},
-            10.0,
-            [20.0, 23.0, 22.0],
-        ),
+        ({'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005}, 10.0, [20.0, 23.0, 22.0]),
     ],
     ids=['involute', 'weight_corrected', 'circular_arc'],
 )

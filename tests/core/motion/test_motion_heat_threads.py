@@ -50,10 +50,7 @@ MACHINES: dict[str, Any] = {
     'lever of brass, oil, recoil': ({**LEVER, **BRASS}, DRIVEN),
     'lever, oil that ages': (LEVER, AGEING),
     'thread, zinc': ({**HANGING, 'material': 'zinc'}, {}),
-    'thread, cam of zinc alone': (
-        {**DAMPED, 'cam': {**WHEEL['cam'], 'material': 'zinc'}},
-        {},
-    ),
+    'thread, cam of zinc alone': ({**DAMPED, 'cam': {**WHEEL['cam'], 'material': 'zinc'}}, {}),
     'thread, brass, oil, recoil': ({**HANGING, **BRASS}, DRIVEN),
     'thread, oil that ages': (HANGING, AGEING),
 }

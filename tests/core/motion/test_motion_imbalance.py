@@ -175,9 +175,7 @@ def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
     torque = FORCE * RATE * 0.01 + 1.2e-4 * G * math.sin(0.01 + 0.7)
     for friction, held in ((torque * 1.001, True), (torque * 0.999, False)):
         scene = scene_of(
-            trochlea=UNBALANCED | {'release_angle': 0.01},
-            drag={'coulomb': friction},
-            duration=2.0,
+            trochlea=UNBALANCED | {'release_angle': 0.01}, drag={'coulomb': friction}, duration=2.0
         )
         assert (np.ptp(angles(scene)[1]) == 0.0) == held
 

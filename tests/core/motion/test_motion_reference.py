@@ -7,15 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motion_cases import (
-    SEA,
-    WEIGHT,
-    at_rest_at_sea,
-    on_land,
-    run,
-    sampled,
-    scene_of,
-)
+from motion_cases import SEA, WEIGHT, at_rest_at_sea, on_land, run, sampled, scene_of
 from reference_propagator import Reference
 
 from tauto_core.machines import compile_machine

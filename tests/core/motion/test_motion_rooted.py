@@ -79,9 +79,7 @@ def test_it_sails_as_dop853_does(release: float) -> None:
 
 def test_a_steady_swing_is_not_computed() -> None:
     scene = scene_of(
-        trochlea=ROOTED,
-        drag={'viscous': 1e-5},
-        escapement={'kind': 'impulse', 'energy': 1e-5},
+        trochlea=ROOTED, drag={'viscous': 1e-5}, escapement={'kind': 'impulse', 'energy': 1e-5}
     )
     machine = compile_machine(scene)
     assert isinstance(machine, Machine)

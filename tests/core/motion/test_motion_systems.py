@@ -28,10 +28,7 @@ WHEEL = {
 TROCHLEAS: dict[str, dict[str, Any]] = {
     'wheel': WHEEL,
     'cheek': {**WHEEL, 'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.02}},
-    'lever': {
-        **WHEEL,
-        'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
-    },
+    'lever': {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}},
     'thread': {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.6}},
 }
 UNBALANCED = {**WHEEL, 'imbalance': {'moment': 1e-4, 'direction': 0.7}}

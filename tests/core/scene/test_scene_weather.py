@@ -109,12 +109,7 @@ def test_a_bag_needs_no_file_of_the_record(tmp_path: Path) -> None:
 
 
 def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
-    voyage = {
-        'departure': [0.0, 0.0],
-        'arrival': [10.0, 0.0],
-        'sails_at': 0.0,
-        'arrives_at': 1e6,
-    }
+    voyage = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
     asked = record(tmp_path, NDBC, format='ndbc', follow_route=True)
     scene = scene_of(asked, voyage=voyage)
     found = scene.ship.states(scene)

@@ -36,10 +36,7 @@ from tauto_nodes.live.recorder import RecorderNode
 from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
 FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
-COVARIATES = {
-    'covariates': ['roll'],
-    'coefficients': {'roll': {'value': 0.01, 'sigma': 0.02}},
-}
+COVARIATES = {'covariates': ['roll'], 'coefficients': {'roll': {'value': 0.01, 'sigma': 0.02}}}
 START_NS = 1_700_000_000 * 10**9
 GARBAGE = int(os.environ.get('TAUTO_GARBAGE', '500'))
 """Messages on each subscription; `make stress` sends ten thousand."""

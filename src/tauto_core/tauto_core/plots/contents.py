@@ -381,13 +381,7 @@ def _error(voyage: Voyage) -> Chart:
             _band('estimate ± 1σ', time, voyage.offset_s, voyage.offset_sigma_s),
             _line('estimated', time, voyage.offset_s, 'orange'),
             _line('dial', time, voyage.clock_error_s),
-            Line(
-                'observed',
-                voyage.observation_time_s,
-                voyage.observed_error_s,
-                'grey',
-                'points',
-            ),
+            Line('observed', voyage.observation_time_s, voyage.observed_error_s, 'grey', 'points'),
         ],
     )
 
@@ -431,9 +425,7 @@ def _rate(voyage: Voyage) -> Chart:
             _band('estimate ± 1σ', time, estimated, sigma),
             _line('estimated', time, estimated, 'orange'),
             Line(
-                'dial, mean of each step',
-                np.repeat(time[edges], 2)[1:-1],
-                np.repeat(measured, 2),
+                'dial, mean of each step', np.repeat(time[edges], 2)[1:-1], np.repeat(measured, 2)
             ),
         ],
     )

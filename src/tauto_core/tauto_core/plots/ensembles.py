@@ -154,10 +154,7 @@ def _trial_shares(axes: Axes, answers: TrialAnswers) -> None:
 # -----------------------------------------------------------------------------
 # A fleet: the distribution of the errors, and the keys with which they correlate.
 
-_CLOCKS = {
-    'raw': ('the dial as set', '#003f88'),
-    'corrected': ('rated and corrected', '#c8553d'),
-}
+_CLOCKS = {'raw': ('the dial as set', '#003f88'), 'corrected': ('rated and corrected', '#c8553d')}
 _LEAST_NMI = 0.01
 """Left end of the axis; below 20 m ships cannot be distinguished."""
 

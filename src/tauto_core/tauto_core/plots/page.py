@@ -611,10 +611,7 @@ def _map_section(
         '<input id="day" type="range" min="0" max="1" step="any" value="0" '
         'aria-label="day of the voyage"><output id="when" for="day"></output></div>'
     )
-    return (
-        f'<section id="map">{picture}{keys}{controls}</section>',
-        found,
-    )
+    return (f'<section id="map">{picture}{keys}{controls}</section>', found)
 
 
 def _keys(named: list[tuple[str, str, str]]) -> str:

@@ -163,8 +163,7 @@ def write_solids(
             stl.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise OutputError(
-                Argument('stl', stl),
-                f': cannot be made a folder: {error.strerror}. Name another',
+                Argument('stl', stl), f': cannot be made a folder: {error.strerror}. Name another'
             ) from None
     for file, content in written:
         write_output(file, content)

@@ -40,13 +40,7 @@ from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, SLACK, Samples
 from tauto_core.scene.errors import BagError
 from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.live.parameters import (
-    QOS_PREFIX,
-    declare,
-    overrides_of,
-    shared_names,
-    take_raw,
-)
+from tauto_nodes.live.parameters import QOS_PREFIX, declare, overrides_of, shared_names, take_raw
 
 # -----------------------------------------------------------------------------
 # Ports: publishers and subscriptions for serialised messages, their quality of service and state.
@@ -234,8 +228,7 @@ FRAME_NS = 10 * NS_PER_S
 
 def short(said: object, write: Callable[[object], str] = repr) -> str:
     """Return what a message says in at most 80 characters, for logs and /diagnostics."""
-    text = write(said)
-    return text if len(text) <= 80 else f'{text[:79]}…'
+    return text if len(text := write(said)) <= 80 else f'{text[:79]}…'
 
 
 class Intake:

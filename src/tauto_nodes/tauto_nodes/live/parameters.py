@@ -538,39 +538,3 @@ def declare(node: Node, role: str) -> NodeSettings:
     values = {k: v if isinstance(v, bool | float | str) else tuple(v) for k, v in held.items()}
     check_executor(str(values['executor']))
     return NodeSettings(MappingProxyType(values))
-
-
-def _spelled(value: ParameterValue) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return '[' + ', '.join(value) + ']'
-    return repr(value) if isinstance(value, float) else (value or '(empty)')
-
-
-def reference_page() -> str:
-    """Return docs/parameters.md."""
-    lines = [
-        '# Parameters of the nodes',
-        '',
-        'Generated from `tauto_nodes/live/parameters.py`; a test keeps the two equal.',
-        'Unknown names, wrong types and values out of range stop a node at its start, with the',
-        'reason. Nodes share the section `/**` of a parameter file: it may hold names of other',
-        'nodes, and a name that no node has causes a warning. Write a double with its point:',
-        '`speed:=2.0`. Also accepted are `use_sim_time` and, for the topics of the node,',
-        '`qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>`.',
-    ]
-    for role, table in PARAMETERS.items():
-        lines += [
-            '',
-            f'## {role}',
-            '',
-            '| name | type | default | unit | allowed | at run time | meaning |',
-            '|---|---|---|---|---|---|---|',
-        ]
-        lines += [
-            f'| `{p.name}` | {p.type} | `{_spelled(p.default)}` | {p.unit} | {p.allowed} '
-            f'| {"no" if p.read_only else "yes"} | {p.description} |'
-            for p in table
-        ]
-    return '\n'.join(lines) + '\n'

@@ -14,6 +14,7 @@ import struct
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate, pairwise
 from typing import Any
 
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
@@ -97,14 +98,14 @@ def text_of(key: bytes, topic: str, content: Mapping[str, Any]) -> bytes:
 
 
 def content_of(key: bytes, topic: str, octets: bytes) -> Any:
-    """Return the JSON of a message that `text_of` made with the same key; else UnheardError."""
+    """Return the JSON of a message of `text_of` with the same key; else UnheardError.
+
+    A text that is no JSON, or too deep, is one of `_NO_MESSAGE`.
+    """
     text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
     if not hmac.compare_digest(end, mark(key, topic, text).hex().encode()):
         raise UnheardError(f'{text[:80]!r} is not of this graph')
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        raise UnheardError(f'{text[:80]!r} is no JSON') from None
+    return json.loads(text)
 
 
 def _counts(content: Any) -> dict[str, int]:
@@ -137,13 +138,17 @@ class Report:
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> Report:
         """Return the report in a serialised message; UnheardError if it has none of this graph."""
-        content = content_of(key, CREDIT_TOPIC, octets)
         try:
-            taken, matched = _counts(content['taken']), tuple(map(str, content['matched']))
-            number = int(content['number'])
-            return Report(str(content['node']), taken, matched, bool(content['ready']), number)
+            content = content_of(key, CREDIT_TOPIC, octets)
+            return Report(
+                str(content['node']),
+                _counts(content['taken']),
+                tuple(map(str, content['matched'])),
+                bool(content['ready']),
+                int(content['number']),
+            )
         except _NO_MESSAGE:
-            raise UnheardError(f'{str(content)[:80]!r} is no credit report') from None
+            raise UnheardError(f'{octets[8:88]!r} is no credit report') from None
 
 
 @dataclass(frozen=True)
@@ -163,14 +168,14 @@ class End:
 
         The end of a topic counts only from the node that publishes it.
         """
-        content = content_of(key, END_TOPIC, octets)
         try:
+            content = content_of(key, END_TOPIC, octets)
             node, sent = str(content['node']), _counts(content['sent'])
             if not all(TOPICS[topic].node == node for topic in sent):
                 raise ValueError
             return End(node, sent)
         except _NO_MESSAGE:
-            raise UnheardError(f'{str(content)[:80]!r} is no end marker') from None
+            raise UnheardError(f'{octets[8:88]!r} is no end marker') from None
 
 
 # -----------------------------------------------------------------------------
@@ -222,16 +227,12 @@ def unpack(key: bytes, topic: str, octets: bytes) -> tuple[int, list[bytes]]:
             raise ValueError
         sent, n = struct.unpack_from('<QI', data)
         lengths = struct.unpack_from(f'<{n}I', data, 12)
-        at = 12 + 4 * n
-        if at + sum(lengths) != len(data):
+        places = list(accumulate(lengths, initial=12 + 4 * n))
+        if places[-1] != len(data):
             raise ValueError
     except (struct.error, ValueError):
         raise UnheardError(f'{octets[:40]!r} is no pack of this graph') from None
-    messages = []
-    for length in lengths:
-        messages.append(data[at : at + length])
-        at += length
-    return sent, messages
+    return sent, [data[begin:end] for begin, end in pairwise(places)]
 
 
 # -----------------------------------------------------------------------------
@@ -344,8 +345,7 @@ class Credits:
         """Return the state of a publisher, which packs where the graph has packs."""
         if not self._packs:
             return Output(publisher)
-        name = PACK_TOPIC + port.name
-        carrier = self._owner.create_publisher(UInt8MultiArray, name, PACK_QOS)
+        carrier = self._owner.create_publisher(UInt8MultiArray, PACK_TOPIC + port.name, PACK_QOS)
         return Packer(publisher, owner=self._owner, port=port, carrier=carrier, key=self._key)
 
     def listen_to(self, port: TopicPort, source: Input) -> bool:

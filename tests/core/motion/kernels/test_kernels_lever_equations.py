@@ -14,18 +14,11 @@ from motion_cases import scene_of
 
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
-from tauto_core.motion.gauss_step import (
-    Mode,
-    make_work,
-)
+from tauto_core.motion.gauss_step import Mode, make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import LEVER_NODES
 from tauto_core.motion.real_threads import HeldAt, RealThreads, _within
-from tauto_core.motion.system import (
-    ChannelAt,
-    Outside,
-    Plane,
-)
+from tauto_core.motion.system import ChannelAt, Outside, Plane
 
 LEVER = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},

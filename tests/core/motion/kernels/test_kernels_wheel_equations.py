@@ -20,16 +20,9 @@ from tauto_core.kernels import entry
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.gauss_step import (
-    Mode,
-    make_work,
-)
+from tauto_core.motion.gauss_step import Mode, make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.system import (
-    ChannelAt,
-    Outside,
-    Plane,
-)
+from tauto_core.motion.system import ChannelAt, Outside, Plane
 from tauto_core.motion.wheel import WHEEL_NODES, disturbance_on_land, holding_torque
 
 HEAVY = {
