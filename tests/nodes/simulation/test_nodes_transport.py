@@ -291,21 +291,13 @@ def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
 
 
 HOSTILE: list[bytes] = [
-    b'',
-    b'not json',
-    b'[]',
-    b'null',
-    b'{}',
-    b'{"node": 3}',
-    b'{"node":"a","taken":[1]}',
+    *(b'', b'not json', b'[]', b'null', b'{}', b'{"node": 3}', b'{"node":"a","taken":[1]}'),
     b'{"node":"trochlea","sent":{"clock/reading":Infinity}}',
     b'{"node":"trochlea","taken":{"ship/imu":1e400},"matched":[],"ready":true,"number":1}',
     b'{"node":"trochlea","sent":{"clock/reading":-1}}',
     b'{"node":"ship_motion","sent":{"clock/reading":3}}',
     b'{"node":"recorder","taken":{"ship/imu":' + b'9' * 5_000 + b'},"matched":[],"number":1}',
-    b'[' * 60_000,
-    b'\xff\xfe\xfd',
-    b'x' * 2**20,
+    *(b'[' * 60_000, b'\xff\xfe\xfd', b'x' * 2**20),
 ]
 """What a stranger may say: no JSON, no report, no counts, too deep, no text, too large."""
 
