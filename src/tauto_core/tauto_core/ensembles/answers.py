@@ -419,8 +419,11 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
     trial = sailed.trial
     passages = {each.name: each for each in trial.passages}
     ends = {name: no_landfall(*each.entries[-1][1:3]) for name, each in passages.items()}
+    cut_s = trial.rules.longest_s
+    # days at sea, which a shorter duration may have cut
+    most = math.inf if cut_s is None else cut_s / DAY_S - trial.rules.harbour_days
     judged = {
-        name for name, each in passages.items() if _days(sailed, each) >= LEAST_UNCHECKED_DAYS
+        name for name, each in passages.items() if min(each.days, most) >= LEAST_UNCHECKED_DAYS
     }
     clocks = []
     for clock in trial.rules.clocks:
@@ -450,14 +453,6 @@ def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswe
             if row['drawn'] == 'log'
         ],
     )
-
-
-def _days(sailed: Sailed, passage: LoggedPassage) -> float:
-    """Return the days at sea, which a shorter duration may have cut."""
-    rules = sailed.trial.rules
-    if rules.longest_s is None:
-        return passage.days
-    return min(passage.days, rules.longest_s / DAY_S - rules.harbour_days)
 
 
 def _voyage(row: dict[str, Any], passage: LoggedPassage) -> dict[str, Any]:

@@ -217,7 +217,12 @@ def _scenes(
     changed = {**asked, **overrides}
     taken: dict[str, Any] = {}
     if ship_of is not None:
-        of_passage = {key: value for key, value in overrides.items() if _is_shared(key)}
+        own = [f'drift.{name}' for name in OF_THE_CLOCK]
+        of_passage = {
+            key: value
+            for key, value in overrides.items()
+            if key.partition('.')[0] in SHARED and key not in own
+        }
         changed = {key: value for key, value in changed.items() if key not in of_passage}
         passage = load_scene(ship_of, **asked, **of_passage)
         taken = {key: getattr(passage, key) for key in SHARED}
@@ -281,12 +286,6 @@ def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
             period_s = swing.period
     dial = scene.clock.model_copy(update={'nominal_period': period_s})
     return scene.model_copy(update={'clock': dial})
-
-
-def _is_shared(key: str) -> bool:
-    """Return whether the key at a path is one of the passage."""
-    section, _, rest = key.partition('.')
-    return section in SHARED and not (section == 'drift' and rest in OF_THE_CLOCK)
 
 
 def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scene:

@@ -465,7 +465,10 @@ def make_trial(
 
     def sound() -> Iterator[LoggedPassage]:
         for each in read_passages(logs, progress=progress):
-            fault = _fault(each)
+            fault = each.fault()
+            if fault is None and not any(map(has_wind, each.entries)):
+                key = f'passage {each.name}, wind_mps'
+                fault = Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
             if fault is not None and choice.takes(each):
                 wrong.append((each.name, fault))
             if fault is None or not skip_wrong:
@@ -493,14 +496,6 @@ def make_trial(
 
 
 _SKIP = Argument('skip_wrong', value=True)
-
-
-def _fault(passage: LoggedPassage) -> Problem | None:
-    """Return why a passage cannot be sailed in the sea of its wind; None if it can."""
-    if (fault := passage.fault()) is not None or any(map(has_wind, passage.entries)):
-        return fault
-    key = f'passage {passage.name}, wind_mps'
-    return Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
 
 
 def check_logs(logs: str) -> None:
