@@ -1,4 +1,8 @@
-"""Files that are written completely or not at all, figures among them, and locks on folders."""
+"""Files that are written completely or not at all, locks on folders, and limits of what is read.
+
+What a file states about itself (the size of a compressed part, the depth of a YAML text) is
+bounded before it is believed.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,7 @@ import ctypes
 import errno
 import fcntl
 import os
+import re
 import secrets
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -192,6 +197,161 @@ def decompressed(compression: str, body: bytes, size: int) -> bytes:
     if compression:
         raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
     return body
+
+
+# -----------------------------------------------------------------------------
+# YAML 1.2, as all YAML from outside the package is read: scenes, draws, the metadata of bags.
+#
+# PyYAML has the older scalars of 1.1. So its parser, that of libyaml where it is installed, gives
+# the events, and the scalars follow the YAML 1.2 core schema (section 10.3.2): `1e-4` is a number,
+# `yes`, `12:30` and `2001-99-99` are strings. Duplicate keys, anchors and unknown tags are
+# refused, since each hides a mistake; so is a text that would take much time or memory to read.
+
+YAML_TAG = 'tag:yaml.org,2002:'
+SCALARS: dict[str, tuple[re.Pattern[str], str]] = {
+    'null': (re.compile(r'~|null|Null|NULL|'), '~nN'),
+    'bool': (re.compile(r'true|True|TRUE|false|False|FALSE'), 'tTfF'),
+    'int': (re.compile(r'[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+'), '-+0123456789'),
+    'float': (
+        re.compile(
+            r'[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?'
+            r'|[-+]?\.(?:inf|Inf|INF)|\.nan|\.NaN|\.NAN'
+        ),
+        '-+.0123456789',
+    ),
+}
+"""The pattern and the possible first characters of each kind of scalar that is no string."""
+
+LARGEST_YAML = 2**24
+"""Most characters of a text: the metadata of a bag with 10,000 topics have a third of them."""
+_DEEPEST = 20
+_MOST_VALUES = 100_000
+# Longer than any number in use, shorter than those that Python refuses to convert.
+_LONGEST_NUMBER = 400
+
+
+class YamlError(ValueError):
+    """A YAML text that is not read: the problem with its line and column, and a remedy."""
+
+    def __init__(self, at: Any, problem: str, remedy: str) -> None:
+        """Take a problem at a node, with a mark where it starts, or of the whole text (None)."""
+        mark = at and at.start_mark
+        where = f'line {mark.line + 1}, column {mark.column + 1}: ' if mark else ''
+        self.problem, self.remedy = where + problem, remedy
+        super().__init__(self.problem)
+
+
+def read_yaml(text: str, *, any_key: bool = False) -> Any:
+    """Return the value of a YAML text of one document: plain dicts, lists and scalars.
+
+    With `any_key` numbers are keys, too, as the strings that they are written as. A text of more
+    than `LARGEST_YAML` characters, 100,000 values or 20 levels, or that is not such YAML, is a
+    YamlError.
+    """
+    import yaml
+
+    if len(text) > LARGEST_YAML:
+        problem = f'has {len(text)} characters; at most {LARGEST_YAML} are read'
+        raise YamlError(None, problem, 'Name another file.')
+    try:
+        events = yaml.parse(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
+        return _Document(events, any_key=any_key).value
+    except UnicodeError as error:
+        raise YamlError(None, f'YAML syntax: {error.reason}', 'Correct the YAML there.') from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
+        context = getattr(error, 'context', None)
+        said = f'{context}, {what}' if context else what
+        where = '' if mark is None else f', line {mark.line + 1}, column {mark.column + 1}'
+        problem = f'YAML syntax{where}: {said}'
+        raise YamlError(None, problem, 'Correct the YAML there.') from None
+
+
+class _Document:
+    """The value of the one document among the events of a parser."""
+
+    def __init__(self, events: Iterator[Any], *, any_key: bool) -> None:
+        from yaml import events as kinds
+
+        self._events, self._any_key, self._kinds, self._number = events, any_key, kinds, 0
+        next(events)  # the start of the stream
+        self.value: Any = None
+        if isinstance(next(events), kinds.DocumentStartEvent):
+            self.value = self._node(next(events), 0)
+            next(events)  # its end
+            after = next(events)
+            if not isinstance(after, kinds.StreamEndEvent):
+                problem = 'another document begins, and one is read'
+                raise YamlError(after, problem, 'Keep one document.')
+
+    def _node(self, event: Any, depth: int) -> Any:
+        """Return the value that begins with an event, and read to its end."""
+        kinds, tag = self._kinds, getattr(event, 'tag', None)
+        self._number += 1
+        if isinstance(event, kinds.AliasEvent) or event.anchor:
+            raise YamlError(event, 'anchors and aliases are not read', 'Write the value out.')
+        if self._number > _MOST_VALUES:
+            problem = f'has more than {_MOST_VALUES:,} values'
+            raise YamlError(event, problem, 'Put numbers into a file of their own.')
+        if isinstance(event, kinds.ScalarEvent):
+            return _scalar(event)
+        if depth == _DEEPEST:
+            problem = f'is nested more than {_DEEPEST} deep'
+            raise YamlError(event, problem, 'A scene is at most five levels deep.')
+        is_list = isinstance(event, kinds.SequenceStartEvent)
+        if tag not in (None, '!', YAML_TAG + ('seq' if is_list else 'map')):
+            raise YamlError(event, f'the tag {tag} is not read', 'Leave the tag out.')
+        items: list[Any] = []
+        content: dict[str, Any] = {}
+        while not isinstance(event := next(self._events), kinds.CollectionEndEvent):
+            if is_list:
+                items.append(self._node(event, depth + 1))
+                continue
+            key = self._key(event, content)
+            content[key] = self._node(next(self._events), depth + 1)
+        return items if is_list else content
+
+    def _key(self, event: Any, before: dict[str, Any]) -> str:
+        is_scalar = isinstance(event, self._kinds.ScalarEvent)
+        value = _scalar(event) if is_scalar else None
+        if not isinstance(value, str) and not (is_scalar and self._any_key):
+            remedy = 'Use the names of the scene reference.'
+            last = before[next(reversed(before))] if before else ''
+            # such as 322 in `{mass: 0,322}`
+            if type(value) is int and type(last) is int:
+                number = f'{last}.{event.value} with a decimal point'
+                remedy = f'Write {number} if {last},{event.value} is meant.'
+            raise YamlError(event, 'a key must be a word', remedy)
+        key: str = event.value
+        if key in before:
+            raise YamlError(event, f'the key {key[:80]!r} comes twice', 'Keep one of them.')
+        return key
+
+
+def _scalar(event: Any) -> str | int | float | bool | None:
+    text: str = event.value
+    kind = (event.tag or '').removeprefix(YAML_TAG)
+    if not kind and event.implicit[0]:  # plain, without quotes or tag
+        for name, (pattern, first_characters) in SCALARS.items():
+            if text[:1] in first_characters and pattern.fullmatch(text):
+                kind = name
+                break
+    if kind in ('', '!', 'str'):
+        return text
+    if kind not in SCALARS:
+        raise YamlError(event, f'the tag {event.tag[:80]} is not read', 'Leave the tag out.')
+    if not SCALARS[kind][0].fullmatch(text) or len(text) > _LONGEST_NUMBER:
+        problem = f'{text[:40]!r} cannot be read as {kind}'
+        raise YamlError(event, problem, 'Write a plain value.')
+    if kind == 'null':
+        return None
+    if kind == 'bool':
+        return text.lower() == 'true'
+    if kind == 'int':
+        # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
+        return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
+    return float(re.sub(r'^([-+]?)\.(inf|nan)$', r'\1\2', text.lower()))
 
 
 # -----------------------------------------------------------------------------

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 import yaml
 
-from tauto_core.scene import SceneError, load_scene, loader, parse_scene
+from tauto_core import files
+from tauto_core.scene import SceneError, load_scene, parse_scene
 from tauto_core.scene.errors import ABSENT, UsageError
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship import ShipMotion
@@ -346,7 +347,8 @@ def test_all_problems_are_said_the_first_in_the_attributes() -> None:
         ('a: ' + '9' * 5000 + '\n', 'cannot be read as int'),
         ('a: 1\n---\nb: 2\n', 'line 2'),
         ('a: \x00', 'YAML syntax'),
-        ('[' * 5000 + ']' * 5000, 'deep'),
+        ('[' * 5000 + ']' * 5000, 'nest'),
+        ('[' * 30 + ']' * 30, 'is nested more than 20 deep'),
     ],
 )
 def test_text_that_is_no_scene(text: str, said: str) -> None:
@@ -437,7 +439,7 @@ def test_a_ship_of_a_passage_is_refused_by_her_own_key(
 
 def test_more_values_than_a_scene_has_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """A megabyte of small lists would take a third of a gigabyte, and many seconds."""
-    monkeypatch.setattr(loader, '_MOST_VALUES', 1_000)
+    monkeypatch.setattr(files, '_MOST_VALUES', 1_000)
     assert read_mapping(f'a: [{"1," * 900}1]', 'few') == {'a': [1] * 901}
     with pytest.raises(SceneError, match=r'has more than 1,000 values.*Put numbers into a file'):
         read_mapping(f'a: [{"1," * 1_000}1]', 'many')

@@ -22,6 +22,7 @@ import yaml
 from pydantic import Field, Strict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from tauto_core.files import SCALARS, YAML_TAG, YamlError, read_yaml
 from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
@@ -459,88 +460,16 @@ def _key_in(content: Any, name: str) -> str | int | None:
 
 
 # -----------------------------------------------------------------------------
-# YAML 1.2 scalars, reading and writing: `1e-4` is a number, `yes` and `12:30` are strings.
-#
-# PyYAML has the older rules of 1.1; its scanner is used here with the scalar rules of the YAML
-# 1.2 core schema (section 10.3.2). Duplicate keys, keys that are not strings, anchors and unknown
-# tags are refused, since a scene needs none of them and each hides a mistake.
-
-_TAG = 'tag:yaml.org,2002:'
-_INTEGER = re.compile(r'[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+')
-_SCALARS: tuple[tuple[str, re.Pattern[str], str], ...] = (
-    ('null', re.compile(r'~|null|Null|NULL|'), '~nN'),
-    ('bool', re.compile(r'true|True|TRUE|false|False|FALSE'), 'tTfF'),
-    ('int', _INTEGER, '-+0123456789'),
-    (
-        'float',
-        re.compile(
-            r'[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?'
-            r'|[-+]?\.(?:inf|Inf|INF)|\.nan|\.NaN|\.NAN'
-        ),
-        '-+.0123456789',
-    ),
-)
-# Longer than any number in use, shorter than those that Python refuses to convert.
-_LONGEST_NUMBER = 400
-_DEEPEST = 20
-_MOST_VALUES = 100_000
-
-
-def _resolvers() -> dict[str, list[tuple[str, re.Pattern[str]]]]:
-    table: dict[str, list[tuple[str, re.Pattern[str]]]] = {'': [(f'{_TAG}null', _SCALARS[0][1])]}
-    for name, pattern, first_characters in _SCALARS:
-        whole = re.compile(f'(?:{pattern.pattern})$')
-        for character in first_characters:
-            table.setdefault(character, []).append((_TAG + name, whole))
-    return table
-
-
-class _Loader(yaml.SafeLoader):
-    """PyYAML's scanner with the scalars of YAML 1.2.
-
-    It refuses anchors, nesting so deep that it would cost much time and stack to read, and more
-    values than any scene has.
-    """
-
-    yaml_implicit_resolvers = _resolvers()
-    depth = 0
-    values = 0
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Return the next node, with all nodes below it."""
-        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
-        if isinstance(event, yaml.AliasEvent) or event.anchor:
-            raise _RefusedError(event, 'anchors and aliases are not read', 'Write the value out.')
-        if isinstance(event, yaml.CollectionStartEvent) and self.depth == _DEEPEST:
-            problem = f'is nested more than {_DEEPEST} deep'
-            raise _RefusedError(event, problem, 'A scene is at most five levels deep.')
-        self.values += 1
-        if self.values > _MOST_VALUES:
-            problem = f'has more than {_MOST_VALUES:,} values'
-            raise _RefusedError(event, problem, 'Put numbers into a file that the scene names.')
-        self.depth += 1
-        node = super().compose_node(parent, index)
-        self.depth -= 1
-        return node
+# The mapping of a scene in a text, and as a text.
 
 
 class _Dumper(yaml.SafeDumper):
     """Quotes strings that either YAML 1.1 or 1.2 would read as something else."""
 
 
-for _character, _patterns in _resolvers().items():
-    for _tag, _pattern in _patterns:
-        _Dumper.add_implicit_resolver(_tag, _pattern, [_character])
-
-
-class _RefusedError(Exception):
-    """A node or an event of the YAML that cannot be read."""
-
-    def __init__(self, at: yaml.Node | yaml.Event, problem: str, remedy: str) -> None:
-        mark: yaml.Mark = at.start_mark  # type: ignore[assignment]  # the scanner sets it always
-        self.problem = f'line {mark.line + 1}, column {mark.column + 1}: {problem}'
-        self.remedy = remedy
-        super().__init__(self.problem)
+for _kind, (_pattern, _first_characters) in SCALARS.items():
+    _whole = re.compile(f'(?:{_pattern.pattern})$')
+    _Dumper.add_implicit_resolver(YAML_TAG + _kind, _whole, [*_first_characters, ''])
 
 
 # A key at the left, or the path of one.
@@ -550,18 +479,9 @@ _WORD = re.compile(r'[^\W\d][\w.\[\] -]{0,199}')
 def read_mapping(text: str, origin: str) -> dict[str, Any]:
     """Return the mapping in a YAML text of one document; errors have origin, line and column."""
     try:
-        node = yaml.compose(text, Loader=_Loader)
-        content = None if node is None else _value(node)
-    except _RefusedError as error:
+        content = read_yaml(text)
+    except YamlError as error:
         raise SceneError(origin, '', text, error.problem, error.remedy) from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
-        context = getattr(error, 'context', None)
-        said = f'{context}, {what}' if context else what
-        where = '' if mark is None else f', line {mark.line + 1}, column {mark.column + 1}'
-        problem = f'YAML syntax{where}: {said}'
-        raise SceneError(origin, '', text, problem, 'Correct the YAML there.') from None
     if not isinstance(content, dict):
         names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
         found = 'nothing' if content is None else f'a {names[type(content)]}'
@@ -580,56 +500,6 @@ def write_mapping(content: dict[str, Any]) -> str:
     """Return a mapping of plain values as YAML that `read_mapping` reads back unchanged."""
     text: str = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=99)
     return text
-
-
-def _value(node: yaml.Node) -> Any:
-    if isinstance(node, yaml.MappingNode) and node.tag == f'{_TAG}map':
-        return _mapping(node)
-    if isinstance(node, yaml.SequenceNode) and node.tag == f'{_TAG}seq':
-        return [_value(item) for item in node.value]
-    if isinstance(node, yaml.ScalarNode):
-        return _scalar(node)
-    raise _RefusedError(node, f'the tag {node.tag} is not read', 'Leave the tag out.')
-
-
-def _mapping(node: yaml.MappingNode) -> dict[str, Any]:
-    content: dict[str, Any] = {}
-    key = ''
-    for key_node, value_node in node.value:
-        if key_node.tag != f'{_TAG}str' or not isinstance(key_node, yaml.ScalarNode):
-            before = content.get(key, '') if content else ''
-            remedy = 'Use the names of the scene reference.'
-            # such as 322 in `{mass: 0,322}`
-            if key_node.tag == f'{_TAG}int' and type(before) is int:
-                number = f'{before}.{key_node.value} with a decimal point'
-                remedy = f'Write {number} if {before},{key_node.value} is meant.'
-            raise _RefusedError(key_node, 'a key must be a word', remedy)
-        key = key_node.value
-        if key in content:
-            raise _RefusedError(key_node, f'the key {key!r} comes twice', 'Keep one of them.')
-        content[key] = _value(value_node)
-    return content
-
-
-def _scalar(node: yaml.ScalarNode) -> str | int | float | bool | None:
-    text: str = node.value
-    kind = node.tag.removeprefix(_TAG)
-    if kind == 'str':
-        return text
-    pattern = next((pattern for name, pattern, _ in _SCALARS if name == kind), None)
-    if pattern is None:
-        raise _RefusedError(node, f'the tag {node.tag} is not read', 'Leave the tag out.')
-    if not pattern.fullmatch(text) or len(text) > _LONGEST_NUMBER:
-        problem = f'{text[:40]!r} cannot be read as {kind}'
-        raise _RefusedError(node, problem, 'Write a plain value.')
-    if kind == 'null':
-        return None
-    if kind == 'bool':
-        return text.lower() == 'true'
-    if kind == 'int':
-        # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
-        return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))
-    return float(re.sub(r'^([-+]?)\.(inf|nan)$', r'\1\2', text.lower()))
 
 
 DEFAULT_SCENE = 'measured'
