@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import subprocess
 import sys
 import warnings
@@ -125,8 +126,33 @@ def test_a_file_cut_short_is_compiled_anew(program):
     whole = kept.read_bytes()
     for damaged in (b'', whole[:100], whole[:-1], whole[:-1] + bytes([whole[-1] ^ 1])):
         kept.write_bytes(damaged)
-        assert program.run() == (19.0, 1)
+        entries._warned.clear()
+        with pytest.warns(KernelCacheWarning, match='made anew: one is damaged'):
+            assert program.run() == (19.0, 1)
     assert kept.read_bytes()[64:65] == b'\n'
+
+
+@pytest.mark.parametrize('what', ['link', 'pipe', 'group', 'others', 'large', 'owner'])
+def test_an_entry_that_another_could_have_put_there_is_not_run(program, what):
+    """Its folder is the user's alone by now; two kernels are one warning."""
+    program.run()
+    (kept,) = entries.folder().iterdir()
+    if what in {'link', 'pipe'}:
+        kept.rename(program.laws.with_name('elsewhere'))
+        os.mkfifo(kept) if what == 'pipe' else kept.symlink_to(program.laws.with_name('elsewhere'))
+    elif what == 'owner' and os.getuid():
+        pytest.skip('only root gives a file to another user')
+    elif what == 'owner':
+        os.chown(kept, 65534, 65534)
+    elif what == 'large':
+        os.truncate(kept, entries.LARGEST_ENTRY + 1)
+    else:
+        kept.chmod(0o620 if what == 'group' else 0o602)
+    why = 'symbolic link' if what == 'link' else 'no plain file that only you own and may write'
+    with pytest.warns(KernelCacheWarning, match=why) as said:
+        assert [program.run(), program.run()] == [(19.0, 1), (19.0, 0)]
+    assert len(said) == 1
+    assert kept.stat(follow_symlinks=False).st_mode & 0o777 == 0o600
 
 
 def test_the_folder_and_its_files_are_the_users_alone(program):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import hashlib
 import json
 import os
@@ -249,6 +250,8 @@ _REMEDY = (
 _NOT_PRIVATE = (
     'compiled kernels are neither kept in {} nor used from there: others may write there'
 )
+LARGEST_ENTRY = 2**26
+"""Most bytes of a kernel that is loaded; the largest has some hundred thousand."""
 _warned: set[str] = set()
 
 
@@ -267,27 +270,39 @@ def _warn(message: str) -> None:
         warnings.warn(f'{message}. {_REMEDY}', KernelCacheWarning, stacklevel=2)
 
 
-def _is_private(place: Path) -> bool:
+def _is_private(found: os.stat_result) -> bool:
     """Return whether only this user can write there, since the content will be run."""
     if not hasattr(os, 'getuid'):
         return True
-    found = place.stat()
     return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def read(name: str) -> tuple[dict[str, Any], bytes] | None:
-    """Return the whole entry stored under a name, with its object code; None if there is none."""
+    """Return the whole entry stored under a name, with its object code; None if there is none.
+
+    One that is damaged, or that another user could have put there, is left out with a warning.
+    """
     try:
         place = folder()
-        if not _is_private(place):
+        if not _is_private(place.stat()):
             _warn(_NOT_PRIVATE.format(place))
             return None
-        whole = (place / name).read_bytes()
-        seal, header, code = whole.split(b'\n', 2)
-        if hashlib.sha256(header + b'\n' + code).hexdigest() != seal.decode():
-            return None
+        # a link is not followed, and a pipe not waited for
+        handle = os.open(place / name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        with os.fdopen(handle, 'rb') as file:
+            found = os.fstat(handle)
+            is_plain = stat.S_ISREG(found.st_mode) and found.st_size <= LARGEST_ENTRY
+            if not (is_plain and _is_private(found)):
+                raise OSError(errno.EPERM, 'one is no plain file that only you own and may write')
+            seal, _, body = file.read().partition(b'\n')
+        if hashlib.sha256(body).hexdigest().encode() != seal:
+            raise OSError(errno.EIO, 'one is damaged')
+        header, _, code = body.partition(b'\n')
         return json.loads(header), code
-    except (OSError, ValueError, RuntimeError):
+    except (FileNotFoundError, NotADirectoryError, RuntimeError):
+        return None
+    except OSError as error:
+        _warn(f'compiled kernels in {place} are made anew: {error.strerror}')
         return None
 
 
@@ -300,7 +315,7 @@ def write(name: str, header: dict[str, Any], code: bytes) -> None:
         return
     try:
         place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        if not _is_private(place):
+        if not _is_private(place.stat()):
             _warn(_NOT_PRIVATE.format(place))
             return
         body = json.dumps(header).encode() + b'\n' + code
