@@ -1,6 +1,6 @@
-"""Mutated bags and scenes: the readers must refuse or read them, and not crash, hang or grow.
+"""Mutated bags, indices, metadata and scenes: they are refused or read, without a crash or hang.
 
-    .venv/bin/python benchmarks/fuzz.py [--count 1000000] [--first 0] [--what mcap scene]
+    .venv/bin/python benchmarks/fuzz.py [--count 1000000] [--first 0] [--what mcap index …]
 
 Every input is a valid one with a few changes: bits, bytes and numbers, pieces removed, repeated
 or exchanged, for scenes also values and keys. Input k of a --seed is always the same. An input
@@ -27,7 +27,7 @@ from functools import partial
 from pathlib import Path
 from types import FrameType
 
-from tauto_core.bags import read_bag
+from tauto_core.bags import check_bag, read_bag
 from tauto_core.scene import load_scene, parse_scene
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.loader import _SHIPPED
@@ -36,6 +36,8 @@ from tauto_core.voyage import sail
 LIMIT_S = 10.0
 GROWTH_MIB = 64
 WARM = 1000
+SCENES = {'ideal': 600.0, 'measured': 2.0, 'globe_in_oil': 3.0}
+"""The scenes of the bags, with the length of each [s]."""
 TELL = 5_000
 RESULTS = Path(__file__).with_suffix('.json')
 MOST_CHANGES = 6
@@ -107,6 +109,18 @@ def mutated_scene(rng: random.Random, seeds: Sequence[bytes]) -> bytes:
     return '\n'.join(lines).encode()
 
 
+def mutated_index(rng: random.Random, seeds: Sequence[bytes]) -> bytes:
+    """Return one of the seeds with changes to its index alone, which has no checksum then."""
+    seed = rng.choice(seeds)
+    at = int.from_bytes(seed[-28:-20], 'little')
+    data = bytearray(seed[at:-37])
+    for _ in range(rng.randint(1, MOST_CHANGES)):
+        place, width = rng.randrange(len(data) - 8), rng.choice((1, 2, 4, 8))
+        number = rng.choice((rng.choice(NUMBERS), rng.randrange(2 * len(seed))))
+        data[place : place + width] = (number % 256**width).to_bytes(width, 'little')
+    return seed[:at] + bytes(data) + seed[-37:-12] + bytes(4) + seed[-8:]
+
+
 def changed(change: Change, seeds: Sequence[bytes], seed: int, number: int) -> bytes:
     """Return an input, which depends on seed and number alone."""
     return change(random.Random(f'{seed} {number}'), seeds)
@@ -123,6 +137,19 @@ def read_mcap(folder: Path, data: bytes) -> None:
     _ = bag.scene
 
 
+def check(folder: Path, data: bytes) -> None:
+    """Check all of a file as `tauto bag check` does, and read it."""
+    read_mcap(folder, data)
+    check_bag(folder / 'mutated.mcap')
+
+
+def read_metadata(folder: Path, data: bytes) -> None:
+    """Check and open the bag of an ideal clock with these metadata."""
+    (folder / 'ideal' / 'metadata.yaml').write_bytes(data)
+    check_bag(folder / 'ideal')
+    read_bag(folder / 'ideal')
+
+
 def read_scene(folder: Path, data: bytes) -> None:
     """Read a scene as a file, or, if its length is odd, as the recorder does."""
     if len(data) % 2:
@@ -133,14 +160,13 @@ def read_scene(folder: Path, data: bytes) -> None:
     load_scene(file)
 
 
-def mcap_seeds(folder: Path) -> list[bytes]:
-    """Return small bags of several scenes, most of them with few messages."""
-    seeds = []
-    for scene, duration in (('ideal', 600.0), ('measured', 2.0), ('globe_in_oil', 3.0)):
-        out = folder / scene
-        sail(load_scene(scene, duration=duration), out)
-        seeds.append(next(out.glob('*.mcap')).read_bytes())
-    return seeds
+KINDS = {
+    'mcap': (mutated, read_mcap, '*/*.mcap'),
+    'index': (mutated_index, check, '*/*.mcap'),
+    'metadata': (mutated_scene, read_metadata, 'ideal/metadata.yaml'),
+    'scene': (mutated_scene, read_scene, '*.yaml'),
+}
+"""How inputs of a kind are changed, read, and where the valid ones lie."""
 
 
 @dataclass
@@ -212,7 +238,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--count', type=int, default=1_000_000, help='inputs of each kind')
     parser.add_argument('--first', type=int, default=0, help='number of the first input')
-    parser.add_argument('--what', nargs='+', choices=('mcap', 'scene'), default=['mcap', 'scene'])
+    parser.add_argument('--what', nargs='+', choices=KINDS, default=KINDS)
     parser.add_argument('--seed', type=int, default=1727)
     kept = Path(tempfile.gettempdir()) / 'tauto_fuzz'
     parser.add_argument('--keep', type=Path, default=kept)
@@ -221,12 +247,12 @@ def main() -> int:
     faults: list[str] = []
     with tempfile.TemporaryDirectory(prefix='tauto_fuzz_') as temporary:
         folder = Path(temporary)
+        for scene, duration in SCENES.items():
+            sail(load_scene(scene, duration=duration), folder / scene)
         for what in asked.what:
-            if what == 'mcap':
-                seeds, change, read = mcap_seeds(folder), mutated, read_mcap
-            else:
-                seeds = [file.read_bytes() for file in sorted(_SHIPPED.glob('*.yaml'))]
-                change, read = mutated_scene, read_scene
+            change, read, where = KINDS[what]
+            place = _SHIPPED if what == 'scene' else folder
+            seeds = [file.read_bytes() for file in sorted(place.glob(where))]
             made = partial(changed, change, seeds, asked.seed)
             numbers = range(asked.first, asked.first + asked.count)
             faults += fuzz(what, partial(read, folder), made, numbers, asked.keep).faults
