@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import shutil
 import struct
-import subprocess
-import sys
-import textwrap
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,11 +20,9 @@ from rosbags.rosbag2 import Reader
 
 from tauto_core import samples as s
 from tauto_core import voyage
-from tauto_core.bags import BagWriter, Message, check, check_bag, encode, read_bag, recover_bag
-from tauto_core.bags.read import Channel, McapFile
-from tauto_core.scene import load_scene, scene_yaml
+from tauto_core.bags import Message, check, check_bag, encode, read_bag, recover_bag
+from tauto_core.bags.read import Channel, Hole, McapFile
 from tauto_core.scene.errors import BagError, BagPlaceError
-from tauto_core.ship import bag_metadata
 
 GOLDEN = Path(__file__).resolve().parents[2] / 'bags' / 'measured_2min'
 FILE = 'measured_2min_0.mcap'
@@ -125,39 +121,6 @@ def test_a_recovered_bag_replays(tmp_path: Path) -> None:
     assert result['drift'] != voyage.replay(read_bag(GOLDEN)).result['drift']
 
 
-FULL = """
-    import resource, sys
-    from functools import partial
-    from pathlib import Path
-    from tauto_core import bags, voyage
-    from tauto_core.scene import load_scene
-
-    bags.BagWriter = partial(bags.BagWriter, chunk_bytes=64 * 1024)  # less than the end takes
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-    voyage.sail(load_scene('measured', duration=120.0), Path(sys.argv[1]))
-"""
-
-
-def test_a_bag_that_filled_the_disk_replays_and_is_recovered(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, '-c', textwrap.dedent(FULL), tmp_path / 'bag'],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert 'bag_0.mcap cannot be written' in done.stderr
-    assert voyage.replay(read_bag(tmp_path / 'bag')).result['scene'] == 'measured'
-    found = check_bag(tmp_path / 'bag')
-    assert not found.whole
-    assert (found.faults, found.notes) == ([], []), 'the scene is the first message'
-    # there was no room for the index either: it needs some 10 kB
-    assert any('it has no end' in each for each in found.damage)
-    again = check_bag(recover_bag(tmp_path / 'bag').path)
-    assert (again.damage, again.faults, again.notes) == ([], [], [])
-    assert again.cut_short
-
-
 @pytest.mark.parametrize('what', ['chunk', 'index', 'metadata'])
 def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -> None:
     bag = tmp_path / 'bag'
@@ -177,7 +140,104 @@ def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -
     assert made.missing == lost
     assert (lost > 0) == (what == 'chunk')
     assert set(kept) <= set(whole)
-    assert check_bag(made.path).whole
+    assert check_bag(made.path).whole == (lost == 0)
+
+
+def holed(folder: Path, number: int, at: int = 0) -> Path:
+    """The golden bag with one byte of a chunk flipped, by default in the middle of it."""
+    shutil.copytree(GOLDEN, folder)
+    place, length = chunk_places()[number]
+    flip(folder / FILE, place + (at or length // 2))
+    return folder
+
+
+def lost_by_topic(kept: Path) -> dict[str, tuple[int, int, int]]:
+    """Number, first and last log time of the golden bag's messages that another bag lacks."""
+    left = set(golden_messages()) - set(read_bag(kept).messages())
+    stamps: dict[str, list[int]] = {}
+    for message in left:
+        stamps.setdefault(message.topic, []).append(message.stamp_ns)
+    return {topic: (len(each), min(each), max(each)) for topic, each in stamps.items()}
+
+
+def holes_said(folder: Path, *, corrupt: bool = False) -> dict[str, tuple[int, int, int]]:
+    held = yaml.safe_load((folder / 'metadata.yaml').read_text('utf-8'))
+    listed = json.loads(held['rosbag2_bagfile_information']['custom_data']['holes'])
+    return {topic: tuple(rest) for topic, *rest, kept in listed if kept == corrupt}
+
+
+@pytest.mark.parametrize('number', [0, 1])
+def test_a_bag_with_a_hole_says_so_for_ever(tmp_path: Path, number: int) -> None:
+    """What was lost, of each topic: even where the chunk had the definitions of the topics."""
+    made = recover_bag(holed(tmp_path / 'bag', number), tmp_path / 'once').path
+    expected = lost_by_topic(made)
+    assert len(expected) > 5
+    assert holes_said(made) == expected
+    if number == 0:  # the scene was in it
+        return
+    [mark, *_] = [each for each in check_bag(made).marks if '/ship/imu' in each]
+    count, first_ns, last_ns = expected['/ship/imu']
+    said = f'it says {count:,} messages of /ship/imu are lost, from {first_ns * 1e-9:.9g} s'
+    assert f'{said} to {last_ns * 1e-9:.9g} s' in mark
+    result = voyage.replay(read_bag(made)).result
+    assert mark in result['damage']
+    assert result['answer'].startswith('The bag is not whole.')
+    # neither a new metadata.yaml nor another recovery, nor a replay that is written, lose it
+    (made / 'metadata.yaml').unlink()
+    [file] = made.glob('*.mcap')
+    assert len(check_bag(file).marks) == len(voyage.replay(read_bag(file)).result['damage'])
+    assert len(check_bag(file).marks) == len(expected)
+    again = recover_bag(made, tmp_path / 'twice').path
+    assert holes_said(again) == expected
+    voyage.replay(read_bag(again)).write(tmp_path / 'written')
+    assert holes_said(tmp_path / 'written') == expected
+
+
+def test_a_hole_without_its_message_indices_has_the_times_of_the_index(tmp_path: Path) -> None:
+    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    octets = bytearray((bag / FILE).read_bytes())
+    (at, length), (after, _), *_ = chunk_places()[1:]
+    octets[at + length - 99 : after] = bytes(after - at - length + 99)
+    octets[at + length : at + length + 9] = struct.pack('<BQ', 0x7F, after - at - length - 9)
+    (bag / FILE).write_bytes(octets)
+    made = recover_bag(bag).path
+    lost = lost_by_topic(made)
+    first_ns, last_ns = (
+        min(each[1] for each in lost.values()),
+        max(each[2] for each in lost.values()),
+    )
+    assert holes_said(made) == {'': (0, first_ns, last_ns)}
+
+
+def test_a_chunk_with_a_wrong_checksum_is_kept_on_request_and_marked(tmp_path: Path) -> None:
+    bag = holed(tmp_path / 'bag', 1, at=9 + 24)  # the checksum itself
+    expected = lost_by_topic(recover_bag(bag, tmp_path / 'lost').path)
+    made = recover_bag(bag, tmp_path / 'kept', keep_corrupt=True)
+    assert list(read_bag(made.path).messages()) == golden_messages()
+    assert made.missing == 0
+    assert holes_said(made.path, corrupt=True) == expected
+    assert holes_said(made.path) == {}
+    assert all('have a wrong checksum' in mark for mark in check_bag(made.path).marks)
+    assert not check_bag(made.path).whole
+
+
+def test_many_holes_are_joined() -> None:
+    holes = [Hole(topic, 2, k, k + 1) for k in range(600) for topic in ('/a', '/b')]
+    assert check.joined(holes) == [Hole('/a', 1200, 0, 600), Hole('/b', 1200, 0, 600)]
+    assert check.joined(holes[::-1][-4:]) == holes[:4]
+    for wrong in ('[[1]]', '{"a": 1}', '[["/a", -1, 0, 0]]', '[["/a", 1e999, 0, 0]]', '[' * 5000):
+        assert check.holes_in({'holes': wrong}) == [Hole('', 0, 0, 0)]
+
+
+@pytest.mark.parametrize('tail', [b'rest', None])
+def test_what_follows_the_end_of_a_file_is_said(tmp_path: Path, tail: bytes | None) -> None:
+    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    tail = (GOLDEN / FILE).read_bytes() if tail is None else tail
+    (bag / FILE).write_bytes((GOLDEN / FILE).read_bytes() + tail)
+    [said] = [each for each in check_bag(bag).damage if 'follow its end' in each]
+    assert f'{len(tail)} bytes follow its end at byte {SIZE}' in said
+    assert ('another MCAP file' in said) == (len(tail) > 8)
+    assert check_bag(recover_bag(bag).path).whole
 
 
 def mcap_file(
@@ -223,29 +283,6 @@ def test_metadata_that_says_otherwise_is_noticed(tmp_path: Path, change: Any, wo
     assert not found.whole
     assert found.cut_short == (not words)
     assert words in ' '.join(found.damage)
-
-
-def test_metadata_of_another_voyage_are_a_fault(tmp_path: Path) -> None:
-    """As two writers in one folder left it: the messages of the one, the metadata of the other."""
-    for seed in (1, 2):
-        voyage.sail(load_scene('second_cam_at_sea', duration=2.0, seed=seed), tmp_path / f'{seed}')
-        found = check_bag(tmp_path / f'{seed}')
-        assert (found.damage, found.faults, found.notes) == ([], [], [])
-    rewrite(tmp_path / '1', lambda m: m['custom_data'].update({'sea.seed': '2'}))
-    found = check_bag(tmp_path / '1')
-    assert not found.whole
-    [words] = found.faults
-    assert 'sea.seed = 2 in its metadata, but its scene has 1' in words
-
-
-@pytest.mark.parametrize('scene', ['portsmouth_jamaica', 'measured'])
-def test_the_metadata_of_a_voyage_are_those_of_its_scene(tmp_path: Path, scene: str) -> None:
-    with BagWriter(tmp_path / 'bag') as writer:
-        loaded = load_scene(scene)
-        writer.write({s.SCENE: s.text(loaded.starts_at_ns, scene_yaml(loaded))})
-        writer.describe(bag_metadata(loaded))
-    found = check_bag(tmp_path / 'bag')
-    assert (found.damage, found.faults, found.notes) == ([], [], [])
 
 
 def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> None:
@@ -342,9 +379,9 @@ def test_a_topic_that_never_had_a_message_is_no_damage(
     bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
     plain = check.open_mcap
 
-    def declared(path: Path, *, walk: bool = False) -> McapFile:
-        file = plain(path, walk=walk)
-        if not walk:
+    def declared(path: Path, **how: bool) -> McapFile:
+        file = plain(path, **how)
+        if 'walk' not in how:
             file.channels[999] = Channel('/events/write_split', 'a/msg/B', 'cdr', b'', '', {})
         return file
 

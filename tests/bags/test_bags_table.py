@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 import yaml
 from bags_examples import STORE
+from modules import module_of
 from rosbags.interfaces import Nodetype
 from rosbags.rosbag2.metadata import dump_qos_v9, parse_qos
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, Topic, offered_qos
-from tauto_core.bags.reference import topic_reference
 from tauto_core.bags.table import MESSAGE_TYPES, MessageType
 
 ROOT = Path(__file__).parents[2]
@@ -82,4 +82,5 @@ def test_only_the_scene_is_latched() -> None:
 
 def test_the_committed_reference_is_that_of_the_table() -> None:
     committed = (ROOT / 'docs/topics.md').read_text('utf-8')
-    assert committed == topic_reference(), 'python -m tauto_core.bags.reference > docs/topics.md'
+    made = module_of(ROOT / 'docs/topics.py').topic_reference()
+    assert committed == made, 'python docs/topics.py > docs/topics.md'

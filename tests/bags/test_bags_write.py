@@ -412,47 +412,6 @@ def test_bad_messages_are_refused(tmp_path: Path) -> None:
             writer.write({'elsewhere': s.text(0, 'x')})
 
 
-FULL = """
-    import resource, sys
-    from pathlib import Path
-    from bags_examples import example
-    from tauto_core import samples as s
-    from tauto_core.bags import BagWriter
-    from tauto_core.scene.errors import BagError
-
-    resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000))
-    try:
-        with BagWriter(Path(sys.argv[1]), chunk_bytes=64 * 1024) as writer:
-            for k in range(100):
-                writer.write({s.SHIP_IMU: example(s.ImuSamples, 100, seed=k)})
-    except BagError as error:
-        print(error)
-        sys.exit(3)
-"""
-
-
-def test_a_bag_on_a_full_disk_is_finished(tmp_path: Path) -> None:
-    """A limit of the file size replaces the full disk: both refuse a write half way."""
-    done = subprocess.run(
-        [sys.executable, '-c', textwrap.dedent(FULL), tmp_path / 'voyage'],
-        cwd=Path(__file__).parent,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 3, done.stderr
-    assert 'voyage_0.mcap cannot be written' in done.stdout
-    bag = read_bag(tmp_path / 'voyage')
-    assert bag.warnings == ()
-    found = bag.samples(s.SHIP_IMU)
-    assert 700 < s.count(found) == bag.counts['/ship/imu'] < 1000
-    first = example(s.ImuSamples, 100, seed=0)
-    assert_same(first, s.take(found, slice(100)))
-    with Reader(tmp_path / 'voyage') as reader:
-        assert reader.message_count == s.count(found)
-
-
 OWN = ['unshare', '--map-root-user', '--mount']
 """Runs a command that may mount what others do not see."""
 

@@ -843,15 +843,16 @@ def check_bag(bag: File) -> Soundness:
     """Read all of a bag and report its faults.
 
     The check covers the ends of its files, checksums, indices, metadata.yaml, payloads, the order
-    of the log times, and whether the recording was cut short. The exit code is 1 if it is not
-    whole.
+    of the log times, and whether the recording was cut short or has holes. The exit code is 1 if
+    it is not whole.
 
     Args:
         bag: a rosbag2 folder or an .mcap file.
 
     Returns:
-        Its `damage`, which `recover_bag` can repair, `faults` of its contents and harmless
-        `notes`, each a list of sentences; `whole` is true without damage and faults.
+        Its `damage`, which `recover_bag` can repair, `faults` of its contents, `marks` of what
+        its metadata say is missing, and harmless `notes`, each a list of sentences; `whole` is
+        true without the first three.
 
     Raises:
         BagError: there is no bag.
@@ -861,15 +862,17 @@ def check_bag(bag: File) -> Soundness:
     return bags.check_bag(path('bag', bag))
 
 
-def recover_bag(bag: File, out: File | None = None) -> Recovered:
+def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) -> Recovered:
     """Write the readable part of a damaged bag as a new bag.
 
-    The old bag is not changed.
+    The old bag is not changed. The new one says for ever which messages it lost.
 
     Args:
         bag: a rosbag2 folder or an .mcap file.
         out: folder of the new bag, which must not exist; otherwise BAG_recovered beside the old
             one.
+        keep_corrupt: keep the messages of a chunk of the right size with a wrong checksum; the
+            new bag says which they are.
 
     Returns:
         The new bag's `path` and `counts` of messages by topic, and descriptions of what is `lost`.
@@ -879,7 +882,8 @@ def recover_bag(bag: File, out: File | None = None) -> Recovered:
     """
     from tauto_core import bags
 
-    return bags.recover_bag(path('bag', bag), None if out is None else path('out', out))
+    place = None if out is None else path('out', out)
+    return bags.recover_bag(path('bag', bag), place, keep_corrupt=keep_corrupt)
 
 
 def compare(

@@ -461,14 +461,12 @@ class Voyage:
             BagError: the folder may not be written to.
         """
         from tauto_core.bags import BagWriter, check_folder
-        from tauto_core.bags.write import CUT_SHORT
 
         folder = Path(bag)
         check_folder(folder, force=force)
         with BagWriter(folder, force=force) as writer:
             writer.describe(bag_metadata(self.scene))
-            if self.result.get('damage'):
-                writer.describe(CUT_SHORT)
+            writer.describe(self.result.get('marks', {}))
             kept = dict(self.samples)
             kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
             writer.write(kept)
@@ -669,14 +667,16 @@ def replay(
         `clock`, `drift`, `longitude`, `air` where the bag has the temperature of the clock,
         `duration_s` (the scene's, if it was sailed to its end;
         otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
-        which begin with it; on request `stability`.
+        which begin with it; `marks` of what is missing, for the metadata of a bag that is written
+        of it; on request `stability`.
 
     Raises:
         BagError: no readings, or no scene.
         EstimationError: readings whose stability cannot be estimated.
         SceneError: the bag's scene cannot be read.
     """
-    from tauto_core.bags import is_cut_short
+    from tauto_core.bags.check import marks_of
+    from tauto_core.bags.write import CUT_SHORT
 
     scene = bag_scene(bag) if scene is None else scene
     stated = [SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, JOINT_STATES, PHASE, SLACK]
@@ -721,9 +721,10 @@ def replay(
         scene.starts_at_ns,
         scene.starts_at_ns + scene.duration_ns,
     )
-    damage = list(bag.warnings)
-    if is_cut_short(bag.path):
-        damage.append(f'{bag.path}: it says cut_short: its recording ended before the voyage did')
+    marks, sentences = marks_of(bag)
+    damage = [*bag.warnings, *sentences]
+    if bag.warnings:
+        marks |= CUT_SHORT
     without = {
         OBSERVATION: 'the drift is what the scene assumes beforehand',
         SHIP_FIX: 'the ship is taken to lie where the scene begins',
@@ -748,6 +749,7 @@ def replay(
         'duration_s': scene.duration if is_whole else (end_ns - start_ns) / NS_PER_S,
         'counts': bag.counts,
         'damage': damage,
+        **({'marks': marks} if marks else {}),
         'warnings': [*damage, *missing, *drift_warnings(stages.health(), scene)],
     }
     if not keep:

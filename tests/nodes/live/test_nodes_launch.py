@@ -38,7 +38,7 @@ from pathlib import Path
 import pytest
 from rclpy.node import Node
 
-from tauto_core.bags import check_bag, is_cut_short, read_bag
+from tauto_core.bags import check_bag, read_bag
 
 ABSENT = [
     name
@@ -238,7 +238,7 @@ def test_a_node_that_is_stopped_ends_the_launch_and_not_well(tmp_path: Path, nod
         os.kill(launch.nodes()[node], signal.SIGTERM)
         assert launch.code() == 1
         assert f'node {node} ' in launch.said()
-    assert is_cut_short(tmp_path / 'bag')
+    assert check_bag(tmp_path / 'bag').cut_short
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
@@ -246,7 +246,7 @@ def test_whatever_ends_the_launch_ends_the_nodes(tmp_path: Path, number: signal.
     with at_sea(tmp_path) as launch:
         os.kill(launch.process.pid, number)
         assert launch.code() == (0 if number == signal.SIGINT else -number)
-        assert is_cut_short(tmp_path / 'bag'), launch.said()
+        assert check_bag(tmp_path / 'bag').cut_short, launch.said()
 
 
 def readings(bag: Path) -> int:

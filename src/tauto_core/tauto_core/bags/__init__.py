@@ -12,7 +12,7 @@ from tauto_core.bags.write import BagWriter, check_folder
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
-    from tauto_core.bags.check import Recovered, Soundness, check_bag, is_cut_short, recover_bag
+    from tauto_core.bags.check import Recovered, Soundness, check_bag, recover_bag
 
 __all__ = [
     'TOPICS',
@@ -28,12 +28,11 @@ __all__ = [
     'decode_as',
     'encode',
     'header_stamp_ns',
-    'is_cut_short',
     'offered_qos',
     'read_bag',
     'recover_bag',
 ]
 
-_OF_THE_CHECK = ('Recovered', 'Soundness', 'check_bag', 'is_cut_short', 'recover_bag')
+_OF_THE_CHECK = ('Recovered', 'Soundness', 'check_bag', 'recover_bag')
 
 __getattr__ = loaded_from(__name__, dict.fromkeys(_OF_THE_CHECK, 'check'))

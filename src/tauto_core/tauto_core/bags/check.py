@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import struct
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -15,9 +14,13 @@ import numpy as np
 
 from tauto_core.bags.codec import decode_as
 from tauto_core.bags.read import (
-    LARGEST_METADATA,
+    ENTRY,
+    INDEX_HEAD,
+    LATEST_NS,
     METADATA,
+    RECORD,
     Bag,
+    Hole,
     McapFile,
     by_number,
     find_files,
@@ -25,15 +28,19 @@ from tauto_core.bags.read import (
 )
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.write import CUT_SHORT, BagWriter, DeclaredTopic, check_folder, definition_of
+from tauto_core.files import LARGEST_YAML, YamlError, read_yaml
 from tauto_core.samples import SCENE
-from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError, TautoError
+from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError
 from tauto_core.scene.tables import read_data
 
 # Messages of a topic that are held before they are decoded.
 _PART = 10_000
-
-_INDEX = struct.Struct('<BQHI')
-_ENTRY = struct.Struct('<QQ')
+# Holes that are listed one by one; of more, those of a topic are joined.
+_MOST_HOLES = 1_000
+HOLES = 'holes'
+"""Metadata of a recovered bag: lists of topic, number of messages, log times of the first and the
+last [ns], and whether they were kept with a wrong checksum; the others are lost.
+"""
 
 
 @dataclass
@@ -41,7 +48,8 @@ class Soundness:
     """The findings about a bag.
 
     `damage` can be repaired by `recover`: ends, chunks, indices, metadata. `faults` are in the
-    recorded content: messages that do not decode, stamps that go back. `notes` are harmless.
+    recorded content: messages that do not decode, stamps that go back. `marks` are what the bag's
+    own metadata say for ever: that it was cut short, or has holes. `notes` are harmless.
     """
 
     bag: Bag
@@ -49,36 +57,81 @@ class Soundness:
     faults: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     custom: dict[str, Any] = field(default_factory=dict)
-    """The metadata's `custom_data`, from metadata.yaml or, without it, from the MCAP file."""
+    """The metadata's `custom_data`, from metadata.yaml and from the MCAP files."""
     counted: int = 0
     """Number of messages according to valid indices; files without one count none."""
 
     @property
     def cut_short(self) -> bool:
         """Whether the bag says that its recording ended before the voyage did."""
-        return _says_cut_short(self.custom)
+        return 'cut_short' in _marks(self.custom)
+
+    @property
+    def marks(self) -> list[str]:
+        """What the metadata say is missing or doubtful, as sentences."""
+        return _sentences(self.bag.path, _marks(self.custom))
 
     @property
     def whole(self) -> bool:
         """Whether nothing is missing or wrong."""
-        return not (self.damage or self.faults or self.cut_short)
+        return not (self.damage or self.faults or self.marks)
 
 
-def is_cut_short(folder: Path) -> bool:
-    """Whether the metadata of a bag's folder say that its recording ended before the voyage."""
-    return _says_cut_short(_custom(folder, []))
+def marks_of(bag: Bag) -> tuple[dict[str, Any], list[str]]:
+    """Return what the metadata of a bag say is missing or doubtful, and that as sentences.
+
+    Its recording was cut short, or it was recovered from a damaged one and has holes.
+    """
+    marks = _marks(_custom(bag.path, list(bag.files)))
+    return marks, _sentences(bag.path, marks)
 
 
-def _says_cut_short(custom: Mapping[str, Any]) -> bool:
-    return str(custom.get('cut_short', '')).lower() == 'true'
+def _marks(custom: Mapping[str, Any]) -> dict[str, Any]:
+    is_short = str(custom.get('cut_short', '')).lower() == 'true'
+    holes = {HOLES: holes_in(custom)} if HOLES in custom else {}
+    return (CUT_SHORT if is_short else {}) | holes
 
 
-def check_bag(path: Path) -> Soundness:
+def _sentences(path: Path, marks: Mapping[str, Any]) -> list[str]:
+    short = 'it says cut_short: its recording ended before the voyage did'
+    found = [short] * ('cut_short' in marks)
+    return [f'{path}: {each}' for each in found + [f'it says {h}' for h in marks.get(HOLES, ())]]
+
+
+def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
+    """Return the holes that metadata list; one of unknown size for what is no such list."""
+    try:
+        listed = [
+            Hole(str(topic), *map(int, numbers), bool(corrupt))
+            for topic, *numbers, corrupt in json.loads(custom.get(HOLES, '[]'))
+        ]
+        if all(0 <= number <= LATEST_NS for hole in listed for number in hole[1:4]):
+            return joined(listed)
+    except (ValueError, TypeError, OverflowError, RecursionError):
+        pass
+    return [Hole('', 0, 0, 0)]
+
+
+def joined(holes: list[Hole]) -> list[Hole]:
+    """Return holes by their time; where there are very many, one a topic."""
+    if len(holes) > _MOST_HOLES:
+        by_topic: dict[tuple[str, bool], list[Hole]] = {}
+        for hole in holes:
+            by_topic.setdefault((hole.topic, hole.corrupt), []).append(hole)
+        holes = []
+        for (topic, corrupt), held in by_topic.items():
+            _, numbers, first_ns, last_ns, _ = zip(*held, strict=True)
+            holes.append(Hole(topic, sum(numbers), min(first_ns), max(last_ns), corrupt))
+    return sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
+
+
+def check_bag(path: Path, *, keep_corrupt: bool = False) -> Soundness:
     """Read all of a bag and return its faults.
 
-    Nothing there is a BagPlaceError, no file of MCAP a BagError.
+    With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. Nothing
+    there is a BagPlaceError, no file of MCAP a BagError.
     """
-    found = survey(path)
+    found = survey(path, keep_corrupt=keep_corrupt)
     for file in found.bag.files:
         _check_file(found, file)
     _check_metadata(found)
@@ -87,7 +140,7 @@ def check_bag(path: Path) -> Soundness:
     return found
 
 
-def survey(path: Path) -> Soundness:
+def survey(path: Path, *, keep_corrupt: bool = False) -> Soundness:
     """Read all files of a bag, whatever its indices and metadata say; note damage on the way."""
     damage: list[str] = []
     refusals: list[BagError] = []
@@ -103,45 +156,47 @@ def survey(path: Path) -> Soundness:
         damage.append(str(error))
     for file in paths:
         try:
-            files.append(open_mcap(file, walk=True))
+            files.append(open_mcap(file, walk=True, keep_corrupt=keep_corrupt))
         except BagError as error:
             refusals.append(error)
     if not files:
         raise refusals[0]
     found = Soundness(Bag(path, tuple(files), None))
     found.damage = [*damage, *map(str, refusals)]
+    found.custom = _custom(path, files)
     for walked in files:
         found.damage += walked.warnings
-    found.custom = _custom(path, files)
+        found.damage += [f'{walked.path}: {hole}' for hole in joined(walked.holes)]
     return found
 
 
 def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
-    information: dict[str, Any] = {}
+    """Return the `custom_data` of the files' own metadata and of metadata.yaml.
+
+    Metadata of a file that cannot be understood are a warning about it; those beside it are left
+    out, since `find_files` refuses them.
+    """
+    custom: dict[str, Any] = {}
     for file in files:
-        information |= _information(file.description, nested=False)
-    information |= _information_beside(path / METADATA)
-    custom = information.get('custom_data')
-    return dict(custom) if isinstance(custom, Mapping) else {}
+        try:
+            custom |= _mapping(read_yaml(file.description, any_key=True), 'custom_data')
+        except YamlError as error:
+            file.warn(f'its metadata cannot be understood ({error})')
+    with suppress(OSError, ValueError):
+        custom |= _mapping(_information_beside(path / METADATA), 'custom_data')
+    return custom
 
 
-def _information(text: str, *, nested: bool = True) -> dict[str, Any]:
-    """Return rosbag2's metadata from YAML; nothing if it is not such metadata."""
-    import yaml
-
-    try:
-        content = yaml.safe_load(text)
-    except yaml.YAMLError:
-        return {}
-    if nested and isinstance(content, Mapping):
-        content = content.get('rosbag2_bagfile_information')
-    return dict(content) if isinstance(content, Mapping) else {}
+def _mapping(content: object, key: str = '') -> dict[str, Any]:
+    """Return a mapping, or the one at a key of it; an empty one where there is none."""
+    if key:
+        content = _mapping(content).get(key)
+    return content if isinstance(content, dict) else {}
 
 
 def _information_beside(metadata: Path) -> dict[str, Any]:
-    with suppress(OSError):
-        return _information(read_data(metadata, LARGEST_METADATA).decode('utf-8', 'replace'))
-    return {}
+    text = read_data(metadata, LARGEST_YAML).decode('utf-8', 'replace')
+    return _mapping(read_yaml(text, any_key=True), 'rosbag2_bagfile_information')
 
 
 def _check_file(found: Soundness, walked: McapFile) -> None:
@@ -149,7 +204,7 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
 
-    opened = open_mcap(walked.path)
+    opened = open_mcap(walked.path, keep_corrupt=walked.keep_corrupt)
     found.damage += [each for each in opened.warnings if each not in found.damage]
     if not opened.indexed:
         if not (walked.warnings or opened.warnings):
@@ -163,7 +218,7 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
         if said != held[what]
     ]
     with walked.path.open('rb') as stream:
-        wrong = sum(_wrong_entries(stream, walked))
+        wrong = sum(_wrong_entries(stream, walked, opened))
         if wrong:
             found.damage.append(
                 f'{walked.path}: {wrong} entries of its message indices point at no such message'
@@ -171,45 +226,51 @@ def _check_file(found: Soundness, walked: McapFile) -> None:
         # the library reads as other programs do, independently of `McapFile`
         stream.seek(0)
         try:
-            for _ in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
+            most = walked.path.stat().st_size  # of a record: more would be allocated
+            reader = StreamReader(
+                stream, emit_chunks=True, validate_crcs=True, record_size_limit=most
+            )
+            for _ in reader.records:
                 pass
-        except (McapError, ValueError, struct.error, EOFError) as error:
+        except (McapError, ValueError, struct.error, EOFError, MemoryError) as error:
             if not walked.warnings:
                 found.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
 
 
 def _contents(file: McapFile) -> dict[str, object]:
     # rosbag2 declares topics that never had a message in the index alone
+    # of definitions the hash, which each has once however many topics share it
+    topics = {
+        number: channel._replace(definition=b'%d' % hash(channel.definition))
+        for number, channel in file.channels.items()
+    }
     return {
         'counts': +file.counts,
-        'topics': {channel: file.channels.get(channel) for channel in +file.counts},
+        'topics': {channel: topics.get(channel) for channel in +file.counts},
         'chunks': {span[:4] for span in file.spans if span.chunk},
     }
 
 
-def _wrong_entries(stream: BinaryIO, walked: McapFile) -> Iterator[int]:
+def _wrong_entries(stream: BinaryIO, walked: McapFile, opened: McapFile) -> Iterator[int]:
     """Yield the number of wrong entries of each message index of the file."""
-    from mcap.reader import SeekingReader
-
-    summary = SeekingReader(stream).get_summary()
     spans = {span.offset: span for span in walked.spans}
-    for index in summary.chunk_indexes if summary else []:
-        span = spans.get(index.chunk_start_offset)
+    for index in opened.spans:
+        span = spans.get(index.offset)
         if span is None:
             continue
         held = walked.places(span, stream)
-        for channel, at in index.message_index_offsets.items():
+        for channel, at in index.indices:
             stream.seek(at)
-            head = stream.read(_INDEX.size)
-            if len(head) < _INDEX.size:
+            head = stream.read(RECORD.size + INDEX_HEAD.size)
+            if len(head) < RECORD.size + INDEX_HEAD.size:
                 yield 1
                 continue
-            opcode, _, owner, size = _INDEX.unpack(head)
+            (opcode, _), (owner, size) = RECORD.unpack_from(head), INDEX_HEAD.unpack_from(head, 9)
             body = stream.read(min(size, span.length + (1 << 20)))
-            if (opcode, owner) != (0x07, channel) or len(body) != size or size % _ENTRY.size:
+            if (opcode, owner) != (0x07, channel) or len(body) != size or size % ENTRY.size:
                 yield 1
                 continue
-            said = {(stamp_ns, place) for stamp_ns, place in _ENTRY.iter_unpack(body)}
+            said = {(stamp_ns, place) for stamp_ns, place in ENTRY.iter_unpack(body)}
             yield len(said ^ held.get(channel, set()))
 
 
@@ -218,7 +279,10 @@ def _check_metadata(found: Soundness) -> None:
     path = found.bag.path / METADATA
     if not path.is_file():
         return
-    said = _information_beside(path)
+    try:
+        said = _information_beside(path)
+    except (OSError, ValueError):  # `find_files` says so
+        return
     start_ns, end_ns = found.bag.start_ns, found.bag.end_ns
     held: dict[str, Any] = {'message_count': sum(found.bag.counts.values())}
     if start_ns is not None and end_ns is not None:
@@ -226,7 +290,8 @@ def _check_metadata(found: Soundness) -> None:
         held['duration'] = {'nanoseconds': end_ns - start_ns}
     for what, value in held.items():
         if said.get(what) != value:
-            found.damage.append(f'{path}: {what} = {said.get(what)}, but the files hold {value}')
+            told = str(said.get(what))[:80]
+            found.damage.append(f'{path}: {what} = {told}, but the files hold {value}')
     try:
         topics = {
             each['topic_metadata']['name']: (each['topic_metadata']['type'], each['message_count'])
@@ -240,11 +305,11 @@ def _check_metadata(found: Soundness) -> None:
         told = topics.pop(topic, ('nothing', 0))
         if told != (ros_type, counts[topic]):
             found.damage.append(
-                f'{path}: {topic} is {told[0]} with {told[1]} messages, but the files hold '
-                f'{ros_type} with {counts[topic]}'
+                f'{path}: {topic} is {str(told[0])[:80]} with {str(told[1])[:80]} messages, but '
+                f'the files hold {ros_type} with {counts[topic]}'
             )
     found.damage += [
-        f'{path}: {topic} with {number} messages is not in the files'
+        f'{path}: {str(topic)[:80]} with {str(number)[:80]} messages is not in the files'
         for topic, (_, number) in topics.items()
         if number
     ]
@@ -291,10 +356,10 @@ def _check_content(found: Soundness) -> None:
     for file in bag.files:
         with file.path.open('rb') as stream:
             for span in file.spans:
-                for stamp_ns, channel, payload in file.messages(span, stream, file.channels):
-                    reading = topics[file.channels[channel].topic]
-                    reading.payloads.append(payload)
-                    reading.stamps_ns.append(stamp_ns)
+                for message in file.messages(span, stream, file.channels):
+                    reading = topics[file.channels[message.channel].topic]
+                    reading.payloads.append(message.payload)
+                    reading.stamps_ns.append(message.stamp_ns)
                     if len(reading.payloads) == _PART:
                         reading.judge()
     for reading in topics.values():
@@ -313,13 +378,7 @@ def _check_content(found: Soundness) -> None:
 
 
 def _check_scene(found: Soundness) -> None:
-    """Look for the scene, and compare it with the metadata of the ship's motion.
-
-    They differ where the metadata belong to another recording.
-    """
-    from tauto_core.scene import parse_scene
-    from tauto_core.ship import bag_metadata
-
+    """Note where the scene is not the first message."""
     bag = found.bag
     scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
     if not scenes:
@@ -329,43 +388,11 @@ def _check_scene(found: Soundness) -> None:
     file = bag.files[0]
     for span in file.spans[:1]:
         with file.path.open('rb') as stream:
-            for message in file.recorded(span, stream):
+            for message in file.messages(span, stream):
                 first = file.channels[message.channel].topic
                 if first not in scenes:
                     found.notes.append(f'the first message is of {first}, not of {scenes[0]}')
                 break
-    try:
-        text = found.bag.scene
-        if text is None:
-            return
-        held = bag_metadata(parse_scene(text, f'{found.bag.path}:{SCENE}'))
-    except TautoError as error:
-        found.notes.append(f'its metadata cannot be compared with its scene ({error})')
-        return
-    for name, value in held.items():
-        said = found.custom.get(name)
-        if said is None:
-            continue
-        like = said
-        if not isinstance(value, str):  # of `custom_data` all but text is JSON
-            with suppress(ValueError):
-                like = json.loads(str(said))
-        if not _same(like, value):
-            found.faults.append(
-                f'{found.bag.path}: {name} = {said} in its metadata, but its scene has {value}. '
-                'The metadata are of another recording'
-            )
-
-
-def _same(said: object, held: object) -> bool:
-    """Whether two values are equal, up to the last bits of numbers computed on another machine."""
-    if isinstance(said, list) and isinstance(held, list | tuple):
-        return len(said) == len(held) and all(map(_same, said, held))
-    if isinstance(said, dict) and isinstance(held, dict):
-        return said.keys() == held.keys() and all(_same(said[key], held[key]) for key in held)
-    if isinstance(said, int | float) and isinstance(held, int | float):
-        return math.isclose(said, held, rel_tol=1e-9)
-    return said == held
 
 
 # -----------------------------------------------------------------------------
@@ -394,18 +421,20 @@ class Recovered:
     missing: int
 
 
-def recover_bag(path: Path, out: Path | None = None) -> Recovered:
+def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = False) -> Recovered:
     """Write a new bag with every message that can be read, as it was recorded.
 
     The original, a folder or an .mcap file, is only read. Messages keep their bytes, order, log
     and publish times and sequence numbers; a split bag becomes one file. The new bag is marked
-    `cut_short` unless the recording is known to have ended normally. Without `out` it is beside
-    the old one, with `_recovered` appended to its name.
+    `cut_short` unless the recording is known to have ended normally, and says for ever which
+    messages were lost (`holes`). With `keep_corrupt` the messages of a chunk of the right size and
+    a wrong checksum are kept, and listed there, too. Without `out` it is beside the old one, with
+    `_recovered` appended to its name.
 
     A BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself. A BagError: nothing
     is damaged, no message can be read, or the file system refuses.
     """
-    found = check_bag(path)
+    found = check_bag(path, keep_corrupt=keep_corrupt)
     if not found.damage:
         raise BagError(
             f'{path}: its files are whole, so there is nothing to recover'
@@ -427,7 +456,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
         for file in found.bag.files:
             with file.path.open('rb') as stream:
                 for span in file.spans:
-                    for message in file.recorded(span, stream):
+                    for message in file.messages(span, stream):
                         channel = file.channels.get(message.channel)
                         if channel is None:
                             continue
@@ -449,6 +478,11 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
                             writer.declare(key, declared)
                         writer.copy(key, message)
         writer.describe(found.custom)
+        holes = holes_in(found.custom)
+        for file in found.bag.files:
+            holes += file.holes
+        if holes:
+            writer.describe({HOLES: joined(holes)})
         if not all(file.ended for file in found.bag.files):
             writer.describe(CUT_SHORT)
     counts = {keys[key]: number for key, number in writer.counts.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import os
 import re
 import struct
 import zlib
@@ -18,7 +19,7 @@ import numpy as np
 
 from tauto_core.bags.codec import decode_as, payloads_joined
 from tauto_core.bags.table import MESSAGE_TYPES, STRING, TOPICS
-from tauto_core.files import decompressed
+from tauto_core.files import LARGEST_PART, LARGEST_YAML, YamlError, decompressed, read_yaml
 from tauto_core.samples import SCENE, Batches, IntArray, Samples, TextSamples
 from tauto_core.scene.errors import BagError, BagPlaceError
 from tauto_core.scene.tables import read_data
@@ -28,14 +29,14 @@ if TYPE_CHECKING:
     from mcap.records import Schema
 
 METADATA = 'metadata.yaml'
-LARGEST_METADATA = 2**24
 
 # -----------------------------------------------------------------------------
 # MCAP as octets: records, the messages among them, and the content of chunks.
 #
 # A record is an opcode, a length and a body, both in the file and in a decompressed chunk (MCAP
 # specification, sections Records and Chunk). Whole records before a truncation can be read; a
-# compressed chunk can be read only as a whole.
+# compressed chunk can be read only as a whole. Every length is compared with the bytes that there
+# are before anything is read or allocated.
 
 MESSAGE = 0x05
 RECORD = struct.Struct('<BQ')
@@ -44,41 +45,53 @@ RECORD = struct.Struct('<BQ')
 MESSAGE_HEAD = struct.Struct('<HIQQ')
 """Channel, sequence, log time and publish time of a message."""
 
-# opcode, length and fields in one, without sequence and publish time: quicker where few are wanted
-_MESSAGE_RECORD = struct.Struct('<BQH4xQ8x')
+_MESSAGE_RECORD = struct.Struct('<BQHIQQ')
 _CHUNK_HEAD = struct.Struct('<QQQII')
 
 
-class Stored(NamedTuple):
-    """A stored message."""
+LATEST_NS = 2**63 - 1
+"""The latest log time, of the year 2262; messages that state a later one are left out."""
 
-    stamp_ns: int
+
+class RecordedMessage(NamedTuple):
+    """A stored message with all fields of its record."""
+
     channel: int
+    sequence: int
+    stamp_ns: int
+    publish_ns: int
     payload: bytes
 
 
-def chunk_records(record: bytes) -> bytes:
-    """Return the records of a chunk; of an uncompressed one that is truncated, those before.
+def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, bool]:
+    """Return the records of a chunk, and whether they have its checksum.
 
-    The ValueError names the damaged part.
+    They are those before the cut of an uncompressed one. The ValueError names the damaged part; a
+    wrong checksum is one, unless such a chunk is kept.
     """
     try:
+        opcode, _ = RECORD.unpack_from(record)
         _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, RECORD.size)
         first = RECORD.size + _CHUNK_HEAD.size
         compression = record[first : first + name_length].decode()
         (length,) = struct.unpack_from('<Q', record, first + name_length)
     except struct.error:
         raise ValueError('its head is cut') from None
+    if opcode != _CHUNK:
+        raise ValueError('another record lies there')
     first += name_length + 8
     body = record[first : first + length]
     if compression == '' and len(body) < length:
-        return body
+        return body, True
     if len(body) < length:
         raise ValueError(f'{len(body)} of {length} bytes')
     octets = decompressed(compression, body, size)
-    if len(octets) != size or (crc and zlib.crc32(octets) != crc):
+    if len(octets) != size:
+        raise ValueError(f'it becomes {len(octets)} bytes and states {size}')
+    has_checksum = crc in (0, zlib.crc32(octets))
+    if not (has_checksum or keep_corrupt):
         raise ValueError('wrong checksum')
-    return octets
+    return octets, has_checksum
 
 
 def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
@@ -93,14 +106,7 @@ def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
         yield opcode, first, at
 
 
-def heads_in(octets: bytes) -> Iterator[tuple[int, int, tuple[int, int, int, int]]]:
-    """Yield begin and end of the body of each whole message, and the fields of its head."""
-    for opcode, first, last in records_in(octets):
-        if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-            yield first, last, MESSAGE_HEAD.unpack_from(octets, first)
-
-
-def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Stored]:
+def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[RecordedMessage]:
     """Yield the whole messages among records, of some channels.
 
     A chunk has messages of all topics, few of which may be wanted, so skipping must be cheap.
@@ -108,13 +114,14 @@ def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Sto
     at, size, skipped = 0, len(octets), RECORD.size + MESSAGE_HEAD.size
     head_of = _MESSAGE_RECORD.unpack_from
     while at + skipped <= size:
-        opcode, length, channel, stamp_ns = head_of(octets, at)
+        opcode, length, channel, sequence, stamp_ns, publish_ns = head_of(octets, at)
         end = at + RECORD.size + length
         if end > size:
             return
         wanted = opcode == MESSAGE and (channels is None or channel in channels)
-        if wanted and length >= MESSAGE_HEAD.size:
-            yield Stored(stamp_ns, channel, octets[at + skipped : end])
+        if wanted and length >= MESSAGE_HEAD.size and stamp_ns <= LATEST_NS:
+            payload = octets[at + skipped : end]
+            yield RecordedMessage(channel, sequence, stamp_ns, publish_ns, payload)
         at = end
 
 
@@ -124,9 +131,13 @@ def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[Sto
 MAGIC = b'\x89MCAP0\r\n'
 SPAN_BYTES = 1 << 20
 
-_SCHEMA, _CHANNEL, _CHUNK = 0x03, 0x04, 0x06
-_METADATA, _DATA_END, _FOOTER = 0x0C, 0x0F, 0x02
+_FOOTER, _SCHEMA, _CHANNEL, _CHUNK, _MESSAGE_INDEX = 0x02, 0x03, 0x04, 0x06, 0x07
+_METADATA, _DATA_END = 0x0C, 0x0F
 _FOOTER_RECORD = struct.Struct('<BQQQI')
+INDEX_HEAD = struct.Struct('<HI')
+"""Channel and size of a message index, before its entries."""
+ENTRY = struct.Struct('<QQ')
+"""Log time and offset of a message, an entry of a message index."""
 
 
 class Channel(NamedTuple):
@@ -140,20 +151,30 @@ class Channel(NamedTuple):
     metadata: Mapping[str, str]
 
 
-class RecordedMessage(NamedTuple):
-    """A stored message with all fields of its record."""
+class Hole(NamedTuple):
+    """Messages of a topic that are lost, or kept (`corrupt`) though their checksum is wrong.
 
-    channel: int
-    sequence: int
-    stamp_ns: int
-    publish_ns: int
-    payload: bytes
+    `number` is how many; 0, with an empty topic, where nothing is left that says so. The log times
+    of the first and the last, or of their neighbours, are in ns.
+    """
+
+    topic: str
+    number: int
+    from_ns: int
+    to_ns: int
+    corrupt: bool = False
+
+    def __str__(self) -> str:
+        what = f'{self.number:,} messages of {self.topic}' if self.topic else 'messages'
+        fate = 'have a wrong checksum' if self.corrupt else 'are lost'
+        return f'{what} {fate}, from {self.from_ns * 1e-9:.9g} s to {self.to_ns * 1e-9:.9g} s'
 
 
 class Span(NamedTuple):
     """Consecutive records: one chunk, or messages outside of chunks.
 
-    `channels` are the channels of its messages, `None` if unknown.
+    `channels` are the channels of its messages, `None` if unknown; `indices` are the offsets of
+    their message indices, as the file's index states them.
     """
 
     offset: int
@@ -162,6 +183,7 @@ class Span(NamedTuple):
     end_ns: int
     channels: frozenset[int] | None
     chunk: bool
+    indices: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass
@@ -170,8 +192,9 @@ class McapFile:
 
     `warnings` grows when damage is found later, while messages are read. `indexed` says whether a
     valid and complete index listed the contents, `ended` whether the writer closed the data
-    section. `description` is the rosbag2 metadata that the file repeats, as YAML, if all of the
-    file was read and has it.
+    section. `description` is the rosbag2 metadata that the file repeats, as YAML. `holes` are the
+    messages of damaged chunks, if all of the file was read; with `keep_corrupt` those with a wrong
+    checksum are read.
     """
 
     path: Path
@@ -182,6 +205,8 @@ class McapFile:
     indexed: bool = False
     ended: bool = True
     description: str = ''
+    keep_corrupt: bool = False
+    holes: list[Hole] = field(default_factory=list)
     _held: tuple[int, bytes] = field(default=(-1, b''), repr=False, compare=False)
     """Offset and records of the span that was read last: the chunk with the scene, with which the
     messages of the voyage begin, is decompressed once for both.
@@ -189,24 +214,21 @@ class McapFile:
 
     def messages(
         self, span: Span, stream: BinaryIO, channels: Collection[int] | None = None
-    ) -> Iterator[Stored]:
+    ) -> Iterator[RecordedMessage]:
         """Yield the messages of a span in the order of the file; warn of a damaged chunk.
 
         The file is open as `stream`. Without channels all are wanted.
         """
         yield from messages_in(self._octets(span, stream), channels)
 
-    def recorded(self, span: Span, stream: BinaryIO) -> Iterator[RecordedMessage]:
-        """Yield the messages of a span as they were recorded, in the order of the file."""
-        octets = self._octets(span, stream)
-        for first, last, head in heads_in(octets):
-            yield RecordedMessage(*head, octets[first + MESSAGE_HEAD.size : last])
-
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
         """Return stamp [ns] and offset of each message among the records of a span, by channel."""
         found: dict[int, set[tuple[int, int]]] = defaultdict(set)
-        for first, _, (channel, _, stamp_ns, _) in heads_in(self._octets(span, stream)):
-            found[channel].add((stamp_ns, first - RECORD.size))
+        octets = self._octets(span, stream)
+        for opcode, first, last in records_in(octets):
+            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
+                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
+                found[channel].add((stamp_ns, first - RECORD.size))
         return found
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
@@ -214,10 +236,11 @@ class McapFile:
         offset, octets = self._held
         if offset == span.offset:
             return octets
-        stream.seek(span.offset)
         try:
-            octets = stream.read(span.length)
-            octets = chunk_records(octets) if span.chunk else octets
+            stream.seek(span.offset)
+            octets = stream.read(min(span.length, LARGEST_PART))
+            if span.chunk:
+                octets, _ = chunk_records(octets, keep_corrupt=self.keep_corrupt)
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
             octets = b''
@@ -231,13 +254,14 @@ class McapFile:
             self.warnings.append(warning)
 
 
-def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
+def open_mcap(path: Path, *, walk: bool = False, keep_corrupt: bool = False) -> McapFile:
     """Return the content of an MCAP file, from its index, or from all of it without one.
 
-    With `walk` all of it is read, even if it has an index. A file that cannot be opened or is not
-    MCAP is a BagError.
+    With `walk` all of it is read, even if it has an index. With `keep_corrupt` the messages of a
+    chunk with a wrong checksum are read as well. A file that cannot be opened or is not MCAP is a
+    BagError.
     """
-    file = McapFile(path)
+    file = McapFile(path, keep_corrupt=keep_corrupt)
     try:
         if not path.is_file() and path.exists():  # to open a pipe may block for ever
             raise BagError(f'{path} is not a regular file; name a rosbag2 folder or an .mcap file')
@@ -258,67 +282,100 @@ def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
 
 def _read_index(file: McapFile, stream: BinaryIO) -> bool:
     """Fill the file from its summary; return whether that is valid and complete."""
+    from mcap import records
     from mcap.exceptions import McapError
-    from mcap.reader import SeekingReader
+    from mcap.stream_reader import StreamReader
 
+    start, octets = _summary(file, stream)
+    found: dict[type, list[Any]] = defaultdict(list)
     try:
-        if not _has_summary(file, stream):
-            return False
-        stream.seek(0)
-        summary = SeekingReader(stream).get_summary()
-    except (McapError, struct.error, ValueError, KeyError, EOFError, OverflowError):
+        reader = StreamReader(BytesIO(octets), skip_magic=True, record_size_limit=len(octets))
+        for record in reader.records:
+            found[type(record)].append(record)
+    except (McapError, struct.error, ValueError, OverflowError):
         return False
-    if summary is None or summary.statistics is None:
+    schemas: dict[int, Schema] = {schema.id: schema for schema in found[records.Schema]}
+    channels = {
+        channel.id: _channel(channel, schemas.get(channel.schema_id))
+        for channel in found[records.Channel]
+    }
+    chunks = sorted(found[records.ChunkIndex], key=lambda chunk: chunk.chunk_start_offset)
+    if len(found[records.Statistics]) != 1:
         return False
-    statistics, chunks = summary.statistics, summary.chunk_indexes
+    [statistics] = found[records.Statistics]
     counts = statistics.channel_message_counts
     if (
         statistics.chunk_count != len(chunks)
         or sum(counts.values()) != statistics.message_count
-        or not set(counts) <= set(summary.channels)
+        or not set(counts) <= set(channels)
         or (statistics.message_count and not chunks)
     ):
         return False
-    for number, channel in summary.channels.items():
-        file.channels[number] = _channel(channel, summary.schemas.get(channel.schema_id))
-    file.counts = Counter(counts)
-    file.spans += [
-        Span(
-            index.chunk_start_offset,
-            index.chunk_length,
-            index.message_start_time,
-            index.message_end_time,
-            frozenset(index.message_index_offsets) or None,
-            chunk=True,
+    # what the index lists lies before it, chunk after chunk
+    end, spans = len(MAGIC), []
+    for chunk in chunks:
+        places = chunk.message_index_offsets
+        if (
+            chunk.chunk_start_offset < end
+            or max(chunk.chunk_start_offset + chunk.chunk_length, *places.values(), 0) > start
+            or max(chunk.message_start_time, chunk.message_end_time) > LATEST_NS
+        ):
+            file.warn('its index is damaged; all messages that can be found are read')
+            return False
+        end = chunk.chunk_start_offset + chunk.chunk_length
+        spans.append(
+            Span(
+                chunk.chunk_start_offset,
+                chunk.chunk_length,
+                chunk.message_start_time,
+                chunk.message_end_time,
+                frozenset(places) or None,
+                True,
+                tuple(places.items()),
+            )
         )
-        for index in sorted(chunks, key=lambda index: index.chunk_start_offset)
-    ]
+    file.channels, file.counts, file.spans = channels, Counter(counts), spans
+    for place in found[records.MetadataIndex]:
+        if place.name == 'rosbag2' and place.offset + place.length <= start:
+            stream.seek(place.offset + RECORD.size)
+            _register(file, schemas, _METADATA, stream.read(min(place.length, LARGEST_PART)))
     return True
 
 
-def _has_summary(file: McapFile, stream: BinaryIO) -> bool:
-    """Whether the file ends with a footer, and its summary has the checksum stated there."""
+def _summary(file: McapFile, stream: BinaryIO) -> tuple[int, bytes]:
+    """Return the start of the summary, and all from there on; nothing where it is damaged.
+
+    The file ends with a footer, and its summary has the checksum stated there.
+    """
     tail = _FOOTER_RECORD.size + len(MAGIC)
     size = stream.seek(0, 2)
     if size < tail + len(MAGIC):
-        return False
+        return 0, b''
     stream.seek(size - tail)
     end = stream.read(tail)
     opcode, length, start, _, crc = _FOOTER_RECORD.unpack_from(end)
     if end[-len(MAGIC) :] != MAGIC or (opcode, length) != (_FOOTER, 20):
-        return False
-    if not len(MAGIC) < start < size - tail:
-        return False
+        return 0, b''
+    if not len(MAGIC) < start < size - tail or size - start > LARGEST_PART:
+        return 0, b''
     stream.seek(start)
-    summed = stream.read(size - start - len(MAGIC) - 4)
-    if crc not in {0, zlib.crc32(summed)}:
+    octets = stream.read(size - start)
+    if crc not in {0, zlib.crc32(octets[: -len(MAGIC) - 4])}:
         file.warn('its index is damaged; all messages that can be found are read')
-        return False
-    return True
+        return 0, b''
+    return start, octets
 
 
 def _walk(file: McapFile, stream: BinaryIO) -> None:
-    """Fill the file from all its records up to the first that is truncated."""
+    """Fill the file from all its records up to the first that is truncated.
+
+    A valid index gives the topics whose definitions are lost, and the times of lost chunks.
+    """
+    index = McapFile(file.path)
+    known: dict[int, Span] = {}
+    if _read_index(index, stream):
+        file.channels |= index.channels
+        known = {span.offset: span for span in index.spans}
     schemas: dict[int, Schema] = {}
     size = stream.seek(0, 2)
     at = len(MAGIC)
@@ -331,25 +388,12 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         if complete:
             break
         if opcode == _CHUNK:
-            left = _walk_chunk(file, stream, schemas, at, min(end, size))
-            if left and end <= size:
-                file.warn(f'the last {left} bytes of the chunk at byte {at} are not a record')
+            _walk_chunk(file, stream, schemas, at, min(end, size), known.get(at))
         elif end <= size and opcode in {_SCHEMA, _CHANNEL, _METADATA}:
-            _register(file, schemas, opcode, stream.read(length))
+            _register(file, schemas, opcode, stream.read(min(length, LARGEST_PART)))
         elif end <= size and opcode == MESSAGE and length >= MESSAGE_HEAD.size:
             channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack(stream.read(MESSAGE_HEAD.size))
-            file.counts[channel] += 1
-            span = Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False)
-            last = file.spans[-1] if file.spans else None
-            follows = last and not last.chunk and last.offset + last.length == at
-            if last and follows and last.length < SPAN_BYTES:  # one span for both
-                span = last._replace(
-                    length=last.length + span.length,
-                    start_ns=min(last.start_ns, stamp_ns),
-                    end_ns=max(last.end_ns, stamp_ns),
-                )
-                file.spans.pop()
-            file.spans.append(span)
+            _add_message(file, Span(at, end - at, stamp_ns, stamp_ns, None, chunk=False), channel)
         at = end
     if not complete:
         file.ended = False
@@ -359,34 +403,106 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
             'be read'
         )
         return
+    opcode = 0
+    while at + RECORD.size <= size and opcode != _FOOTER:  # the summary
+        stream.seek(at)
+        opcode, length = RECORD.unpack(stream.read(RECORD.size))
+        at += RECORD.size + length
+    stream.seek(min(at, size))
+    has_end = opcode == _FOOTER and stream.read(len(MAGIC)) == MAGIC
+    left = size - at - len(MAGIC)
     stream.seek(size - len(MAGIC))
-    if stream.read() != MAGIC:
+    if not has_end and stream.read() != MAGIC:
         file.warn('it was cut within its index; all messages can be read')
+    elif has_end and left:
+        stream.seek(size - left)
+        other = stream.read(len(MAGIC)) == MAGIC
+        file.warn(
+            f'{left} bytes follow its end at byte {size - left}, and are not read'
+            + ('; they are another MCAP file: cut them off into a file of their own' * other)
+        )
 
 
 def _walk_chunk(
-    file: McapFile, stream: BinaryIO, schemas: dict[int, Schema], at: int, end: int
-) -> int:
-    """Add a chunk to the file; return the number of octets after its last whole record."""
+    file: McapFile,
+    stream: BinaryIO,
+    schemas: dict[int, Schema],
+    at: int,
+    end: int,
+    known: Span | None,
+) -> None:
+    """Add a chunk to the file, or what it held to the holes; `known` is its entry in the index."""
     stream.seek(at)
+    record = stream.read(min(end - at, LARGEST_PART))
+    cut = len(record) < RECORD.size + RECORD.unpack_from(record)[1]
+    octets, has_checksum = b'', False
     try:
-        octets = chunk_records(stream.read(end - at))
+        octets, has_checksum = chunk_records(record, keep_corrupt=file.keep_corrupt)
     except ValueError as error:
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
-        return 0
     last, heads = 0, []
     for opcode, first, last in records_in(octets):
         if opcode in {_SCHEMA, _CHANNEL}:
             _register(file, schemas, opcode, octets[first:last])
         elif opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
             heads.append(MESSAGE_HEAD.unpack_from(octets, first))
-    if heads:
-        channels, _, stamps, _ = zip(*heads, strict=True)
+    fit = [head for head in heads if head[2] <= LATEST_NS]
+    if len(fit) < len(heads):
+        file.warn(f'{len(heads) - len(fit)} messages of the chunk at byte {at} have {_TOO_LATE}')
+    if fit:
+        channels, _, stamps, _ = zip(*fit, strict=True)
         file.counts.update(channels)
         file.spans.append(
             Span(at, end - at, min(stamps), max(stamps), frozenset(channels), chunk=True)
         )
-    return len(octets) - last
+    if not (has_checksum or cut):
+        stream.seek(end)
+        file.holes += _indexed(file, stream.read(16 * len(record)), known, bool(octets))
+    elif len(octets) > last and not cut:
+        file.warn(
+            f'the last {len(octets) - last} bytes of the chunk at byte {at} are not a record'
+        )
+
+
+_TOO_LATE = f'a log time after {LATEST_NS} ns: they were left out'
+
+
+def _add_message(file: McapFile, span: Span, channel: int) -> None:
+    """Add a message outside of chunks to the file, in one span with those just before it."""
+    if span.start_ns > LATEST_NS:
+        file.warn(f'messages outside of chunks have {_TOO_LATE}')
+        return
+    file.counts[channel] += 1
+    last = file.spans[-1] if file.spans else None
+    follows = last and not last.chunk and last.offset + last.length == span.offset
+    if last and follows and last.length < SPAN_BYTES:  # one span for both
+        file.spans[-1] = last._replace(
+            length=last.length + span.length,
+            start_ns=min(last.start_ns, span.start_ns),
+            end_ns=max(last.end_ns, span.end_ns),
+        )
+    else:
+        file.spans.append(span)
+
+
+def _indexed(file: McapFile, after: bytes, known: Span | None, corrupt: bool) -> list[Hole]:
+    """Return what a damaged chunk held, by the message indices at the begin of what follows it.
+
+    Without one, by its entry in the file's index, or by the message before it.
+    """
+    held: list[Hole] = []
+    for opcode, first, last in records_in(after):
+        if opcode != _MESSAGE_INDEX or (last - first - INDEX_HEAD.size) % ENTRY.size:
+            break
+        channel, _ = INDEX_HEAD.unpack_from(after, first)
+        entries = ENTRY.iter_unpack(after[first + INDEX_HEAD.size : last])
+        stamps = [stamp_ns for stamp_ns, _ in entries]
+        if stamps and channel in file.channels:
+            topic = file.channels[channel].topic
+            held.append(Hole(topic, len(stamps), min(stamps), max(stamps), corrupt))
+    near_ns = file.spans[-1].end_ns if file.spans else 0
+    times = (known.start_ns, known.end_ns) if known else (near_ns, near_ns)
+    return held or [Hole('', 0, *times, corrupt)]
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:
@@ -468,7 +584,7 @@ class Bag:
     @property
     def topics(self) -> dict[str, str]:
         """ROS type of each topic, by full name."""
-        return {topic: types[0] for topic, types in self._types().items()}
+        return {topic: next(iter(types)) for topic, (types, _) in self._types.items()}
 
     @property
     def counts(self) -> dict[str, int]:
@@ -604,7 +720,7 @@ class Bag:
         raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {held}')
 
     def _matches(self, topic: str) -> list[str]:
-        topics = self._types()
+        topics = self._types
         if topic.startswith('/'):
             return [topic] if topic in topics else []
         if self.namespace is not None and topic in TOPICS:
@@ -612,14 +728,17 @@ class Bag:
             return [found for found in topics if f'/{found.lstrip("/")}' == full]
         return [found for found in topics if f'/{found.lstrip("/")}'.endswith(f'/{topic}')]
 
-    def _types(self) -> dict[str, list[str]]:
-        types: dict[str, dict[str, None]] = defaultdict(dict)
+    @cached_property
+    def _types(self) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
+        """The types and the encodings of each topic, in the order of the channels."""
+        known: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
         for file in self.files:
             for channel in file.channels.values():
-                types[channel.topic][channel.ros_type] = None
-        return {topic: list(known) for topic, known in types.items()}
+                types, encodings = known.setdefault(channel.topic, ({}, {}))
+                types[channel.ros_type] = encodings[channel.encoding] = None
+        return known
 
-    def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, Stored]]:
+    def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, RecordedMessage]]:
         """Yield messages with their topics, file after file; refuse another type or encoding."""
         wanted = {self.find(topic): topic for topic in topics}
         for full, topic in wanted.items():
@@ -640,19 +759,19 @@ class Bag:
 
     def check_type(self, full: str, wanted: str) -> None:
         """Refuse a topic, by its full name, that is not all of one type in CDR (BagError)."""
-        for found in self._types()[full]:
+        types, encodings = self._types[full]
+        for found in types:
             if found != wanted:
                 raise BagError(
                     f'{self.path}: {full} holds {found or "messages without a type"}, but '
                     f'must hold {wanted}; remap that topic or name another bag'
                 )
-        for file in self.files:
-            for channel in file.channels.values():
-                if channel.topic == full and channel.encoding != 'cdr':
-                    raise BagError(
-                        f'{self.path}: {full} is encoded as {channel.encoding!r}, but ROS 2 '
-                        "messages are 'cdr'; record it with ROS 2"
-                    )
+        for encoding in encodings:
+            if encoding != 'cdr':
+                raise BagError(
+                    f'{self.path}: {full} is encoded as {encoding!r}, but ROS 2 messages are '
+                    "'cdr'; record it with ROS 2"
+                )
 
     def _decode(self, topic: str, payloads: list[bytes], stamps: list[int]) -> Samples:
         full = self.find(topic)
@@ -666,12 +785,11 @@ class Bag:
         return decode_as(ros_type, origin, payloads, np.array(stamps, np.int64))
 
 
-def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
+def read_bag(path: Path | str) -> Bag:
     """Open a bag: a rosbag2 folder, with or without its metadata, or an MCAP file.
 
-    Without a namespace the topics of the table are taken from the one in which they are found.
-    Nothing there, not MCAP, compressed file by file, or no topic of the table in the namespace is
-    a BagError.
+    The topics of the table are taken from the namespace in which they are found. Nothing there,
+    not MCAP, or compressed file by file is a BagError.
     """
     path = Path(path)
     notes: list[str] = []
@@ -685,12 +803,7 @@ def read_bag(path: Path | str, *, namespace: str | None = None) -> Bag:
             if f'/{full.lstrip("/")}'.endswith(f'/{name}') and ros_type == topic.ros_type
         }
     )
-    if namespace is not None and namespace.strip('/') not in places:
-        held = ', '.join(f'/{place}' for place in places) or 'none'
-        raise BagError(f'{path}: there is no namespace {namespace!r}; its namespaces are: {held}')
-    if namespace is None and len(places) == 1:
-        namespace = places[0]
-    return Bag(path, files, None if namespace is None else namespace.strip('/'), tuple(notes))
+    return Bag(path, files, places[0] if len(places) == 1 else None, tuple(notes))
 
 
 def find_files(path: Path, notes: list[str]) -> list[Path]:
@@ -702,14 +815,15 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
     found = sorted(path.glob('*.mcap'), key=by_number)
     if (path / METADATA).exists():
         listed = _listed_files(path / METADATA)
-        lost = [file.name for file in listed if not file.exists()]
+        lost = [file.name for file in listed if not os.path.exists(file)]
         if found and len(lost) == len(listed):
             raise BagError(
-                f'{path} has other .mcap files than its {METADATA} names ({", ".join(lost)}); '
-                f'give them these names again, or say `tauto bag recover {path}`'
+                f'{path} has other .mcap files than its {METADATA} names '
+                f'({", ".join(lost)[:99]}); give them these names again, or say '
+                f'`tauto bag recover {path}`'
             )
         notes += [f'{path}: {name}, named by {METADATA}, is missing' for name in lost]
-        found = [file for file in listed if file.exists()]
+        found = [file for file in listed if os.path.exists(file)]
     elif found:
         notes.append(f'{path}: it has no {METADATA}: the recording did not end by itself')
     if not found:
@@ -721,25 +835,28 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
 
 
 def _listed_files(metadata: Path) -> list[Path]:
-    import yaml
-
     try:
-        content: Any = yaml.safe_load(read_data(metadata, LARGEST_METADATA))
+        content = read_yaml(read_data(metadata, LARGEST_YAML).decode('utf-8'), any_key=True)
         information = content['rosbag2_bagfile_information']
-        names = [str(name) for name in information['relative_file_paths']]
+        names = [Path(str(name)).name for name in information['relative_file_paths']]
         storage = information.get('storage_identifier', 'mcap')
         mode = str(information.get('compression_mode') or '').lower()
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        why = error.problem if isinstance(error, YamlError) else error
         raise BagError(
-            f'{metadata} cannot be understood ({error}); name the .mcap file beside it'
+            f'{metadata} cannot be understood ({why}); name the .mcap file beside it'
         ) from None
     if storage != 'mcap' or mode in {'file', 'message'}:
-        what = f'{storage} storage' if storage != 'mcap' else f'compression by {mode}'
+        what = f'compression by {mode}' if storage == 'mcap' else f'{str(storage)[:80]} storage'
         raise BagError(
             f'{metadata.parent} has {what}, but MCAP with chunk compression can be read; convert '
             'it with `ros2 bag convert`'
         )
-    return [metadata.parent / Path(name).name for name in names]
+    if twice := next((name for name, number in Counter(names).items() if number > 1), None):
+        raise BagError(
+            f'{metadata} names {twice[:80]} twice; name the .mcap files beside it one by one'
+        )
+    return [metadata.parent / name for name in names]
 
 
 def by_number(file: Path) -> tuple[int, str]:

@@ -679,6 +679,8 @@ class BagWriter:
         """Complete the MCAP file, then write the metadata, completely or not at all."""
         import yaml
 
+        from tauto_core.files import read_yaml
+
         self._file.flush()
         stored = self._file.counts
         self.counts = {name: stored[channel] for name, channel in self._channels.items()}
@@ -692,7 +694,7 @@ class BagWriter:
                         'name': declared.name,
                         'type': declared.ros_type,
                         'serialization_format': declared.encoding,
-                        'offered_qos_profiles': yaml.safe_load(declared.qos) or [],
+                        'offered_qos_profiles': read_yaml(declared.qos) or [],
                         'type_description_hash': declared.type_hash,
                     },
                     'message_count': self.counts[key],

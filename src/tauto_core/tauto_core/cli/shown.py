@@ -239,15 +239,14 @@ def soundness(found: Soundness, as_json: bool, given: Given) -> Said:
             'bag': str(given['bag']),
             'whole': found.whole,
             'cut_short': found.cut_short,
+            'marks': found.marks,
             'damage': found.damage,
             'faults': found.faults,
             'notes': notes,
             'topics': counts,
         }
     held = f'{sum(counts.values()):,} messages on {len(counts)} topics'
-    lines, path = [*found.damage, *found.faults], found.bag.path
-    if found.cut_short:
-        lines.append(f'{path}: the recording was cut short before the voyage was over')
+    lines, path = [*found.damage, *found.faults, *found.marks], found.bag.path
     if found.damage:
         lines.append(f'{path} is damaged; {held} can be read: `tauto bag recover {path}`')
     elif found.whole:

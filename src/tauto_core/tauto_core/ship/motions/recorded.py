@@ -10,19 +10,16 @@ effect that lasts for about 1/high.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO, Literal
+from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
 from tauto_core.curves.numerics import spline
-from tauto_core.files import decompressed
 from tauto_core.samples import FloatArray, ImuSamples
-from tauto_core.scene.errors import ABSENT, MotionDataError, Problem, SceneError
+from tauto_core.scene.errors import ABSENT, BagError, MotionDataError, Problem, SceneError
 from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Section
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
@@ -43,7 +40,6 @@ from tauto_core.ship.waves import Harmonics
 # Imu messages from an MCAP file or rosbag2 folder, as far as it can be read.
 
 IMU_TYPE = 'sensor_msgs/msg/Imu'
-MCAP_MAGIC = b'\x89MCAP0\r\n'
 
 
 def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
@@ -53,120 +49,26 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
     is truncated or damaged is read as far as possible, with a warning. What is not MCAP, and a
     topic that is missing, empty or not of Imu messages, is a `MotionDataError`.
     """
-    from rosbags.typesys import Stores, get_typestore  # slow to import
+    from tauto_core.bags.read import read_bag  # slow to import
 
     wanted = topic.lstrip('/')
-    topics: dict[str, str] = {}
-    payloads: list[bytes] = []
-    warnings: list[str] = []
-    files = [path]
-    if path.is_dir():  # in the order of their numbers
-        files = sorted(
-            path.glob('*.mcap'), key=lambda file: (*map(int, re.findall(r'\d+', file.stem)[-1:]),)
-        )
-    if not files:
-        raise MotionDataError(f'{name}: the folder holds no .mcap file. Give an MCAP bag.')
-    for file in files:
-        broke = _collect(file, name, wanted, topics, payloads)
-        if broke:
-            warnings.append(
-                f'{name}: {file.name} breaks off ({broke}); the {len(payloads)} Imu messages '
-                'read up to there are used'
-            )
-    found = topics.get(wanted)
-    if found is None:
-        listed = ', '.join(f'{other}: {kind}' for other, kind in sorted(topics.items()))
-        raise MotionDataError(
-            f'{name}: has no topic {topic!r}; it has {listed or "none"}. Name one with Imu '
-            'messages.'
-        )
-    if found != f'{IMU_TYPE} (cdr)':
-        raise MotionDataError(
-            f'{name}: topic {topic!r} is {found}; it must be {IMU_TYPE} (cdr). Name another topic.'
-        )
-    if not payloads:
-        raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
-    store = get_typestore(Stores.ROS2_JAZZY)
-    messages: list[Any] = []
-    for number, payload in enumerate(payloads, start=1):
-        try:
-            messages.append(store.deserialize_cdr(payload, IMU_TYPE))
-        except Exception as error:  # the exceptions of the deserialiser are not documented
-            raise MotionDataError(
-                f'{name}: message {number} on {topic!r} is not a valid {IMU_TYPE}: {error}. '
-                'Record the bag again.'
-            ) from error
-
-    def vectors(field: str, axes: str) -> FloatArray:
-        return np.array([[getattr(getattr(m, field), axis) for axis in axes] for m in messages])
-
-    def covariances(field: str) -> FloatArray:
-        return np.array([getattr(m, f'{field}_covariance') for m in messages])
-
-    stamps = [m.header.stamp.sec * NS_PER_S + m.header.stamp.nanosec for m in messages]
-    imu = ImuSamples(
-        np.array(stamps, np.int64),
-        messages[0].header.frame_id,
-        vectors('orientation', 'xyzw'),
-        covariances('orientation'),
-        vectors('angular_velocity', 'xyz'),
-        covariances('angular_velocity'),
-        vectors('linear_acceleration', 'xyz'),
-        covariances('linear_acceleration'),
-    )
-    return imu, tuple(warnings)
-
-
-def _collect(
-    file: Path, name: str, topic: str, topics: dict[str, str], payloads: list[bytes]
-) -> str:
-    """Add the topics found, with type and encoding, and the payloads on one; return what broke."""
-    from mcap.records import Channel, Chunk, Message, Schema  # only for bags
-
-    # mcap's seeking readers cannot read a file without a footer
-    from mcap.stream_reader import StreamReader, breakup_chunk
-
-    def records(stream: BinaryIO) -> Iterator[object]:
-        for record in StreamReader(stream, emit_chunks=True, validate_crcs=True).records:
-            if not isinstance(record, Chunk):
-                yield record
-                continue
-            size = record.uncompressed_size
-            content = decompressed(record.compression, record.data, size)
-            if len(content) != size:
-                raise ValueError('wrong checksum')
-            plain = replace(record, compression='', data=content)
-            yield from breakup_chunk(plain, validate_crc=True)
-
     try:
-        stream = file.open('rb')
-    except OSError as error:
-        raise MotionDataError(
-            f'{name}: {file.name} cannot be read: {error.strerror}. Give an MCAP bag.'
-        ) from error
-    with stream:
-        if stream.read(len(MCAP_MAGIC)) != MCAP_MAGIC:
+        bag = read_bag(path)
+        full = {each.lstrip('/'): each for each in bag.topics}.get(wanted)
+        if full is None:
+            listed = ', '.join(f'{each}: {kind}' for each, kind in sorted(bag.topics.items()))
             raise MotionDataError(
-                f'{name}: {file.name} is not an MCAP file (it does not begin with the magic '
-                'bytes). Give an MCAP bag, or the columns of a CSV instead of topic.'
+                f'{name}: has no topic {topic!r}; it has {listed or "none"}. Name one with Imu '
+                'messages.'
             )
-        stream.seek(0)
-        schemas: dict[int, str] = {}
-        wanted: set[int] = set()
-        try:
-            for record in records(stream):
-                if isinstance(record, Schema):
-                    schemas[record.id] = record.name
-                elif isinstance(record, Channel):
-                    kind = schemas.get(record.schema_id, 'no type')
-                    topics[record.topic.lstrip('/')] = f'{kind} ({record.message_encoding})'
-                    if record.topic.lstrip('/') == topic:
-                        wanted.add(record.id)
-                elif isinstance(record, Message) and record.channel_id in wanted:
-                    payloads.append(record.data)
-        except Exception as error:  # in a damaged file parser and decompressor may raise anything
-            return f'{type(error).__name__}: {error}'
-    return ''
+        bag.check_type(full, IMU_TYPE)
+        imu = bag.samples(full)
+    except BagError as error:
+        raise MotionDataError(f'{name}: {error}') from error
+    if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
+        raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
+    said = f'the {len(imu.stamp_ns)} Imu messages that can be read are used'
+    return imu, tuple(f'{name}: {warning}; {said}' for warning in bag.warnings)
 
 
 # -----------------------------------------------------------------------------
