@@ -36,8 +36,7 @@ from tauto_core.voyage import sail
 LIMIT_S = 10.0
 GROWTH_MIB = 64
 WARM = 1000
-SCENES = {'ideal': 600.0, 'measured': 2.0, 'globe_in_oil': 3.0}
-"""The scenes of the bags, with the length of each [s]."""
+SCENES = {'ideal': 600.0, 'measured': 2.0, 'globe_in_oil': 3.0}  # [s]
 TELL = 5_000
 RESULTS = Path(__file__).with_suffix('.json')
 MOST_CHANGES = 6
@@ -127,20 +126,15 @@ def changed(change: Change, seeds: Sequence[bytes], seed: int, number: int) -> b
 
 
 def read_mcap(folder: Path, data: bytes) -> None:
-    """Read all of a file as `tauto replay` does."""
+    """Read all of a file as `tauto replay` does, and, if its length is odd, check it."""
     file = folder / 'mutated.mcap'
     file.write_bytes(data)
     bag = read_bag(file)
     for topic in bag.topics:
         bag.payloads(topic)
         bag.samples(topic)
-    _ = bag.scene
-
-
-def check(folder: Path, data: bytes) -> None:
-    """Check all of a file as `tauto bag check` does, and read it."""
-    read_mcap(folder, data)
-    check_bag(folder / 'mutated.mcap')
+    if bag.scene is None or len(data) % 2:
+        check_bag(file)
 
 
 def read_metadata(folder: Path, data: bytes) -> None:
@@ -162,11 +156,10 @@ def read_scene(folder: Path, data: bytes) -> None:
 
 KINDS = {
     'mcap': (mutated, read_mcap, '*/*.mcap'),
-    'index': (mutated_index, check, '*/*.mcap'),
+    'index': (mutated_index, read_mcap, '*/*.mcap'),
     'metadata': (mutated_scene, read_metadata, 'ideal/metadata.yaml'),
     'scene': (mutated_scene, read_scene, '*.yaml'),
 }
-"""How inputs of a kind are changed, read, and where the valid ones lie."""
 
 
 @dataclass

@@ -111,16 +111,6 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
     assert checked.whole == (not checked.cut_short)
 
 
-def test_a_recovered_bag_replays(tmp_path: Path) -> None:
-    made = recover_bag(killed(tmp_path / 'torn', SIZE * 2 // 3))
-    result = voyage.replay(read_bag(made.path)).result
-    assert result['scene'] == voyage.replay(read_bag(GOLDEN)).result['scene']
-    with Reader(made.path) as reader:
-        span_s = reader.duration * 1e-9
-    assert 60 < span_s < 100, 'of 120 s'
-    assert result['drift'] != voyage.replay(read_bag(GOLDEN)).result['drift']
-
-
 @pytest.mark.parametrize('what', ['chunk', 'index', 'metadata'])
 def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -> None:
     bag = tmp_path / 'bag'

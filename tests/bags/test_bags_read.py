@@ -82,11 +82,6 @@ def test_parts_are_the_whole(voyage: Path) -> None:
     assert_same(joined, bag.samples(s.SHIP_IMU))
 
 
-def test_a_topic_without_messages_is_an_empty_batch(tmp_path: Path) -> None:
-    bag = read_bag(foreign(tmp_path / 'x.mcap', {'/ship/imu': ('sensor_msgs/msg/Imu', 'cdr', [])}))
-    assert s.count(bag.batches([s.SHIP_IMU])[s.SHIP_IMU]) == 0
-
-
 def test_messages_come_in_the_order_of_their_log_times(tmp_path: Path) -> None:
     """Topics written one after another, in chunks that overlap in time."""
     early, late = encode(s.SHIP_IMU, imu(900)), encode(s.SHIP_FIX, example(s.FixSamples, 900))
@@ -211,12 +206,6 @@ def test_one_namespace_is_found(tmp_path: Path) -> None:
     assert s.count(bag.samples(s.READING)) == 2
 
 
-def test_an_imu_of_another_name_decodes_by_its_type(tmp_path: Path) -> None:
-    bag = read_bag(imu_file(tmp_path / 'x.mcap', 5, '/microstrain/data'))
-    for name in ('/microstrain/data', 'data'):
-        assert_same(imu(5), bag.samples(name))
-
-
 def test_a_missing_topic_names_those_there_are(voyage: Path) -> None:
     bag = read_bag(imu_file(voyage / 'x.mcap', 3))
     with pytest.raises(BagError, match=r'no topic clock/reading; its topics are: /ship/imu'):
@@ -251,13 +240,6 @@ def test_what_is_not_mcap_is_refused(tmp_path: Path, content: bytes) -> None:
         read_bag(tmp_path / 'x.mcap')
 
 
-def test_what_is_not_there_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BagError, match='does not exist'):
-        read_bag(tmp_path / 'nowhere')
-    with pytest.raises(BagError, match=r'holds no \.mcap file'):
-        read_bag(tmp_path)
-
-
 @pytest.mark.parametrize(
     ('old', 'new', 'problem'),
     [
@@ -273,45 +255,6 @@ def test_metadata_that_cannot_be_followed(voyage: Path, old: str, new: str, prob
     (voyage / 'metadata.yaml').write_text(text.replace(old, new))
     with pytest.raises(BagError, match=problem):
         read_bag(voyage)
-
-
-def assert_prefix(bag: Bag, whole: s.ImuSamples) -> int:
-    """The number of samples left, which are the first of the whole and counted rightly."""
-    if s.SHIP_IMU not in bag:
-        return 0
-    found = bag.samples(s.SHIP_IMU)
-    left = s.count(found)
-    if left:
-        assert_same(s.take(whole, slice(left)), found)
-    assert bag.counts['/ship/imu'] == left
-    assert sum(1 for _ in bag.messages()) == left
-    return left
-
-
-@pytest.mark.parametrize('compression', CompressionType)
-@pytest.mark.parametrize('chunked', [True, False])
-def test_a_truncated_file_yields_what_is_before_the_cut(
-    tmp_path: Path, compression: CompressionType, chunked: bool
-) -> None:
-    whole = imu(400)
-    path = imu_file(
-        tmp_path / 'x.mcap', 400, compression=compression, chunk_size=9000, use_chunking=chunked
-    )
-    octets = path.read_bytes()
-    cuts = sorted(
-        {*range(8, len(octets), len(octets) // 24), *range(len(octets) - 30, len(octets))}
-    )
-    left = []
-    for cut in cuts:
-        path.write_bytes(octets[:cut])
-        bag = read_bag(path)
-        left.append(assert_prefix(bag, whole))
-        assert len(bag.warnings) >= 1, cut
-    assert left == sorted(left)
-    assert left[-1] == 400
-    stored = (400 / len(octets)) * np.array(cuts)
-    lost = 1 if compression is CompressionType.NONE or not chunked else 9000 / 350 + 1
-    assert np.all(stored - left < lost + 0.12 * 400), 'at most a chunk, and the size of the index'
 
 
 NONE = np.empty((1, 0))

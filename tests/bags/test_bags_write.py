@@ -153,15 +153,6 @@ def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
     assert all(found.startswith('RIHS01_') for found in hashes)
 
 
-def test_raw_messages_and_batches_give_the_same_bytes_again(tmp_path: Path) -> None:
-    imu = example(s.ImuSamples, 30)
-    first = write(tmp_path / 'a' / 'voyage', {s.SHIP_IMU: imu})
-    with BagWriter(tmp_path / 'b' / 'voyage') as writer:
-        for payload, stamp_ns in zip(encode(s.SHIP_IMU, imu), imu.stamp_ns, strict=True):
-            writer.write_raw(s.SHIP_IMU, payload, int(stamp_ns))
-    assert digest(first) == digest(tmp_path / 'b' / 'voyage')
-
-
 def test_what_is_written_is_in_the_file_chunk_by_chunk(tmp_path: Path) -> None:
     """A kill loses at most the chunk that is not yet full: the file is read as it lies there."""
     imu = example(s.ImuSamples, 1000)
@@ -193,20 +184,6 @@ def test_memory_does_not_grow_with_the_chunks(tmp_path: Path) -> None:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     assert len(summary.chunk_indexes) == 1000
-
-
-def test_empty_batches_and_an_empty_bag(tmp_path: Path) -> None:
-    folder = write(tmp_path / 'voyage', {s.SHIP_IMU: example(s.ImuSamples, 0)})
-    bag = read_bag(folder)
-    assert (bag.topics, bag.start_ns, bag.warnings) == ({}, None, ())
-    with Reader(folder) as reader:
-        assert reader.message_count == 0
-
-
-@pytest.mark.parametrize('namespace', ['fleet/a', '/fleet/a/'])
-def test_a_namespace_goes_before_every_topic(tmp_path: Path, namespace: str) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(2), namespace=namespace)
-    assert set(read_bag(folder).topics) == {f'/fleet/a/{name}' for name in TOPICS}
 
 
 def test_an_existing_folder_is_refused_and_stays(tmp_path: Path) -> None:

@@ -173,23 +173,3 @@ def test_other_type_encoding_and_topic_are_refused(tmp_path):
     empty = write(tmp_path / 'c.mcap', [])
     with pytest.raises(MotionDataError, match='holds no message'):
         motion(empty)
-
-
-def test_what_is_no_bag_is_refused(tmp_path):
-    (tmp_path / 'a.mcap').write_text('t_s,roll_deg\n')
-    with pytest.raises(MotionDataError, match='is not an MCAP file'):
-        motion(tmp_path / 'a.mcap')
-    (tmp_path / 'folder').mkdir()
-    with pytest.raises(MotionDataError, match=r'holds no \.mcap file'):
-        motion(tmp_path / 'folder')
-
-
-def test_broken_payload_is_refused(tmp_path):
-    class Short(Sensor):
-        def payload(self) -> bytes:
-            return super().payload()[:60]
-
-    messages = sensors(5)
-    messages[2] = Short(**vars(messages[2]))
-    with pytest.raises(MotionDataError, match='/imu/data: a payload of 60 bytes ends within'):
-        motion(write(tmp_path / 'a.mcap', messages))
