@@ -21,7 +21,8 @@ from tauto_core.cli.app import app
 from tauto_core.wording import figure, to_sigma
 
 PAGES = [
-    Path(__file__).parent / each for each in ('tutorial.md', 'howto/compare.md', 'theory/rate.md')
+    Path(__file__).parent / each
+    for each in ('tutorial.md', 'howto/compare.md', 'theory/rate.md', 'sully_1724.md')
 ]
 BLOCK = re.compile(r'(<!-- output: tauto (.*?) -->\n\n)((?:(?:    .*)?\n)+?)(?=\S)')
 TABLE = re.compile(r'(<!-- clocks: tauto (.*?) -->\n\n)((?:\|.*\n)+)')

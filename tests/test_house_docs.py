@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +17,7 @@ from modules import module_of
 
 import tauto_core as tauto
 from tauto_core.ensembles.comparison import CLOCKS
+from tauto_core.machines import SteadySwing, compile_machine, steady_swing
 from tauto_core.results import groups
 from tauto_core.wording import figure, with_sigma
 
@@ -23,6 +26,7 @@ DOCS = ROOT / 'docs'
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 GLANCE = (DOCS / 'glance.md').read_text(encoding='utf-8')
 TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')
+WEIGHTS = (DOCS / 'sully_1724.md').read_text(encoding='utf-8')
 COMPARE = (DOCS / 'howto' / 'compare.md').read_text(encoding='utf-8')
 
 
@@ -35,6 +39,33 @@ def test_the_tutorial_shows_what_its_command_prints(outputs: ModuleType) -> None
     """`python docs/outputs.py` renews it."""
     assert outputs.BLOCK.search(TUTORIAL)
     assert outputs.renewed(TUTORIAL) == TUTORIAL
+
+
+def test_the_page_on_sully_s_clock_shows_what_its_commands_print(outputs: ModuleType) -> None:
+    assert outputs.renewed(WEIGHTS) == WEIGHTS
+
+
+def test_the_cost_of_sully_s_weights_is_that_of_his_clock() -> None:
+    """Arcs and rates on land of each set of cheeks in the page's commands; at sea the last row."""
+    found = re.search(r'(\| cheeks .*\n(?:\|.*\n)+)', WEIGHTS)
+    assert found
+    _, _, *rows = cells(found[1])
+    cheeks = [
+        [word.split('=', 1) for word in shlex.split(line)[6::2]]
+        for line in re.findall(r'^    (tauto isochronism sully_1724 .*)', WEIGHTS, re.MULTILINE)
+    ]
+    light = {'trochlea.release_angle': '30 deg', 'escapement.energy': 1.89e-5}
+    for k, row in enumerate(rows):
+        given = {key: yaml.safe_load(value) for key, value in cheeks[k // 2]}
+        given |= {} if k % 2 else light
+        swing = steady_swing(compile_machine(tauto.load('sully_1724', **given)))
+        assert isinstance(swing, SteadySwing)
+        degrees = math.degrees(swing.amplitude)
+        assert degrees == pytest.approx(60.0 if k % 2 else 30.0, abs=0.5)
+        rate = figure(86400.0 * (2.0 / swing.period - 1.0), 's/day', signed=True)
+        assert row[1:4] == ['8' if k % 2 else '1', f'{degrees:.2f}°', rate]
+    sailed = tauto.sail('sully_1724', **given).result['clock']['rate_s_per_day']
+    assert row[5] == figure(sailed, 's/day', signed=True)
 
 
 def cells(table: str) -> list[list[str]]:

@@ -232,10 +232,10 @@ def test_what_no_lever_can_be_is_refused(thread, said):
 
 
 def test_the_coach_of_1724_loses_what_its_scene_says():
-    """4.1 s on the road as assumed, 1.0 s with half of its motion."""
+    """2.6 s on the road as assumed, 0.6 s with half of its motion."""
     scene = load_scene('coach_1724')
     small = compile_machine(scene).small_period
-    for share, lost in ((1.0, 4.1), (0.5, 1.0)):
+    for share, lost in ((1.0, 2.6), (0.5, 0.6)):
         ship = scene.ship.model_copy(
             update={
                 name: tuple(
