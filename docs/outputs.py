@@ -21,8 +21,8 @@ from tauto_core.cli.app import app
 from tauto_core.wording import figure, to_sigma
 
 PAGES = [
-    Path(__file__).parent / each
-    for each in ('tutorial.md', 'howto/compare.md', 'theory/rate.md', 'sully_1724.md')
+    Path(__file__).parent / f'{each}.md'
+    for each in ('tutorial', 'howto/compare', 'theory/rate', 'sully_1724', 'altitudes')
 ]
 BLOCK = re.compile(r'(<!-- output: tauto (.*?) -->\n\n)((?:(?:    .*)?\n)+?)(?=\S)')
 TABLE = re.compile(r'(<!-- clocks: tauto (.*?) -->\n\n)((?:\|.*\n)+)')

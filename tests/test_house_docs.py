@@ -35,14 +35,12 @@ def outputs() -> ModuleType:
     return module_of(ROOT / 'docs' / 'outputs.py')
 
 
-def test_the_tutorial_shows_what_its_command_prints(outputs: ModuleType) -> None:
+@pytest.mark.parametrize('page', ['tutorial', 'sully_1724', 'altitudes'])
+def test_a_page_shows_what_its_commands_print(outputs: ModuleType, page: str) -> None:
     """`python docs/outputs.py` renews it."""
-    assert outputs.BLOCK.search(TUTORIAL)
-    assert outputs.renewed(TUTORIAL) == TUTORIAL
-
-
-def test_the_page_on_sully_s_clock_shows_what_its_commands_print(outputs: ModuleType) -> None:
-    assert outputs.renewed(WEIGHTS) == WEIGHTS
+    text = (DOCS / f'{page}.md').read_text(encoding='utf-8')
+    assert outputs.BLOCK.search(text)
+    assert outputs.renewed(text) == text
 
 
 def test_the_cost_of_sully_s_weights_is_that_of_his_clock() -> None:

@@ -37,6 +37,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
         *('axle', '--depth', '0.3', '--gyration-radius', '0.15', '--push-spin', '0.1'),
         *('--support', 'concave', '--support-radius', '0.12', '--duration', '0.2'),
     ),
+    'altitudes': (
+        *('altitudes', '--altitudes', '33.75,52.48,62.56'),
+        *('--times', '0,2 h,4 h', '--latitude', '47'),
+    ),
     'isochronism_fluid': ('isochronism', 'globe_in_oil', '--amplitudes', '0.1,0.2'),
     'design': ('design', '--period', '1', '--inertia', '4e-4', '--pull', '2.9'),
     'cam': ('cam', 'measured'),

@@ -10,7 +10,8 @@
 `sail` sails a scene, `replay` reads a bag, `budget` breaks a clock's rate down into its causes.
 `cam` returns a curve, and writes it as a drawing or a plate; `isochronism` gives its periods.
 `design` finds the missing number of a wheel's design, `axle` moves a body on an axle, `hull` a
-ship in waves, `logbook` lists passages, and `claims` checks Euler's papers.
+ship in waves, `altitudes` finds a latitude, `logbook` lists passages, and `claims` checks Euler's
+papers.
 `compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
 along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their
 pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`.
@@ -23,6 +24,7 @@ from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
     from tauto_core.api import (
+        altitudes,
         axle,
         budget,
         cam,
@@ -54,6 +56,7 @@ __all__ = [
     'TautoError',
     'Voyage',
     '__version__',
+    'altitudes',
     'axle',
     'budget',
     'cam',

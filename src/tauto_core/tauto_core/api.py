@@ -631,6 +631,42 @@ def axle(
     )
 
 
+def altitudes(
+    *,
+    altitudes_deg: Iterable[Quantity],
+    times: Iterable[Quantity],
+    latitude_deg: Quantity,
+    rate: float = 0.0,
+    body: Literal['star', 'sun'] = 'star',
+) -> dict[str, Any]:
+    """Find latitude and culmination from three altitudes by a ship's clock.
+
+    Daniel Bernoulli's problem of 1729: the altitudes of one star and the two intervals between
+    them give latitude, declination and culmination. The answer says what an error of the clock and
+    of each altitude does to them. The ship is at rest, and the altitudes are true ones.
+
+    Args:
+        altitudes_deg: three altitudes [deg], such as 20,35,41.
+        times: when they were taken, by the clock [s].
+        latitude_deg: latitude by account [deg], which tells the places apart that have them.
+        rate: gain of the clock that is allowed for, in s/day.
+        body: star or sun, of which the mean Sun is meant.
+
+    Returns:
+        `latitude_deg`, `declination_deg`, `culmination_s` by the clock, `highest_deg` there, and
+        in `errors` by how much each is wrong: if the clock gains 1 s/day more than allowed for,
+        and if one of the altitudes is taken 1' too high.
+
+    Raises:
+        UsageError: arguments out of range, or altitudes that no place has.
+    """
+    from tauto_core.studies import three_altitudes
+
+    heights, when = numbers('altitudes_deg', altitudes_deg, 'deg'), numbers('times', times, 's')
+    account, gain = number('latitude_deg', latitude_deg, 'deg'), number('rate', rate)
+    return three_altitudes(heights, when, account, gain, body)
+
+
 def hull(
     *,
     shape: str | None = None,

@@ -1,6 +1,6 @@
-"""Studies without a voyage: a hull in waves, and a body on a cylindrical axle.
+"""Studies without a voyage: a hull in waves, a body on a cylindrical axle, three altitudes.
 
-Both return the object of `--json`; see `tauto_core.api`.
+All return the object of `--json`; see `tauto_core.api`.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tauto_core.scene.errors import Argument, TautoWarning, UsageError
+from tauto_core.scene.times import DAY_S
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -323,3 +324,78 @@ def body_lengths(clock: AxleClock) -> dict[str, float | None]:
         # φ : s, which a plane has too
         found[f'{name}_tilt_per_arc_rad/m'] = shape if math.isfinite(shape) else None
     return found
+
+
+# -----------------------------------------------------------------------------
+# Three altitudes and two intervals of a clock: D. Bernoulli's problem (docs/altitudes.md).
+
+TURN_S = {'star': 86164.0905, 'sun': DAY_S}
+"""Time in which a star, or the mean Sun, comes round to the same meridian [s]."""
+
+
+def three_altitudes(
+    heights: Sequence[float], times: Sequence[float], account: float, rate: float, body: str
+) -> dict[str, Any]:
+    """Return latitude, declination and culmination, as of `api.altitudes`; angles in degrees.
+
+    sin h = A + B cos H, with A = sin φ sin δ and B = cos φ cos δ. The hour angle H of the first
+    altitude is that of Bernoulli's lemma with its sign mended; B, A and φ ± δ follow from it.
+    """
+    import numpy as np
+
+    wrong = Argument('altitudes_deg', repr(list(heights)), spaced=True)
+    if len(heights) != 3 or len(times) != 3:
+        raise UsageError(wrong, ': needs three altitudes and three times. Give three of each')
+    if not np.all(np.abs([*heights, account]) < 90.0):
+        raise UsageError(wrong, ': altitudes and latitude must be within 90 deg. Give others')
+    if body not in TURN_S:
+        raise UsageError(Argument('body', repr(body)), ': must be star or sun. Choose one')
+    fast, turn_s = rate / DAY_S, TURN_S[body]
+    if not (-0.5 < fast < 0.5 and 0.0 < times[1] - times[0] < times[2] - times[0] < 0.5 * turn_s):
+        when = Argument('times', repr(list(times)), spaced=True)
+        within = f': must rise within {0.5 * turn_s:.0f} s, and the rate be below half of a day'
+        raise UsageError(when, f'{within}. Give others')
+    turn = math.tau / turn_s / (1.0 + fast)  # by the clock [rad/s]
+    turned, height = turn * (np.array(times) - times[0]), np.radians(heights)
+    sines, (_, a, b) = np.sin(height), turned
+    lm, ln = sines[0] - sines[1:]
+    # sin b vers a − sin a vers b, the same in both
+    common = -4.0 * math.sin(0.5 * a) * math.sin(0.5 * b) * math.sin(0.5 * (b - a))
+    across = 2.0 * (ln * math.sin(0.5 * a) ** 2 - lm * math.sin(0.5 * b) ** 2) / common
+    along = (lm * math.sin(b) - ln * math.sin(a)) / common
+    hour, reach = math.atan2(across, along), math.hypot(across, along)
+    level = sines[0] - along
+    if reach < 1e-9 or max(reach + level, reach - level) >= 1.0:
+        none = ': no star that rises and sets has them at these times. Look for a slip'
+        raise UsageError(wrong, none)
+    less, more = math.acos(reach + level), math.acos(reach - level)
+    halves = 0.5 * (more + less), 0.5 * (more - less)
+    places = [
+        (side * phi, side * delta) for side in (1, -1) for phi, delta in (halves, halves[::-1])
+    ]
+    phi, delta = min(places, key=lambda each: abs(each[0] - math.radians(account)))
+    # by how much φ, δ and H are wrong: they must undo what each cause does to sin h
+    angles = hour + turned
+    by_hour = -reach * np.sin(angles)
+    by_phi = math.cos(phi) * math.sin(delta) - math.sin(phi) * math.cos(delta) * np.cos(angles)
+    by_delta = math.sin(phi) * math.cos(delta) - math.cos(phi) * math.sin(delta) * np.cos(angles)
+    gains = 1.0 / (DAY_S + rate)
+    causes = np.column_stack((-by_hour * gains * turned, np.diag(np.cos(height) * _ARCMIN)))
+    found = np.linalg.solve(np.column_stack((by_phi, by_delta, by_hour)), causes)
+    late = (np.array([gains * hour, 0.0, 0.0, 0.0]) - found[2]) / turn
+    names = '1 s/day of the rate', *(f'1 arcmin of altitude {k}' for k in (1, 2, 3))
+    return {
+        'latitude_deg': math.degrees(phi),
+        'declination_deg': math.degrees(delta),
+        'culmination_s': times[0] - hour / turn,
+        'highest_deg': 90.0 - math.degrees(abs(phi - delta)),
+        'errors': [
+            {'of': of, 'latitude_nmi': north, 'declination_arcmin': up, 'culmination_s': after}
+            for of, north, up, after in zip(
+                names, *(found[:2] / _ARCMIN).tolist(), late.tolist(), strict=True
+            )
+        ],
+    }
+
+
+_ARCMIN = math.tau / 21_600.0

@@ -259,6 +259,7 @@ ENTRIES: dict[str, Entry] = {
     'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
     'axle': Command(('axle',), shown.axle),
+    'altitudes': Command(('altitudes',), shown.altitudes),
     'design': Command(('design',), shown.design),
     'hull': Command(('hull',), shown.hull, writes=('out', 'plot')),
     'logbook': Command(('logbook',), shown.logbook),

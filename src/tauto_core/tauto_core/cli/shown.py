@@ -157,6 +157,22 @@ def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
     return '\n'.join(lines)
 
 
+def altitudes(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+    """Return latitude, declination and culmination, and a table of their errors."""
+    if as_json:
+        return found
+    sizes = [name for name in found if name != 'errors']
+    lines = [
+        f'{name.rpartition("_")[0]:12} {found[name]:.6f} {name.rpartition("_")[2]}'
+        for name in sizes
+    ]
+    heads = ['wrong by', 'latitude nmi', "declination '", 'culmination s']
+    for of, *each in (heads, *([*row.values()] for row in found['errors'])):
+        cells = (f'{one if isinstance(one, str) else printed(one, "+.4f"):>15}' for one in each)
+        lines.append(f'{of:24}' + ''.join(cells))
+    return '\n'.join(lines)
+
+
 def hull(found: dict[str, Any], as_json: bool, _: Given) -> Said:
     """Return how a hull moves in waves, and her cost to a clock."""
     if as_json:
