@@ -25,7 +25,6 @@ ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
 README = (ROOT / 'README.md').read_text(encoding='utf-8')
 GLANCE = (DOCS / 'glance.md').read_text(encoding='utf-8')
-TUTORIAL = (DOCS / 'tutorial.md').read_text(encoding='utf-8')
 WEIGHTS = (DOCS / 'sully_1724.md').read_text(encoding='utf-8')
 COMPARE = (DOCS / 'howto' / 'compare.md').read_text(encoding='utf-8')
 
