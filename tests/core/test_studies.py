@@ -104,14 +104,14 @@ def test_the_command_says_the_same():
 @pytest.mark.parametrize(
     ('change', 'words'),
     [
-        ({'altitudes_deg': [30.0, 40.0]}, 'needs three altitudes'),
-        ({'altitudes_deg': [30.0, 40.0, 95.0]}, 'must be within 90 deg'),
+        ({'altitudes_deg': [30.0, 40.0]}, 'must be three, each within 90 deg'),
+        ({'altitudes_deg': [30.0, 40.0, 95.0]}, 'must be three, each within 90 deg'),
         ({'latitude_deg': math.nan}, 'must be within 90 deg'),
-        ({'times': [0.0, 900.0, 900.0]}, 'must rise within 43082 s'),
-        ({'rate': math.inf}, 'the rate be below half of a day'),
+        ({'times': [0.0, 900.0, 900.0]}, 'must be three that rise, within 43082 s'),
+        ({'rate': math.inf}, 'rate = inf: must be within 43200 s/day'),
         ({'altitudes_deg': [30.0, 80.0, 30.0]}, 'no star that rises'),
         ({'altitudes_deg': [30.0, 30.0, 30.0]}, 'no star that rises'),
-        ({'body': 'moon'}, "body='moon': must be star or sun"),
+        ({'body': 'moon'}, "body = 'moon': must be star or sun"),
     ],
 )
 def test_what_no_place_sees_is_refused(change, words):

@@ -343,19 +343,20 @@ def three_altitudes(
     """
     import numpy as np
 
-    wrong = Argument('altitudes_deg', repr(list(heights)), spaced=True)
-    if len(heights) != 3 or len(times) != 3:
-        raise UsageError(wrong, ': needs three altitudes and three times. Give three of each')
-    if not np.all(np.abs([*heights, account]) < 90.0):
-        raise UsageError(wrong, ': altitudes and latitude must be within 90 deg. Give others')
-    if body not in TURN_S:
-        raise UsageError(Argument('body', repr(body)), ': must be star or sun. Choose one')
-    fast, turn_s = rate / DAY_S, TURN_S[body]
-    if not (-0.5 < fast < 0.5 and 0.0 < times[1] - times[0] < times[2] - times[0] < 0.5 * turn_s):
-        when = Argument('times', repr(list(times)), spaced=True)
-        within = f': must rise within {0.5 * turn_s:.0f} s, and the rate be below half of a day'
-        raise UsageError(when, f'{within}. Give others')
-    turn = math.tau / turn_s / (1.0 + fast)  # by the clock [rad/s]
+    gaps, turn_s = np.diff(times), TURN_S.get(body, DAY_S)
+    apart = len(times) == 3 and gaps.min() > 0.0 and gaps.sum() < 0.5 * turn_s
+    within = len(heights) == 3 and np.all(np.abs(heights) < 90.0)
+    for name, value, holds, words in (
+        ('altitudes_deg', list(heights), within, 'be three, each within 90 deg'),
+        ('times', list(times), apart, f'be three that rise, within {0.5 * turn_s:.0f} s'),
+        ('latitude_deg', account, abs(account) < 90.0, 'be within 90 deg'),
+        ('rate', rate, abs(rate) < 0.5 * DAY_S, f'be within {0.5 * DAY_S:.0f} s/day'),
+        ('body', body, body in TURN_S, 'be star or sun'),
+    ):
+        if not holds:
+            given = Argument(name, repr(value), spaced=True)
+            raise UsageError(given, f': must {words}. Give another')
+    turn = math.tau / turn_s / (1.0 + rate / DAY_S)  # by the clock [rad/s]
     turned, height = turn * (np.array(times) - times[0]), np.radians(heights)
     sines, (_, a, b) = np.sin(height), turned
     lm, ln = sines[0] - sines[1:]
@@ -366,19 +367,17 @@ def three_altitudes(
     hour, reach = math.atan2(across, along), math.hypot(across, along)
     level = sines[0] - along
     if reach < 1e-9 or max(reach + level, reach - level) >= 1.0:
-        none = ': no star that rises and sets has them at these times. Look for a slip'
-        raise UsageError(wrong, none)
+        given = Argument('altitudes_deg', repr(list(heights)), spaced=True)
+        slip = ': no star that rises and sets has them at these times. Look for a slip'
+        raise UsageError(given, slip)
     less, more = math.acos(reach + level), math.acos(reach - level)
-    halves = 0.5 * (more + less), 0.5 * (more - less)
-    places = [
-        (side * phi, side * delta) for side in (1, -1) for phi, delta in (halves, halves[::-1])
-    ]
+    one, other = 0.5 * (more + less), 0.5 * (more - less)
+    places = (one, other), (other, one), (-one, -other), (-other, -one)
     phi, delta = min(places, key=lambda each: abs(each[0] - math.radians(account)))
     # by how much φ, δ and H are wrong: they must undo what each cause does to sin h
-    angles = hour + turned
-    by_hour = -reach * np.sin(angles)
-    by_phi = math.cos(phi) * math.sin(delta) - math.sin(phi) * math.cos(delta) * np.cos(angles)
-    by_delta = math.sin(phi) * math.cos(delta) - math.cos(phi) * math.sin(delta) * np.cos(angles)
+    cosine, by_hour = np.cos(hour + turned), -reach * np.sin(hour + turned)
+    by_phi = math.cos(phi) * math.sin(delta) - math.sin(phi) * math.cos(delta) * cosine
+    by_delta = math.sin(phi) * math.cos(delta) - math.cos(phi) * math.sin(delta) * cosine
     gains = 1.0 / (DAY_S + rate)
     causes = np.column_stack((-by_hour * gains * turned, np.diag(np.cos(height) * _ARCMIN)))
     found = np.linalg.solve(np.column_stack((by_phi, by_delta, by_hour)), causes)

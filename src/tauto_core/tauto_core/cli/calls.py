@@ -56,7 +56,8 @@ class Command:
 
     Attributes:
         calls: names of the calls, of which the first has the help.
-        shown: returns the result as printed, with `--json` or as text, after what was given.
+        shown: returns the result as printed, with `--json` or as text, after what was given; a
+            dict is its own `--json`.
         has_json: whether there is `--json`.
         has_scene: whether `--set` changes keys of the scene.
         warns: whether warnings about the scene come before it sails.
@@ -136,7 +137,8 @@ class Command:
             files = given.get(name, ())
             for file in [files] if isinstance(files, str | Path) else files:
                 say(f'wrote {file}')
-        said = self.shown(result, as_json, given)
+        as_it_is = as_json and isinstance(result, dict)
+        said = result if as_it_is else self.shown(result, as_json, given)
         if isinstance(said, str):
             typer.echo(said, nl=not said.endswith('\n'))
         elif isinstance(said, Mapping):

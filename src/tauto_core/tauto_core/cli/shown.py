@@ -43,10 +43,8 @@ def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
     return [voyage_table(found.result), *([stability_table(stability)] if stability else [])]
 
 
-def facts(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+def facts(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return the facts of a scene."""
-    if as_json:
-        return found
     from tauto_core.cli.tables import facts_table
 
     return [facts_table(found)]
@@ -140,10 +138,8 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     return '\n'.join(lines)
 
 
-def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return lengths and periods of small swings, and the motion."""
-    if as_json:
-        return found
     rows, lines = found['rows'], []
     for name, length in found.items():
         if isinstance(length, float) and name != 'ends_s':
@@ -157,10 +153,8 @@ def axle(found: dict[str, Any], as_json: bool, _: Given) -> Said:
     return '\n'.join(lines)
 
 
-def altitudes(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return latitude, declination and culmination, and a table of their errors."""
-    if as_json:
-        return found
     sizes = [name for name in found if name != 'errors']
     lines = [
         f'{name.rpartition("_")[0]:12} {found[name]:.6f} {name.rpartition("_")[2]}'
@@ -173,10 +167,8 @@ def altitudes(found: dict[str, Any], as_json: bool, _: Given) -> Said:
     return '\n'.join(lines)
 
 
-def hull(found: dict[str, Any], as_json: bool, _: Given) -> Said:
+def hull(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return how a hull moves in waves, and her cost to a clock."""
-    if as_json:
-        return found
     from tauto_core.cli.tables import hull_page
 
     return [hull_page(found)]
