@@ -95,4 +95,4 @@ def test_every_make_target_of_the_pages_exists() -> None:
 
 
 def test_the_readme_is_short() -> None:
-    assert len(text_of(ROOT / 'README.md').split()) <= 700
+    assert len(text_of(ROOT / 'README.md').split()) <= 600
