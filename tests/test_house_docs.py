@@ -63,6 +63,8 @@ def test_the_cost_of_sully_s_weights_is_that_of_his_clock() -> None:
         assert row[1:4] == ['8' if k % 2 else '1', f'{degrees:.2f}°', rate]
     sailed = tauto.sail('sully_1724', **given).result['clock']['rate_s_per_day']
     assert row[5] == figure(sailed, 's/day', signed=True)
+    sailed = tauto.sail('euler_1727').result['clock']['rate_s_per_day']
+    assert f' | {figure(sailed, "s/day", signed=True)} |\n\nThe two weights' in WEIGHTS
 
 
 def cells(table: str) -> list[list[str]]:
