@@ -735,6 +735,7 @@ def _machine(voyage: Voyage) -> Chart:
         drawn.parts,
         equal=True,
         note=drawn.note,
+        names=drawn.letters,
         y_ticks=not drawn.is_broken,
     )
 

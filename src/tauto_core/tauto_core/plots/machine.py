@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import AxleRegulator
+from tauto_core.machines.trochlea import ThreadKind
 from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import (
@@ -89,6 +90,7 @@ BROKEN_RADII = 3.0
 """Length of a broken thread, likewise."""
 _CIRCLE = np.linspace(0.0, math.tau, 121)
 
+Letter: TypeAlias = tuple[str, float, float]
 Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
 
 
@@ -112,11 +114,13 @@ class MachineDrawing:
         note: the materials, and the dimensions that the scene does not give.
         is_broken: whether a thread is drawn shorter than it is, so that heights below the break
             are not those of the machine.
+        letters: Euler's, and their places (x, y), where the machine is a figure of his.
     """
 
     parts: list[Outline]
     note: str
     is_broken: bool = False
+    letters: tuple[Letter, ...] = ()
 
 
 def rim_mm(inertia: float) -> tuple[float, float, float]:
@@ -216,17 +220,38 @@ def draw_machine(scene: Scene) -> MachineDrawing:
             assumed.append('width of the hole')
         parts += _power(pull, low, outer)
     assumed += ['spring'] * bool(pull.stiffness)
-    low = min(float(each.y.min()) for each in parts)
+    low, margin = min(float(each.y.min()) for each in parts), 0.15 * outer
     top, hung = 1.15 * outer, scene.suspension
     if hung is not None:
         axle = hung.axle_radius if isinstance(hung, AxleSuspension) else 0.0
         top = min(top, max(MM * (hung.depth - axle), 0.0))
         parts += _suspension(hung, top, outer)
         assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
-    margin = 0.15 * outer
     box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
-    return MachineDrawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
+    figure, letters = _letters(scene.trochlea.cam.kind, thread, -depth)
+    return MachineDrawing(
+        [_path('case', box.T, 'grey'), *parts], note + figure, is_broken, letters
+    )
+
+
+def _letters(cam: str, thread: ThreadKind, end: float) -> tuple[str, tuple[Letter, ...]]:
+    """Return a sentence on Euler's figure of a machine (1727) and its letters; none if it is not.
+
+    `end` is the height at which the thread is drawn to end, at the weight, the hole or the lever.
+    """
+    centre, said = ('C', 0.0, 0.0), " The letters are those of Euler's figure "
+    if isinstance(thread, LeverThread) and thread.arm is not None and cam == 'involute':
+        (x, y), (across, up) = fulcrum_mm(thread), _along_lever(thread, thread.weight_arm)
+        pulled, weight = ('B', 0.0, end), ('D', x + across, end + y + up)
+        return f'{said}III.', (centre, ('A', x, end + y), pulled, weight)
+    if isinstance(thread, HoleThread) and cam == 'hole':
+        return f'{said}X.', (centre, ('O', 0.0, end))
+    if thread.kind == 'vertical' and cam == 'circular_arc':
+        return f'{said}I.', (centre, ('P', 0.0, end))
+    if thread.kind == 'vertical' and cam == 'involute':
+        return f'{said}IV.', (centre, ('R', 0.0, end))
+    return '', ()
 
 
 def fulcrum_mm(thread: LeverThread) -> tuple[float, float]:
@@ -341,6 +366,7 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Mach
             _area(f'{regulator.body} at rest', body, 'orange', 'body'),
         ],
         f'To scale. The centre of the {regulator.body} moves on the curve.{assumed}',
+        letters=(('A', 0.0, 0.0), ('M', across, up)) if regulator.curve == 'euler' else (),
     )
 
 
@@ -382,6 +408,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
         ],
         'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
         'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
+        letters=(('C', 0.0, 0.0), ('G', 0.0, -MM * depth)),
     )
 
 
