@@ -602,8 +602,9 @@ which a clock counts as stopped. A swing beats twice a period.
 
 BODY_REST_PERIODS = 4.0
 """Number of periods of small swings at rest after which a body in place of a wheel counts as
-stopped. Its phase is then constant to the bit. That no beat comes proves nothing: a ship that
-rolls farther than the body swings carries it past the middle only as often as she rolls.
+stopped: its phase is then constant to the bit, or its energy less than the thermal one. That no
+beat comes proves nothing: a ship that rolls farther than the body swings carries it past the
+middle only as often as she rolls.
 """
 
 THERMAL_ENERGY_J = 1.380649e-23 * 293.0
@@ -649,8 +650,6 @@ class SwingTally:
             self._phase = float(phase.position[-1, 0])
             self._last_ns = max(self._last_ns, int(phase.stamp_ns[-1]))
         machine = self._machine
-        if isinstance(machine, InPlaceOfWheel):
-            return
         if isinstance(wheel, JointSamples) and len(wheel.stamp_ns):
             angle, rate = wheel.position[:, 0], wheel.velocity[:, 0]
             if self._first_ns is None:
@@ -676,10 +675,11 @@ class SwingTally:
         """
         machine = self._machine
         if isinstance(machine, InPlaceOfWheel):
-            at_rest_s = (self._last_ns - self._moved_ns) / NS_PER_S
-            is_at_rest = at_rest_s > BODY_REST_PERIODS * machine.small_period
+            least_ns = self._last_ns - BODY_REST_PERIODS * machine.small_period * NS_PER_S
+            middle = self._beat_ns, 'from then on the body did not pass the middle'
+            faint = self._reach_ns, 'its swing had died away'
             stopped_s, why = self._since_start(
-                [(self._beat_ns, 'from then on the body did not pass the middle')] * is_at_rest
+                [middle] * (self._moved_ns < least_ns) + [faint] * (self._reach_ns < least_ns)
             )
             return {} if self._first_ns is None else {'stopped_s': stopped_s, 'stopped_why': why}
         if not len(self._angle):

@@ -169,12 +169,16 @@ def _trochlea(scene: SceneParts) -> Trochlea:
 _SAME = 4.0 * np.finfo(float).eps
 
 
-def swing_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
+def swing_energy(
+    machine: AnyMachine | InPlaceOfWheel, angle: FloatArray, rate: FloatArray
+) -> FloatArray:
     """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,), of (n,) angles and rates.
 
     For a thread that swings it is the energy of small swings. An angle beyond the range counts as
     its end.
     """
+    if isinstance(machine, InPlaceOfWheel):
+        return machine.swing_energy(angle, rate)
     if isinstance(machine, HangingMachine):
         small = (machine.frequency * angle) ** 2 + rate * rate
         return np.asarray(0.5 * machine.inertia * small)

@@ -550,6 +550,11 @@ class FluidPendulum(InPlaceOfWheel):
             return math.tau / omega
         return math.tau / math.sqrt((omega - slower) * (omega + slower))
 
+    def swing_energy(self, place: FloatArray, rate: FloatArray) -> FloatArray:
+        """Return ½ (W/g)(ω² s² + ṡ²) [J] of arcs s [m] and speeds [m/s], with the weight W."""
+        small = (self.frequency * place) ** 2 + rate * rate
+        return 0.5 * self.weight / self.gravity * small
+
     @property
     def why_so(self) -> str:
         """Why it is moved half swing by half swing."""

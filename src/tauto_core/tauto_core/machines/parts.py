@@ -80,6 +80,10 @@ class InPlaceOfWheel:
         """Period of small swings [s]."""
         return math.tau / self.frequency
 
+    def swing_energy(self, place: FloatArray, rate: FloatArray) -> FloatArray:
+        """Return the energy of small swings [J], (n,); inf where no mass is given."""
+        return np.full_like(place, np.inf)
+
 
 # -----------------------------------------------------------------------------
 # How the period depends on the amplitude.
