@@ -147,14 +147,18 @@ def test_circular_cheek_is_a_circle():
     assert cam.kinked
 
 
+@pytest.mark.parametrize('depth', [1e-9, 0.0])
 @pytest.mark.parametrize('angle', [1e-9, 1e-4, 0.3, 0.999, 1.001, 3.0])
-def test_circular_cheek_at_small_angles(angle):
-    cam = CircularArc(0.02, 1e-9)
+def test_circular_cheek_at_small_angles(angle, depth):
+    """Rooted in the axle, depth 0 (Euler 1727, II), its arm is R (1 − cos ϑ) alone."""
+    cam = CircularArc(0.02, depth)
     with mpmath.workdps(60):
-        x, d, r = mpmath.mpf(angle), mpmath.mpf(1e-9), mpmath.mpf(0.02)
+        x, d, r = mpmath.mpf(angle), mpmath.mpf(depth), mpmath.mpf(0.02)
         arm = float(d * mpmath.sin(x) + r * (1 - mpmath.cos(x)))
+        rate = float(d * mpmath.cos(x) + r * mpmath.sin(x))
         lift = float(d * (1 - mpmath.cos(x)) + r * (x - mpmath.sin(x)))
     np.testing.assert_allclose(cam.lever_arm(angle), arm, rtol=1e-15)
+    np.testing.assert_allclose(cam.lever_rate(angle), rate, rtol=1e-15)
     np.testing.assert_allclose(cam.lift(angle), lift, rtol=2e-15)
 
 

@@ -14,7 +14,14 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_core.samples import ESTIMATE, READING, SHIP_IMU, SHIP_TEMPERATURE, SLACK
+from tauto_core.samples import (
+    ESTIMATE,
+    READING,
+    SHIP_IMU,
+    SHIP_TEMPERATURE,
+    SLACK,
+    ImuSamples,
+)
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes import GraphError
@@ -153,6 +160,9 @@ def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
         run = CliRunner().invoke(app, words)
         assert run.exit_code == 0, run.stderr
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
+    felt = sail(load_scene(scene, duration=30.0)).samples[SHIP_IMU]
+    assert isinstance(felt, ImuSamples)
+    assert np.abs(felt.linear_acceleration[:, 0]).max() > 0.1  # the hull surges and pitches
     sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
     assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
     assert sailed.ship.rate < 10.0
