@@ -41,6 +41,32 @@ def test_output_that_cannot_be_written_is_said(command: str) -> None:
     assert b'Traceback' not in run.stderr
 
 
+@pytest.mark.parametrize(
+    'arguments', [('bag', 'check'), ('scene', 'new', '-o'), ('report', 'ideal', '-o')]
+)
+def test_a_place_that_the_system_refuses_is_said_in_one_line(arguments: tuple[str, ...]) -> None:
+    place = 'b' * 300 + '.html'  # most systems allow 255
+    run = tauto(*arguments, place)
+    assert run.returncode in (1, 2)
+    assert run.stderr.decode().splitlines() == [
+        f'tauto: {place}: File name too long. Name another place'
+    ]
+
+
+@pytest.mark.parametrize(
+    'arguments', [('cam', 'measured', '--dxf'), ('report', 'ideal', '--duration', '60', '-o')]
+)
+def test_a_file_has_the_same_bytes_in_any_process(
+    arguments: tuple[str, ...], tmp_path: Path
+) -> None:
+    made = []
+    for seed in ('1', '2'):  # of the order of sets
+        file = tmp_path / f'file.{"dxf" if "--dxf" in arguments else "html"}'
+        assert tauto(*arguments, str(file), PYTHONHASHSEED=seed).returncode == 0
+        made.append(file.read_bytes())
+    assert made[0] == made[1]
+
+
 def test_a_latin_1_terminal_has_the_signs_of_all_figures() -> None:
     voyage = 'sail', 'measured', '--duration', '20'
     latin = tauto(*voyage, encoding='latin-1')

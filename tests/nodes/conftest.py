@@ -61,7 +61,7 @@ def ros_domain() -> Iterator[int]:
     Node('first').destroy_node()
     rclpy.shutdown()
     yield domain.number
-    domain.release()
+    domain.lock.close()
 
 
 DRIFT = {

@@ -240,10 +240,13 @@ def run() -> None:
     except OSError as error:
         # typer ends at a closed pipe; errors of other files have their names
         if error.filename is not None:
-            raise
-        _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
-        drop_output()
-        sys.exit(1)
+            _tell(f'{error.filename}: {error.strerror}. Name another place', error)
+        else:
+            _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
+            drop_output()
+    except MemoryError as error:
+        _tell('no memory is left. Sail a shorter scene, or let the process have more', error)
+    sys.exit(1)
 
 
 def _tell(words: str, error: BaseException) -> None:

@@ -220,16 +220,16 @@ def outline_of(
     written: list[Path] = []
     if plate is not None:
         drawing = plate.drawing()
-        # refusals of any file come before the first is written
-        if 'template' in files:
-            write_template(files['template'], plate)
-            written.append(files['template'])
+        # solids first: a wheel that does not fit is refused before any file is written
         if 'step' in files or 'stl' in files:
             from tauto_core.plots.solids import THICKNESS_MM, write_solids
 
             thickness = sizes.get('thickness_mm', THICKNESS_MM)
             solids = plate.plate, scene.name, plate.setting.inertia, thickness
             written += write_solids(*solids, files.get('step'), files.get('stl'))
+        if 'template' in files:
+            write_template(files['template'], plate)
+            written.insert(0, files['template'])
     if 'csv' in files:
         write_rows(
             files['csv'], tuple(table), zip(*map(np.ndarray.tolist, table.values()), strict=True)
@@ -537,9 +537,10 @@ class Drawing:
 
     def dxf(self) -> bytes:
         """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line."""
-        from ezdxf import units
+        from ezdxf import options, units
         from ezdxf.filemanagement import new
 
+        options.write_fixed_meta_data_for_testing = True  # no dates, no random GUID
         document = new('R2010', setup=False, units=units.MM)
         layers = [line.layer for line in self.lines] + [hole.layer for hole in self.circles]
         for layer in dict.fromkeys(layers):
@@ -558,6 +559,8 @@ class Drawing:
         for note in self.notes:
             text = space.add_text(note.text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
             text.set_placement((note.x, note.y))
+        for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf's own order is by hash
+            document.classes.add_class(kind)
         written = StringIO()
         document.write(written)
         return document.encode(written.getvalue())

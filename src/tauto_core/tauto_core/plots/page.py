@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import platform
+import re
+from functools import partial
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
@@ -469,6 +471,10 @@ _BODY = {
 """Heading of the moving picture, by whether the ship lies still and a body has its curve."""
 
 
+# Bokeh's names of its parts, which are random.
+_UUID = r'[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}'
+
+
 def report_html(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage, with the command line that made it."""
     from bokeh.embed import components
@@ -483,6 +489,9 @@ def report_html(voyage: Voyage, command: str) -> str:
     course, track = _map_section(voyage, charts.pop('map', None), missing.get('map', ''))
     models: dict[str, Model] = {name: interactive(of) for name, of in charts.items()}
     script, divs = components(models)
+    numbers: dict[str, str] = {}
+    numbered = partial(re.sub, _UUID, lambda at: numbers.setdefault(at[0], f'b{len(numbers)}'))
+    script = numbered(script)
 
     def section(name: str, level: int) -> str:
         if name not in charts:
@@ -494,7 +503,9 @@ def report_html(voyage: Voyage, command: str) -> str:
         named = dict.fromkeys(
             (line.name, line.colour, line.kind) for panel in of.panels for line in panel.lines
         )
-        picture = f'<div role="img" aria-label="{escape(of.described)}">{divs[name]}</div>'
+        picture = (
+            f'<div role="img" aria-label="{escape(of.described)}">{numbered(divs[name])}</div>'
+        )
         keys = _keys([each for each in named if each[0]])
         return f'{head}{picture}{keys}{notes}</section>'
 

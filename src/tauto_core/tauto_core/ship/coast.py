@@ -220,11 +220,9 @@ def inland_km(latitude: float, longitude: float) -> float:
     It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
     to a few kilometres; islands that they lack are sea.
     """
-    if _is_open(math.floor(latitude), math.floor(math.remainder(longitude, 360.0))):
-        return 0.0
-    if not _is_land(latitude, longitude):
-        return 0.0
-    return coast_km(latitude, longitude)
+    square = math.floor(latitude), math.floor(math.remainder(longitude, 360.0))
+    at_sea = _is_open(*square) or not _is_land(latitude, longitude)
+    return 0.0 if at_sea else coast_km(latitude, longitude)
 
 
 def _is_land(latitude: float, longitude: float) -> bool:
@@ -244,9 +242,8 @@ def _is_open(south: int, west: int) -> bool:
     x, _, to_x, _ = _sides()[south + 90]
     low, high = np.minimum(x, to_x), np.maximum(x, to_x)
     begins = np.array(_turns(west + 0.5))[:, None] - 0.5
-    if np.any((low <= begins + 1.0) & (high >= begins)):
-        return False
-    return not _is_land(south + 0.5, west + 0.5)
+    has_coast = np.any((low <= begins + 1.0) & (high >= begins))
+    return not (has_coast or _is_land(south + 0.5, west + 0.5))
 
 
 LANDFALL_KM = 30.0
@@ -255,13 +252,11 @@ LANDFALL_KM = 30.0
 
 def no_landfall(latitude: float, longitude: float) -> str | None:
     """Return where a place lies at sea, too far from a coast for a landfall; else None."""
-    if inland_km(latitude, longitude):
-        return None
     offing = coast_km(latitude, longitude)
-    if offing <= LANDFALL_KM:
+    if inland_km(latitude, longitude) or offing <= LANDFALL_KM:
         return None
-    said = 'more than 200 km' if math.isinf(offing) else f'{offing:.0f} km'
-    return f'at sea, {said} from the coast: no landfall'
+    far = 'more than 200' if math.isinf(offing) else f'{offing:.0f}'
+    return f'at sea, {far} km from the coast: no landfall'
 
 
 def coast_km(latitude: float, longitude: float) -> float:

@@ -167,10 +167,10 @@ class LoggedPassage:
         fast = [miles * 3600.0 / took for took, miles in steps if took > 0.0]
         hurried = [knots for knots in fast if knots > FAST_KNOTS]
         if hurried:
-            said = (
+            found.append(
                 f'{counted(len(hurried), "step")} of {FAST_KNOTS:g} to {max(hurried):.1f} knots, '
+                'perhaps corrections of the reckoning'
             )
-            found.append(f'{said}perhaps corrections of the reckoning')
         gaps = [took / DAY_S for took, _ in steps if took > 1.5 * DAY_S]
         if gaps:
             found.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
@@ -282,9 +282,11 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
     if name is None and found is not None and len(names) == 1:
         return found
     near = difflib.get_close_matches(name or '', names, 3) or names[:3]
-    said = f'is not one of the {len(names)} passages of {source_name(path)}'
-    if name is None:
-        said = f'is missing: {source_name(path)} has {len(names)} passages'
+    said = (
+        f'is missing: {source_name(path)} has {len(names)} passages'
+        if name is None
+        else f'is not one of the {len(names)} passages of {source_name(path)}'
+    )
     remedy = f'Use for example {", ".join(near)}, or see `tauto logbook`.' if near else 'See it.'
     raise SceneError(path, 'voyage.log.passage', name or ABSENT, said, remedy)
 
@@ -292,8 +294,7 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
 def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
     """Return a passage that can be sailed, as `find_passage`; one that cannot is a SceneError."""
     found = find_passage(path, name, winds=winds)
-    problems = list(found.problems())
-    if problems:
+    if problems := list(found.problems()):
         raise SceneError.of(path, problems)
     return found
 
@@ -312,6 +313,8 @@ class _Text:
 
     path: str
     raw: BinaryIO
+    progress: Progress | None
+    part: float = 0.5  # of the progress, where all rows are read before the first passage
 
     def __post_init__(self) -> None:
         packed = self.raw.read(2) == b'\x1f\x8b'
@@ -338,6 +341,8 @@ class _Text:
     def lines(self) -> Iterator[str]:
         """Yield the lines below the first."""
         for line, text in enumerate(iter(partial(self._text.readline, LONGEST_LINE), ''), 2):
+            if self.progress is not None and line % 4096 == 2:
+                self.progress(self.part * self.raw.tell() / self.size)
             yield self.check(line, text)
 
     def whole(self) -> str:
@@ -365,15 +370,7 @@ def read_passages(
     file = data_path(path)
     try:
         with file.open('rb') as raw:
-            book = _Text(path, raw)
-            part = 0.5  # where all rows are read before the first passage
-
-            def told() -> Iterator[str]:
-                for count, line in enumerate(book.lines()):
-                    if progress is not None and count % 4096 == 0:
-                        progress(part * raw.tell() / book.size)
-                    yield line
-
+            book = _Text(path, raw, progress)
             is_track = book.beginning.lstrip().startswith('<')
             beginning = '' if is_track else book.check(1, book.beginning).rstrip('\r\n')
             if winds is not None and not is_track:
@@ -382,17 +379,17 @@ def read_passages(
             divided = max('\t;,', key=beginning.count)
             names = [name.strip().strip('"') for name in beginning.split(divided)]
             ours = _OURS & {name.casefold() for name in names}
-            rows = csv.reader(told(), delimiter=divided)
+            rows = csv.reader(book.lines(), delimiter=divided)
             if is_track:
                 logs = _tracks(path, book.whole(), winds)
             elif _IMMA.match(beginning):
-                logs = _archive(chain([beginning], told()))
+                logs = _archive(chain([beginning], book.lines()))
             elif 'YR' in names:
                 logs = _release_21(path, names, rows)
             elif 'Lat3' in names or ('UTC' in names and not ours - {'utc'}):
                 logs = _release_15(path, names, rows)
             elif ours:
-                part = 1.0
+                book.part = 1.0
                 yield from _ours(path, names, rows)
                 return
             else:

@@ -49,17 +49,13 @@ def check_loopback() -> None:
 
 @dataclass
 class Domain:
-    """A ROS domain reserved for this process until it is released or the process ends.
+    """A ROS domain reserved for this process until its lock is closed or the process ends.
 
     `number` is the ROS_DOMAIN_ID, `lock` the socket that holds it.
     """
 
     number: int
     lock: socket.socket
-
-    def release(self) -> None:
-        """Give the domain back."""
-        self.lock.close()
 
 
 def _claimed(name: str) -> socket.socket | None:
@@ -164,7 +160,7 @@ def graph_environment(namespace: str = '') -> Iterator[dict[str, str]]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-        domain.release()
+        domain.lock.close()
 
 
 @contextmanager
