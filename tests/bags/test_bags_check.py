@@ -213,8 +213,7 @@ def test_a_chunk_with_a_wrong_checksum_is_kept_on_request_and_marked(tmp_path: P
 
 def test_many_holes_are_joined() -> None:
     holes = [Hole(topic, 2, k, k + 1) for k in range(600) for topic in ('/a', '/b')]
-    assert check.joined(holes) == [Hole('/a', 1200, 0, 600), Hole('/b', 1200, 0, 600)]
-    assert check.joined(holes[::-1][-4:]) == holes[:4]
+    assert check.joined(holes[::-1]) == [*holes[:1000], Hole('', 0, 500, 600)]
     for wrong in ('[[1]]', '{"a": 1}', '[["/a", -1, 0, 0]]', '[["/a", 1e999, 0, 0]]', '[' * 5000):
         assert check.holes_in({'holes': wrong}) == [Hole('', 0, 0, 0)]
 

@@ -918,8 +918,9 @@ def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) 
     """
     from tauto_core import bags
 
-    place = None if out is None else path('out', out)
-    return bags.recover_bag(path('bag', bag), place, keep_corrupt=keep_corrupt)
+    return bags.recover_bag(
+        path('bag', bag), None if out is None else path('out', out), keep_corrupt=keep_corrupt
+    )
 
 
 def compare(

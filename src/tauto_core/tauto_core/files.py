@@ -251,8 +251,7 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
     import yaml
 
     if len(text) > LARGEST_YAML:
-        problem = f'has {len(text)} characters; at most {LARGEST_YAML} are read'
-        raise YamlError(None, problem, 'Name another file.')
+        raise YamlError(None, f'has more than {LARGEST_YAML} characters', 'Name another file.')
     try:
         events = yaml.parse(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
         return _Document(events, any_key=any_key).value
@@ -261,11 +260,9 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
-        context = getattr(error, 'context', None)
-        said = f'{context}, {what}' if context else what
+        said = ', '.join(filter(None, (getattr(error, 'context', None), what)))
         where = '' if mark is None else f', line {mark.line + 1}, column {mark.column + 1}'
-        problem = f'YAML syntax{where}: {said}'
-        raise YamlError(None, problem, 'Correct the YAML there.') from None
+        raise YamlError(None, f'YAML syntax{where}: {said}', 'Correct the YAML there.') from None
 
 
 class _Document:
@@ -282,8 +279,7 @@ class _Document:
             next(events)  # its end
             after = next(events)
             if not isinstance(after, kinds.StreamEndEvent):
-                problem = 'another document begins, and one is read'
-                raise YamlError(after, problem, 'Keep one document.')
+                raise YamlError(after, 'another document begins', 'Keep one document.')
 
     def _node(self, event: Any, depth: int) -> Any:
         """Return the value that begins with an event, and read to its end."""
@@ -320,8 +316,10 @@ class _Document:
             last = before[next(reversed(before))] if before else ''
             # such as 322 in `{mass: 0,322}`
             if type(value) is int and type(last) is int:
-                number = f'{last}.{event.value} with a decimal point'
-                remedy = f'Write {number} if {last},{event.value} is meant.'
+                remedy = (
+                    f'Write {last}.{event.value} with a decimal point if {last},{event.value} '
+                    'is meant.'
+                )
             raise YamlError(event, 'a key must be a word', remedy)
         key: str = event.value
         if key in before:
@@ -344,10 +342,8 @@ def _scalar(event: Any) -> str | int | float | bool | None:
     if not SCALARS[kind][0].fullmatch(text) or len(text) > _LONGEST_NUMBER:
         problem = f'{text[:40]!r} cannot be read as {kind}'
         raise YamlError(event, problem, 'Write a plain value.')
-    if kind == 'null':
-        return None
-    if kind == 'bool':
-        return text.lower() == 'true'
+    if kind in ('null', 'bool'):
+        return {'null': None, 'bool': text.lower() == 'true'}[kind]
     if kind == 'int':
         # In base 0 Python refuses a leading zero; YAML 1.2 reads it as decimal.
         return int(text, {'0o': 8, '0x': 16}.get(text[:2], 10))

@@ -35,7 +35,7 @@ from tauto_core.scene.tables import read_data
 
 # Messages of a topic that are held before they are decoded.
 _PART = 10_000
-# Holes that are listed one by one; of more, those of a topic are joined.
+# Holes that are listed one by one.
 _MOST_HOLES = 1_000
 HOLES = 'holes'
 """Metadata of a recovered bag: lists of topic, number of messages, log times of the first and the
@@ -93,9 +93,8 @@ def _marks(custom: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _sentences(path: Path, marks: Mapping[str, Any]) -> list[str]:
-    short = 'it says cut_short: its recording ended before the voyage did'
-    found = [short] * ('cut_short' in marks)
-    return [f'{path}: {each}' for each in found + [f'it says {h}' for h in marks.get(HOLES, ())]]
+    short = ['cut_short: its recording ended before the voyage did'] * ('cut_short' in marks)
+    return [f'{path}: it says {each}' for each in (*short, *marks.get(HOLES, ()))]
 
 
 def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
@@ -113,16 +112,11 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
 
 
 def joined(holes: list[Hole]) -> list[Hole]:
-    """Return holes by their time; where there are very many, one a topic."""
-    if len(holes) > _MOST_HOLES:
-        by_topic: dict[tuple[str, bool], list[Hole]] = {}
-        for hole in holes:
-            by_topic.setdefault((hole.topic, hole.corrupt), []).append(hole)
-        holes = []
-        for (topic, corrupt), held in by_topic.items():
-            _, numbers, first_ns, last_ns, _ = zip(*held, strict=True)
-            holes.append(Hole(topic, sum(numbers), min(first_ns), max(last_ns), corrupt))
-    return sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
+    """Return holes by their time; where there are very many, one for the last of them."""
+    holes = sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
+    if rest := holes[_MOST_HOLES:]:
+        holes[_MOST_HOLES:] = [Hole('', 0, rest[0].from_ns, max(each.to_ns for each in rest))]
+    return holes
 
 
 def check_bag(path: Path, *, keep_corrupt: bool = False) -> Soundness:
@@ -290,8 +284,9 @@ def _check_metadata(found: Soundness) -> None:
         held['duration'] = {'nanoseconds': end_ns - start_ns}
     for what, value in held.items():
         if said.get(what) != value:
-            told = str(said.get(what))[:80]
-            found.damage.append(f'{path}: {what} = {told}, but the files hold {value}')
+            found.damage.append(
+                f'{path}: {what} = {str(said.get(what))[:80]}, but the files hold {value}'
+            )
     try:
         topics = {
             each['topic_metadata']['name']: (each['topic_metadata']['type'], each['message_count'])

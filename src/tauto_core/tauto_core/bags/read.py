@@ -165,9 +165,11 @@ class Hole(NamedTuple):
     corrupt: bool = False
 
     def __str__(self) -> str:
-        what = f'{self.number:,} messages of {self.topic}' if self.topic else 'messages'
-        fate = 'have a wrong checksum' if self.corrupt else 'are lost'
-        return f'{what} {fate}, from {self.from_ns * 1e-9:.9g} s to {self.to_ns * 1e-9:.9g} s'
+        return (
+            (f'{self.number:,} messages of {self.topic}' if self.topic else 'messages')
+            + (' have a wrong checksum' if self.corrupt else ' are lost')
+            + f', from {self.from_ns * 1e-9:.9g} s to {self.to_ns * 1e-9:.9g} s'
+        )
 
 
 class Span(NamedTuple):
@@ -354,9 +356,8 @@ def _summary(file: McapFile, stream: BinaryIO) -> tuple[int, bytes]:
     stream.seek(size - tail)
     end = stream.read(tail)
     opcode, length, start, _, crc = _FOOTER_RECORD.unpack_from(end)
-    if end[-len(MAGIC) :] != MAGIC or (opcode, length) != (_FOOTER, 20):
-        return 0, b''
-    if not len(MAGIC) < start < size - tail or size - start > LARGEST_PART:
+    has_end = end[-len(MAGIC) :] == MAGIC and (opcode, length) == (_FOOTER, 20)
+    if not has_end or not max(len(MAGIC), size - LARGEST_PART) < start < size - tail:
         return 0, b''
     stream.seek(start)
     octets = stream.read(size - start)
@@ -416,10 +417,9 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         file.warn('it was cut within its index; all messages can be read')
     elif has_end and left:
         stream.seek(size - left)
-        other = stream.read(len(MAGIC)) == MAGIC
+        what = 'are another MCAP file: cut them off' * (stream.read(len(MAGIC)) == MAGIC)
         file.warn(
-            f'{left} bytes follow its end at byte {size - left}, and are not read'
-            + ('; they are another MCAP file: cut them off into a file of their own' * other)
+            f'{left} bytes follow its end at byte {size - left}: they {what or "are not read"}'
         )
 
 
@@ -500,9 +500,10 @@ def _indexed(file: McapFile, after: bytes, known: Span | None, corrupt: bool) ->
         if stamps and channel in file.channels:
             topic = file.channels[channel].topic
             held.append(Hole(topic, len(stamps), min(stamps), max(stamps), corrupt))
-    near_ns = file.spans[-1].end_ns if file.spans else 0
-    times = (known.start_ns, known.end_ns) if known else (near_ns, near_ns)
-    return held or [Hole('', 0, *times, corrupt)]
+    near = known or (
+        file.spans[-1]._replace(start_ns=file.spans[-1].end_ns) if file.spans else None
+    )
+    return held or [Hole('', 0, *(near[2:4] if near else (0, 0)), corrupt)]
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:
