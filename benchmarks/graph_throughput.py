@@ -63,9 +63,6 @@ RESULTS = Path(__file__).with_suffix('.json')
 VARIANTS: dict[str, dict[str, Any]] = {
     'a process each': {},
     'a process each, not packed': {'packed': False},
-    'one process': {'compose': True},
-    'one process, not packed': {'compose': True, 'packed': False},
-    'a process each, single-threaded executor': {'executor': 'single'},
 }
 
 Row = dict[str, Any]

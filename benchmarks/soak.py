@@ -1,6 +1,6 @@
 """An hour flat out: memory must stay constant, nothing may be lost, the bag must be readable.
 
-    .venv/bin/python benchmarks/soak.py [--minutes 60] [--scene second_cam_at_sea] [--compose]
+    .venv/bin/python benchmarks/soak.py [--minutes 60] [--scene second_cam_at_sea]
 
 The voyage has no end; after --minutes it is stopped as by Ctrl-C. The resident memory of each node
 is sampled once a second; the first quarter, at least 30 s, is warm-up. Results:
@@ -135,25 +135,22 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument('--minutes', type=float, default=60.0)
     parser.add_argument('--scene', default='second_cam_at_sea')
-    parser.add_argument('--compose', action='store_true')
     parser.add_argument('--out', type=Path, help='folder for the bag; default: a temporary one')
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix='tauto_soak_') as temporary:
         bag = (asked.out or Path(temporary)) / 'soak'
-        plan = GraphPlan(asked.scene, bag, ENDLESS_S, 0.0, True, asked.compose)
+        plan = GraphPlan(asked.scene, bag, ENDLESS_S, 0.0, True)
         outcome, bands = sail(plan, asked.minutes)
         print(json.dumps(bands), flush=True)
         sound, gaps = check_bag(bag), gaps_in(bag)
         size_mb = sum(file.stat().st_size for file in bag.iterdir()) / 1e6
-    expected = ('compose',) if asked.compose else NODE_NAMES
-    flat = set(bands) == set(expected) and all(
+    flat = set(bands) == set(NODE_NAMES) and all(
         band['most_mb'] - band['warm_mb'] <= GROWTH_MB for band in bands.values()
     )
     written = sum(numbers['written'] for numbers in outcome.counts.values())
     damage = [*sound.damage, *sound.faults]
     result = {
         'scene': asked.scene,
-        'compose': asked.compose,
         'minutes': round(outcome.voyage_s / 60.0, 1),
         'messages': written,
         'messages_per_s': round(written / outcome.voyage_s),

@@ -20,19 +20,12 @@ _MODULES = {
 
 
 def main() -> None:
-    """Run the node that the first argument names; `compose`: all nodes of the graph."""
+    """Run the node that the first argument names."""
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
-    if name == 'compose':
-        from tauto_nodes.live import main_of
-        from tauto_nodes.live.recorder import RecorderNode
-        from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
-        from tauto_nodes.simulation.ship import ShipMotionNode
-
-        main_of(RecorderNode, LongitudeNode, DriftEstimatorNode, TrochleaNode, ShipMotionNode)()
-    elif name in _MODULES:
+    if name in _MODULES:
         getattr(import_module(f'tauto_nodes.{_MODULES[name]}'), name)()
     else:
-        sys.exit(f'node {name!r}: must be compose or one of {", ".join(_MODULES)}')
+        sys.exit(f'node {name!r}: must be one of {", ".join(_MODULES)}')
 
 
 main()

@@ -11,6 +11,7 @@ import secrets
 import sys
 import time
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
 
 MAX_SPEED = 1e6
 MOST_COMPLAINTS = 20
-EXECUTORS = ('events', 'single')
 
 
 def _namespace(text: str) -> str:
@@ -70,13 +70,7 @@ def graph(
     duration: Annotated[float | None, option_of('sail', 'duration')] = None,
     accuracy: Annotated[float | None, option_of('sail', 'accuracy')] = None,
     settings: Settings = None,
-    compose: Annotated[
-        bool, typer.Option('--compose', help='All nodes in one process instead of one each.')
-    ] = False,
     namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
-    executor: Annotated[
-        str, typer.Option(metavar='events|single', help='Executor of the nodes; single is slower.')
-    ] = 'events',
     as_json: AsJson = False,
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
@@ -97,9 +91,6 @@ def graph(
             f'--speed {speed}: must be a number in (0, {MAX_SPEED:g}], sea seconds a second, or '
             'max'
         )
-    place = _namespace(namespace)
-    if executor not in EXECUTORS:
-        raise UsageError(f'--executor {executor}: must be {" or ".join(EXECUTORS)}')
     loaded = load_scene(scene, **given_values(settings, duration, accuracy))
     say_oddities(loaded, scene, anyway=anyway)
     with naming(scene, loaded.name):
@@ -112,9 +103,7 @@ def graph(
         duration or 0.0,
         pace,
         force,
-        compose,
-        place,
-        executor,
+        _namespace(namespace),
         changed=bool(settings) or accuracy is not None,
     )
     began_s = time.monotonic()
@@ -194,7 +183,7 @@ def play(
     ] = False,
 ) -> None:
     """Play a bag into a ROS 2 graph, in the domain that the environment names."""
-    from tauto_core.cli.terminal import progress_bar, say
+    from tauto_core.cli.terminal import say
     from tauto_nodes.live import run_nodes
     from tauto_nodes.live.player import PlayerNode
 
@@ -206,17 +195,7 @@ def play(
     for name, value in values.items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
-    made: list[PlayerNode] = []
-
-    def player() -> PlayerNode:
-        made.append(PlayerNode(bag=opened, progress=progress))
-        return made[0]
-
-    with progress_bar(str(bag)) as progress:
-        code = run_nodes((player,), arguments)
-    if any(each.over for each in made):
-        say(f'{bag}: played to its end')
-    if code:
+    if code := run_nodes((partial(PlayerNode, bag=opened),), arguments):
         raise typer.Exit(code)
 
 
@@ -233,8 +212,6 @@ _ROLES = {
     'imu_reliability': 'trochlea',
     'executor': 'trochlea',
 }
-
-_FLAGS = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
 
 
 def problems_of(given: Mapping[str, str]) -> list[str]:
@@ -254,7 +231,8 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
             problems.append(problem.replace(' = nan', f' := {text}'))
     if not Path(given['params_file']).is_file():
         problems.append(f'params_file := {given["params_file"]}: there is no such file')
-    flags = {name: given.get(name, 'false').lower() for name in _FLAGS}
+    names = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
+    flags = {name: given.get(name, 'false').lower() for name in names}
     for name, flag in flags.items():
         if flag not in ('true', 'false'):
             problems.append(f'{name} := {given[name]}: must be true or false')

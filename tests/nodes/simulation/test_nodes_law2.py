@@ -104,7 +104,7 @@ AT_SEA: dict[str, object] = {
 
 SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
     # the scene, its duration [s], keys that are changed, a topic that it must have
-    'measured, a process a node': ('measured', 300.0, {}, SHIP_IMU),
+    'measured': ('measured', 300.0, {}, SHIP_IMU),
     'changed after it was loaded': ('measured', 20.0, {'trochlea.release_angle': 0.3}, READING),
     'still, a sample of motion a log interval': ('ideal', 3600.0, {}, READING),
     'no motion in its bag': ('portsmouth_jamaica', 600.0, {}, READING),
@@ -127,14 +127,7 @@ def test_bag_of_the_graph_is_the_bag_of_sail(name: str, tmp_path: Path) -> None:
         scene = str(tmp_path / 'own.yaml')
     loaded = load_scene(scene, duration=duration_s, **changes)
     told: list[float] = []
-    plan = GraphPlan(
-        scene,
-        tmp_path / 'graph',
-        duration_s,
-        0.0,
-        compose='process' not in name,
-        changed=bool(changes),
-    )
+    plan = GraphPlan(scene, tmp_path / 'graph', duration_s, 0.0, changed=bool(changes))
     outcome = run_graph(plan, loaded, told.append)
     assert outcome.lost == 0
     assert outcome.signal == 0
@@ -155,7 +148,7 @@ def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
     scene = tmp_path / 'in_a_sloop.yaml'
     scene.write_text(IN_A_SLOOP, encoding='utf-8')
     asked = ('--duration', '30', '--accuracy', '0.1')
-    for command, options in (('graph', ('--compose', '--speed', 'max')), ('sail', ())):
+    for command, options in (('graph', ('--speed', 'max')), ('sail', ())):
         words = [command, str(scene), *asked, *options, '--out', str(tmp_path / command)]
         run = CliRunner().invoke(app, words)
         assert run.exit_code == 0, run.stderr
@@ -177,7 +170,7 @@ def middleware_threads() -> set[str]:
 def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
     """What can hang a node in the middleware cannot hang the supervisor."""
     before = middleware_threads()
-    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0)
     seen: set[str] = set()
     told: list[float] = []
 
@@ -192,7 +185,7 @@ def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
 
 def test_a_bag_that_lacks_readings_is_not_called_whole(tmp_path: Path) -> None:
     # Nodes that sail five seconds of six publish too few, and lose none.
-    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0)
     with pytest.raises(GraphError, match='has published 6 readings where the scene has 7'):
         run_graph(plan, load_scene('measured', duration=6.0), lambda _: None)
     assert read_bag(tmp_path / 'graph').counts['/clock/reading'] == 6
@@ -209,7 +202,7 @@ def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> 
             time.sleep(0.05)
         signal.raise_signal(signal.SIGTERM)
 
-    plan = GraphPlan('measured', bag, 5.0, 0.0, compose=True)
+    plan = GraphPlan('measured', bag, 5.0, 0.0)
     outcome = run_graph(plan, loaded, signalled_when_closed)
     assert outcome.signal == 0
     assert outcome.counts['clock/reading']['written'] == loaded.log_count

@@ -63,7 +63,7 @@ def test_ctrl_c_gives_the_terminal_back(kind: str, tmp_path: Path) -> None:
     """A bar is shown while the graph sails, where the cursor can be moved."""
     command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
     out = tmp_path / 'bag'
-    terminal = Terminal([*command, '--compose', '--out', str(out)], TERM=kind)
+    terminal = Terminal([*command, '--out', str(out)], TERM=kind)
     try:
         while not list(out.glob('*.mcap')):
             assert terminal.read(), terminal.written

@@ -45,7 +45,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
-from tauto_core.ship.imu import REFUSALS, Continuity, attitude, content_reasons
+from tauto_core.ship.imu import REFUSALS, Continuity, MotionRun, attitude, content_reasons
 
 # -----------------------------------------------------------------------------
 # Motions of the regulator that no machine can have; readings from them are refused.
@@ -313,6 +313,7 @@ class LiveTrochlea:
         try:
             if self._held is not None:
                 self._take(take(self._held, slice(0, 0)), said, final=True)
+            self._move(self._continuity.finish(), said)
             if self._run is not None:
                 self._believe(self._stage.finish(), said)
         except PropagationError as error:
@@ -350,7 +351,11 @@ class LiveTrochlea:
                 self._trouble = f'{_UNUSABLE} ({refused})' if refused else self._trouble
                 return
             imu = found
-        for part in self._continuity.feed(imu):
+        self._move(self._continuity.feed(imu), said)
+        self._trouble = refused and f'{_UNUSABLE} ({refused})'
+
+    def _move(self, parts: list[MotionRun], said: list[Batches]) -> None:
+        for part in parts:
             if part.begins:
                 # a run without any reading is forgotten
                 if self._run is not None and self._run.said:
@@ -361,7 +366,6 @@ class LiveTrochlea:
             if self._thermometer is not None:
                 moved[SHIP_TEMPERATURE] = self._thermometer.during(part.imu.stamp_ns)
             self._believe(self._stage.feed(moved), said)
-        self._trouble = refused and f'{_UNUSABLE} ({refused})'
 
     def _begin(self, origin_ns: int, stepped_ns: int) -> None:
         """Release the wheel again, and account for the time since the last reading."""

@@ -37,8 +37,6 @@ RANGE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 DOMAIN = 'ROS_DOMAIN_ID'
 
 _RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
-# The ports of the next one lie beyond 65535.
-_HIGHEST_DOMAIN = 232
 
 LAST_DOMAIN = 101
 """Largest domain whose DDS ports lie below Linux' ephemeral ports."""
@@ -62,9 +60,10 @@ def check_discovery() -> None:
         )
     if reach and reach not in _RANGES:
         raise ParameterError(f'{RANGE} = {reach}: must be one of {", ".join(_RANGES)}')
-    if number and not (number.isdecimal() and int(number) <= _HIGHEST_DOMAIN):
+    if number and not (number.isdecimal() and int(number) <= 232):
         raise ParameterError(
-            f'{DOMAIN} = {number}: must be a whole number from 0 to {_HIGHEST_DOMAIN}; '
+            f'{DOMAIN} = {number}: must be a whole number from 0 to 232, beyond which '
+            'there are no ports; '
             f'up to {LAST_DOMAIN} no port of it is taken by other programs'
         )
 
@@ -90,9 +89,6 @@ def remove_left(place: Path) -> None:
 
 Maker: TypeAlias = Callable[[], GraphNode]
 
-CHECK_S = 0.2
-"""Interval at which a process sees that a signal has come or a node is over [s]."""
-COMPLAIN_S = 10.0
 LEAVE_S = 8.0
 """Time for the middleware to let a process go [s]; `ros2 launch` kills after 10 s."""
 
@@ -147,7 +143,7 @@ class Signals:
 
 
 def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
-    executor = executor_named(nodes[0].settings.text('executor'))
+    executor = executor_named(nodes[0].settings['executor'])
     stop: Any = Future()
 
     def check() -> None:
@@ -156,7 +152,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
         if done and not stop.done():
             stop.set_result(None)
 
-    nodes[0].create_timer(CHECK_S, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    nodes[0].create_timer(0.2, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
     for node in nodes:
         executor.add_node(node)
     while not stop.done():
@@ -167,7 +163,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
             # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. Each
             # message would soon fill a pipe without a reader, and block the node.
             nodes[0].get_logger().error(
-                f'messages are left aside: rclpy: {error}', throttle_duration_sec=COMPLAIN_S
+                f'messages are left aside: rclpy: {error}', throttle_duration_sec=10.0
             )
 
 

@@ -28,8 +28,6 @@ from tauto_nodes.live import main_of
 from tauto_nodes.live.node import Diagnostics, GraphNode, TopicPort, message_class, port
 
 MARKERS, TF, TF_STATIC = 'markers', '/tf', '/tf_static'
-LISTEN_S = 2.0
-"""Time for which the node listens before it gives the fixed transforms [s]."""
 RGB = {
     'grey': (0.5, 0.5, 0.5),
     'blue': (0.2, 0.4, 0.8),
@@ -123,7 +121,7 @@ class MarkersNode(GraphNode):
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('markers', **node_options)
-        magnify = self.settings.number('magnify')
+        magnify = self.settings['magnify']
         width_m = 2e-3 * magnify
         self._turning: list[Marker] = []
         self._fixed = [marker('ship', 0, ship_points(), 'grey', 0.1)]
@@ -180,14 +178,15 @@ class MarkersNode(GraphNode):
 
     def tick(self) -> None:
         """Give the fixed transforms once, and listen while somebody subscribes."""
-        is_due = self._tree is not None and time.monotonic() - self._born_s > LISTEN_S
+        # it listens for 2 s before it gives the fixed transforms
+        is_due = self._tree is not None and time.monotonic() - self._born_s > 2.0
         if is_due and not (output := self.outputs[TF_STATIC]).sent:
             output.publisher.publish(self._tree(transforms=self.ours(fixed())))
             output.sent += 1
         looked_at = [self.outputs[name] for name in (MARKERS, TF) if name in self.outputs]
         wanted = any(output.matched for output in looked_at)
         if wanted and not self._listening:
-            reliability = self.settings.text('imu_reliability')
+            reliability = self.settings['imu_reliability']
             ports = (port(SHIP_IMU, reliability), port(JOINT_STATES))
             self._listening = [self.listen_to(one) for one in ports]
             if self._tree is not None:
@@ -204,7 +203,7 @@ class MarkersNode(GraphNode):
 
     def _draw(self) -> None:
         now_s = time.monotonic()
-        if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings.number('rate'):
+        if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings['rate']:
             return
         ship, wheel = self._ship, about_x(self._angle_rad)
         self._ship, self._drawn_s = None, now_s

@@ -344,9 +344,6 @@ node costs is to wake up."""
 BATCH = 200
 """Messages after which a node works without waiting for its tick."""
 
-ALARM_S = 10.0
-"""Time for which /diagnostics still reports an error that has passed [s]."""
-
 
 class GraphNode(Node):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
@@ -466,8 +463,8 @@ class GraphNode(Node):
         self._alarm = time.monotonic(), words
 
     def recent_alarm(self, now_s: float) -> str:
-        """Return what was last alarming, for `ALARM_S` after it; empty where nothing is."""
-        if self._alarm is None or now_s - self._alarm[0] > ALARM_S:
+        """Return what was last alarming, for `RECENT_S` after it; empty where nothing is."""
+        if self._alarm is None or now_s - self._alarm[0] > RECENT_S:
             return ''
         return self._alarm[1]
 
@@ -545,7 +542,7 @@ class GraphNode(Node):
         source = self.inputs[port.name] = Input(type_name(port.message), is_shared)
         if self.flow is not None and self.flow.listen_to(port, source):
             return source.subscription
-        drains = self.settings.text('executor') == 'single'
+        drains = self.settings['executor'] == 'single'
 
         def take(payload: bytes, info: Mapping[str, Any] | None = None) -> None:
             if self.keeps_times:
@@ -560,9 +557,6 @@ class GraphNode(Node):
                     source.times.append(Times.told(info))
                 self.received(source, [payload])
 
-        def take_alone(payload: bytes) -> None:
-            take(payload)  # the events executor fails where a callback asks for more (7.1.6)
-
         def asks_too_much(info: Any) -> None:
             source.incompatible = info.total_count
             self.get_logger().error(
@@ -573,7 +567,8 @@ class GraphNode(Node):
         source.subscription = self.create_subscription(
             port.message,
             port.name,
-            self.guard(take if drains and self.keeps_times else take_alone),
+            # the events executor fails where a callback asks for more (7.1.6)
+            self.guard(take if drains and self.keeps_times else lambda one: take(one)),  # noqa: PLW0108
             port.profile,
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(incompatible_qos=asks_too_much),
@@ -720,7 +715,7 @@ OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX, SLACK)
 """Topics that a graph on a live sensor may do without."""
 
 RECENT_S = 10.0
-"""Time after a counter has risen during which it causes a warning [s]."""
+"""Time for which /diagnostics has an error that has passed, or a counter that has risen [s]."""
 
 Finding = tuple[bytes, str]
 
@@ -785,7 +780,7 @@ def _missing(node: GraphNode, now_s: float) -> Iterator[Finding]:
                 DiagnosticStatus.WARN,
                 f'no publisher of {wanted} on {topic}: {", ".join(others)}. Let one send {wanted}',
             )
-    limit_s = node.settings.number('stale_after')
+    limit_s = node.settings['stale_after']
     if silent := [
         topic
         for topic, source in node.inputs.items()

@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, TypeAlias, TypeVar
+from typing import Any, TypeAlias
 
 import yaml
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor, SetParametersResult
@@ -187,8 +187,6 @@ def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
             yield f'{prefix}{name}'
 
 
-T = TypeVar('T')
-
 _ROS_TYPES = {
     RosParameter.Type.BOOL: 'bool',
     RosParameter.Type.INTEGER: 'integer',
@@ -206,26 +204,14 @@ class NodeSettings:
 
     values: Mapping[str, ParameterValue]
 
-    def text(self, name: str) -> str:
-        """Return a string."""
-        return _of(str, self.values[name])
-
-    def number(self, name: str) -> float:
-        """Return a double."""
-        return _of(float, self.values[name])
-
-    def flag(self, name: str) -> bool:
-        """Return a bool."""
-        return _of(bool, self.values[name])
-
-    def names(self, name: str) -> tuple[str, ...]:
-        """Return a string array."""
-        return _of(tuple, self.values[name])
+    def __getitem__(self, name: str) -> Any:
+        """Return the value of a parameter, in the type of its default."""
+        return self.values[name]
 
     def scene(self) -> Scene:
         """Load the scene that the parameters `scene` and `duration` name; SceneError otherwise."""
-        duration = self.number('duration')
-        return load_scene(self.text('scene'), **({'duration': duration} if duration > 0.0 else {}))
+        duration = self['duration']
+        return load_scene(self['scene'], **({'duration': duration} if duration > 0.0 else {}))
 
     @property
     def credits(self) -> bool:
@@ -236,11 +222,6 @@ class NodeSettings:
     def packed(self) -> bool:
         """Whether nodes of the graph send each other many messages in one."""
         return self.credits and self.values.get('packed') is True
-
-
-def _of(kind: type[T], value: object) -> T:
-    assert isinstance(value, kind)
-    return value
 
 
 _EXECUTOR = Parameter(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import groupby
 from operator import itemgetter
 from pathlib import Path
@@ -42,12 +42,6 @@ of ten, as `ros2 topic echo` and many nodes have it, then does not overflow."""
 PAUSE_S = 1.5e-3
 """Time between two slices [s]: rclpy takes a message in some 0.2 ms."""
 
-MOST_SLICES = 6
-"""Most slices in one tick; what is due then waits for the next one."""
-
-LATE_S = 0.5
-"""A source that is so late by the wall [s] spreads nothing: the pace is too high for it."""
-
 CLOCK_TOPIC = '/clock'
 
 
@@ -64,7 +58,7 @@ class SourceNode(GraphNode):
     def __init__(self, role: str, pace: str, **node_options: Any) -> None:
         super().__init__(role, **node_options)
         self._pace_name = pace
-        self._pace = self.settings.number(pace)
+        self._pace = self.settings[pace]
         self._items: Iterator[StampedMessage] = iter(())
         self._next: StampedMessage | None = None
         self.sent_until_ns = 0
@@ -80,7 +74,7 @@ class SourceNode(GraphNode):
 
         It raises NodesError if /clock is wanted, but somebody else publishes it.
         """
-        if self.settings.flag('publish_clock'):
+        if self.settings['publish_clock']:
             # Discovery takes a while to hear of another publisher.
             deadline_s = time.monotonic() + 1.0
             while time.monotonic() < deadline_s:
@@ -107,7 +101,7 @@ class SourceNode(GraphNode):
         if self._base is None:
             # Without flow control the number of subscribers is unknown.
             unheard = any(not p.publisher.get_subscription_count() for p in self.outputs.values())
-            waits = unheard and now_s - self._born_s < self.settings.number('wait')
+            waits = unheard and now_s - self._born_s < self.settings['wait']
             if waits if self.flow is None else not self.flow.everyone_ready():
                 return
             self._base = (now_s, self._next[0] if self._next else 0)
@@ -115,8 +109,9 @@ class SourceNode(GraphNode):
         due: list[StampedMessage] = []
         is_watched = any(output.watched for output in self.outputs.values())
         late_s = (due_ns - (self._next[0] if self._next else 0)) / NS_PER_S / (self._pace or 1.0)
-        is_spread = is_watched and self._pace > 0.0 and late_s < LATE_S
-        most = SLICE * MOST_SLICES if is_spread else BURST
+        # a source late by half a second spreads nothing: the pace is too high for it
+        is_spread = is_watched and self._pace > 0.0 and late_s < 0.5
+        most = 6 * SLICE if is_spread else BURST
         while self._next and not self.backlogged and len(due) < most and self._next[0] <= due_ns:
             due.append(self._next)
             self._next = next(self._items, None)
@@ -186,36 +181,20 @@ def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
 class PlayerNode(SourceNode):
     """Publishes a bag's topics under the player's namespace; ends with the bag.
 
-    Without a `bag` that has been opened already, the parameter `bag` names it. `progress` is
-    called with the share that was played, from 0 to 1.
+    Without a `bag` that has been opened already, the parameter `bag` names it.
     """
 
-    def __init__(
-        self,
-        *,
-        bag: Bag | None = None,
-        progress: Callable[[float], None] | None = None,
-        **node_options: Any,
-    ) -> None:
+    def __init__(self, *, bag: Bag | None = None, **node_options: Any) -> None:
         super().__init__('player', 'rate', **node_options)
-        self._progress = progress
-        bag = bag or read_bag(Path(self.settings.text('bag')))
+        bag = bag or read_bag(Path(self.settings['bag']))
         for warning in bag.warnings:
             self.get_logger().warning(warning)
-        ports = ports_of(bag, self.settings.names('topics'))
-        self._begin_ns, self._end_ns = bag.start_ns or 0, bag.end_ns or 0
+        ports = ports_of(bag, self.settings['topics'])
         self.connect([], list(ports.values()))
         self.start(
             (stamp_ns, ports[topic].name, payload)
             for topic, _, stamp_ns, payload in bag.messages(ports)
         )
-
-    def tick(self) -> None:
-        """Send what is due, and report how far the bag has been played."""
-        super().tick()
-        if self._progress is not None:
-            played_ns = max(self.sent_until_ns - self._begin_ns, 0)
-            self._progress(played_ns / max(self._end_ns - self._begin_ns, 1))
 
     def all_sent(self) -> None:
         """End when the subscribers have acknowledged."""

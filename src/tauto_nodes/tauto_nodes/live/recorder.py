@@ -82,15 +82,9 @@ class RecorderReport:
 MOST_DISORDER_NS = NS_PER_S
 """Stamps that go back further than this begin a new run of their topic."""
 
-REPORT_S = 0.2
-"""Interval at which the progress of the voyage is reported to a graph [s]."""
-
 
 ALSO = ('/diagnostics', '/tf_static')
 """Topics of a live bag besides the table: health of the nodes, and mountings."""
-
-SEEK_S = 1.0
-"""Interval at which publishers of foreign topics are looked for [s]."""
 
 STAGES = ('trochlea', 'drift_estimator', 'longitude')
 """Nodes that send their remaining messages on a request to stop."""
@@ -104,7 +98,7 @@ def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
 
     ParameterError: a topic is not in the table. SceneError: the scene cannot be run.
     """
-    asked = settings.names('topics')
+    asked = settings['topics']
     foreign = [name for name in asked if name.startswith('/')]
     if foreign and settings.credits:
         raise ParameterError(
@@ -120,7 +114,7 @@ def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
     if 'all' in known and not settings.credits:
         foreign += [name for name in ALSO if name not in foreign]
     chosen = [name for name in TOPICS if name in known or 'all' in known]
-    if settings.text('scene'):
+    if settings['scene']:
         left_out = set() if settings.scene().keeps_motion else {s.SHIP_IMU}
         if not settings.credits:
             left_out.add(s.SCENE)  # it is known, and written at once
@@ -139,17 +133,17 @@ class RecorderNode(GraphNode):
         super().__init__('recorder', **node_options)
         topics, self._sought = topics_of(self.settings)
         self.keeps_times = self.is_calm = not self.settings.credits
-        reliability = self.settings.text('imu_reliability')
-        folder = Path(self.settings.text('output'))
-        if self.settings.flag('beside') and folder.exists():
+        reliability = self.settings['imu_reliability']
+        folder = Path(self.settings['output'])
+        if self.settings['beside'] and folder.exists():
             beside = (folder.with_name(f'{folder.name}_{number}') for number in count(2))
             folder = next(other for other in beside if not other.exists())
         self._bag = BagWriter(
             folder,
-            force=self.settings.flag('force'),
+            force=self.settings['force'],
             namespace=self.get_namespace().strip('/'),
-            chunk_bytes=round(1024 * self.settings.number('chunk_size')),
-            compression=self.settings.text('compression'),
+            chunk_bytes=round(1024 * self.settings['chunk_size']),
+            compression=self.settings['compression'],
         )
         self._closed = False
         self._began_s: float | None = None
@@ -167,7 +161,7 @@ class RecorderNode(GraphNode):
         self.diagnostics = Diagnostics(self)
         # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
         self._bag.__enter__()
-        if self.settings.text('scene') and not self.settings.credits:
+        if self.settings['scene'] and not self.settings.credits:
             scene, now_ns = self.settings.scene(), time.time_ns()
             (message,) = encode(s.SCENE, s.text(now_ns, scene_yaml(scene)))
             self._bag.describe(bag_metadata(scene))
@@ -286,15 +280,15 @@ class RecorderNode(GraphNode):
         if self._closed:
             return
         now_s = time.monotonic()
-        if self._sought and now_s >= self._sought_s + SEEK_S:
+        if self._sought and now_s >= self._sought_s + 1.0:
             self._sought_s = now_s
             self._seek()
-        if self.flow is not None and now_s >= self._told_s + REPORT_S:
+        if self.flow is not None and now_s >= self._told_s + 0.2:
             self._told_s = now_s
             # Without room for it the bag goes on; the last report, which counts, must be written.
             with suppress(OSError):
                 self._report_to_file(closed_s=None)
-        if self._unflushed and now_s >= self._flushed_s + self.settings.number('flush_interval'):
+        if self._unflushed and now_s >= self._flushed_s + self.settings['flush_interval']:
             self._bag.flush()
             self._flushed_s, self._unflushed = now_s, False
 
@@ -374,12 +368,12 @@ class RecorderNode(GraphNode):
         }
 
     def _report_to_file(self, closed_s: float | None) -> None:
-        if self.settings.text('report'):
+        if self.settings['report']:
             heard_s = self.flow.heard_s if self.flow is not None else {}
             moved_s = self.flow.moved_s if self.flow is not None else time.monotonic()
             RecorderReport(
                 self._complete, self._began_s, closed_s, self.counts(), heard_s, moved_s
-            ).write(Path(self.settings.text('report')))
+            ).write(Path(self.settings['report']))
 
 
 recorder = main_of(RecorderNode)

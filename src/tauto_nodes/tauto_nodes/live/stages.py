@@ -306,7 +306,7 @@ class StageNode(GraphNode):
     ) -> None:
         super().__init__(role, **node_options)
         self._file: StateFile | None = None
-        folder, saved = self.settings.text('state_folder'), None
+        folder, saved = self.settings['state_folder'], None
         if folder and self.settings.credits:
             raise ParameterError(
                 f'state_folder = {folder!r}: with flow_control = credits a graph runs as a whole '
@@ -321,7 +321,7 @@ class StageNode(GraphNode):
             self.stage.restore(saved)
             self.get_logger().info(f'goes on from the state in {self._file.path}')
         self._mounting: Mounting | None = None
-        if self.settings.text('source') == 'foreign':
+        if self.settings['source'] == 'foreign':
             rotation = str(self.settings.values.get('imu_rotation', ''))
             self._mounting = Mounting(self, rotation)
         self._saved_s = time.monotonic()
@@ -377,7 +377,7 @@ class StageNode(GraphNode):
 
     def tick(self) -> None:
         """Save the state when it is due."""
-        due_s = self._saved_s + self.settings.number('state_interval')
+        due_s = self._saved_s + self.settings['state_interval']
         if self._changed and time.monotonic() >= due_s:
             self._save()
 
@@ -447,9 +447,9 @@ def _trochlea(settings: NodeSettings) -> Stage:
     scene = settings.scene()
     # Before there is a subscription: while kernels compile, its queue would overflow.
     compile_kernels(scene)
-    if settings.text('source') != 'foreign':
+    if settings['source'] != 'foreign':
         return TrochleaStage(scene)
-    return LiveTrochlea(scene, settings.flag('reset_on_time_jump'))
+    return LiveTrochlea(scene, settings['reset_on_time_jump'])
 
 
 class TrochleaNode(StageNode):
@@ -480,7 +480,7 @@ class DriftEstimatorNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'drift_estimator',
-            lambda own: DriftStage(own.scene(), expect_schedule=own.text('source') == 'scene'),
+            lambda own: DriftStage(own.scene(), expect_schedule=own['source'] == 'scene'),
             **node_options,
         )
 
@@ -493,7 +493,7 @@ class LongitudeNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'longitude',
-            lambda own: LongitudeStage(own.scene(), expect_fix=own.text('source') == 'scene'),
+            lambda own: LongitudeStage(own.scene(), expect_fix=own['source'] == 'scene'),
             **node_options,
         )
 

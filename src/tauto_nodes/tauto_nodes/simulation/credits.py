@@ -55,9 +55,6 @@ REPEAT_S = 1.0
 LOST_AFTER_S = 10.0
 """Silence after the end markers that makes what is still missing count as lost [s]."""
 
-COMMON_DEPTH = 10
-"""Messages that the queue of a subscriber usually holds."""
-
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
 
@@ -245,14 +242,18 @@ def can_match(offered: QoSProfile, requested: QoSProfile) -> bool:
     Ours offer no deadline and no liveliness lease. rclpy's own check takes the infinite times
     that a discovered subscription reports for finite ones.
     """
-    without_limit_ns = (0, 2**63 - 1)  # the second is what rmw reports
-    reliable = QoSReliabilityPolicy.RELIABLE
-    latched = QoSDurabilityPolicy.TRANSIENT_LOCAL
     return (
-        (offered.reliability == reliable or requested.reliability != reliable)
-        and (offered.durability == latched or requested.durability != latched)
-        and requested.deadline.nanoseconds in without_limit_ns
-        and requested.liveliness_lease_duration.nanoseconds in without_limit_ns
+        (
+            offered.reliability == QoSReliabilityPolicy.RELIABLE
+            or requested.reliability != QoSReliabilityPolicy.RELIABLE
+        )
+        and (
+            offered.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL
+            or requested.durability != QoSDurabilityPolicy.TRANSIENT_LOCAL
+        )
+        and requested.deadline.nanoseconds in (0, 2**63 - 1)
+        and requested.liveliness_lease_duration.nanoseconds
+        in (0, 2**63 - 1)  # rmw reports the second
     )
 
 
@@ -289,7 +290,7 @@ class Packer(Output):
             super().publish(payloads)
         else:
             self.sent += len(payloads)
-        if len(payloads) > COMMON_DEPTH and self.watchers:
+        if len(payloads) > 10 and self.watchers:
             self._name_watchers(len(payloads))
 
     def _name_watchers(self, count: int) -> None:
@@ -315,7 +316,7 @@ class Credits:
 
     def __init__(self, owner: GraphNode, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self._owner, self._inputs, self._outputs = owner, inputs, outputs
-        self._name, self._graph = owner.get_name(), owner.settings.names('graph')
+        self._name, self._graph = owner.get_name(), owner.settings['graph']
         if self._name not in self._graph or len(set(self._graph)) != len(self._graph):
             raise NodesError(
                 f'graph = {list(self._graph)}: must name every node of the graph once, '

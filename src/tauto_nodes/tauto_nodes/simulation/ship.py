@@ -50,7 +50,7 @@ class ShipMotionNode(SourceNode):
             'Set it on all nodes, or give a speed'
         )
         paced = not self.settings.credits
-        if paced and self.settings.number('speed') == 0.0:
+        if paced and self.settings['speed'] == 0.0:
             raise ParameterError(f'{self.get_fully_qualified_name()}: {refused}')
 
         def check(changes: list[RosParameter]) -> SetParametersResult:

@@ -31,9 +31,7 @@ from tauto_nodes.simulation.credits import RUN
 TERM_S = 60.0
 """How long a node that was told to end may stand still, or run without writing anything [s]."""
 
-KILL_S = 5.0
 POLL_S = 0.02
-TAIL_LINES = 25
 
 # Marks of warnings and errors in the logs of rclpy and Fast DDS.
 _COMPLAINT = re.compile(r'\[(WARN|ERROR|FATAL)\]|\w (Error|Warning)\]')
@@ -59,7 +57,7 @@ class Child:
 
     def said(self) -> str:
         """Return the last lines that it wrote."""
-        return '\n'.join(self.lines()[-TAIL_LINES:])
+        return '\n'.join(self.lines()[-25:])
 
     def lines(self) -> list[str]:
         """Return all lines that it wrote, without colours."""
@@ -143,9 +141,9 @@ class Supervisor:
     def died(self, name: str) -> GraphError:
         """Return the error that says how a node ended, with its last output."""
         child = next(child for child in self.children if child.name == name)
-        said = child.said() or 'nothing'
         return GraphError(
-            f'node {name} ended {child.ended()} before the voyage did. It said:\n{said}'
+            f'node {name} ended {child.ended()} before the voyage did. It said:\n'
+            + (child.said() or 'nothing')
         )
 
     def exit_code(self, name: str) -> int | None:
@@ -171,7 +169,7 @@ class Supervisor:
             late = [child for child in running if endings[child.name].is_stuck()]
         for number in (signal.SIGABRT, signal.SIGKILL):
             self._signal(number, self._running())
-            deadline_s = time.monotonic() + KILL_S
+            deadline_s = time.monotonic() + 5.0
             while self._running() and time.monotonic() < deadline_s:
                 time.sleep(POLL_S)
         return late
@@ -210,9 +208,7 @@ class GraphPlan:
         speed: sea time by wall time; 0: as fast as possible.
         out: folder of the bag.
         force: replace a bag that is there.
-        compose: all nodes in one process.
         namespace: namespace of the graph; empty: the root.
-        executor: executor of all nodes, `events` or `single`.
         packed: whether the nodes send each other many messages in one, and so know their own.
         changed: whether keys of the scene were given other values, so that the nodes load the
             scene as it was checked and not what `scene` names.
@@ -223,9 +219,7 @@ class GraphPlan:
     duration_s: float = 0.0
     speed: float = 60.0
     force: bool = False
-    compose: bool = False
     namespace: str = ''
-    executor: str = 'events'
     packed: bool = True
     changed: bool = False
 
@@ -277,7 +271,6 @@ def parameters_of(plan: GraphPlan, scene: Scene, report: Path) -> dict[str, dict
     return {
         node: {
             **own[node],
-            'executor': plan.executor,
             'flow_control': 'credits',
             'packed': plan.packed,
             'graph': list(NODE_NAMES),
@@ -354,15 +347,14 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
         arguments = ['--ros-args', '--params-file', str(parameters)]
         if plan.namespace:
             arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
-        names = ('compose',) if plan.compose else NODE_NAMES
         with Supervisor(folder, environment) as supervisor:
-            for name in names:
+            for name in NODE_NAMES:
                 # a name and nothing more without ROS_SECURITY_ENABLE; config/sros2_policy.xml
                 supervisor.start(name, [*arguments, '--enclave', f'/tauto/{name}'])
             watch = Watchdog(report)
-            while not signals.came and supervisor.exit_code(names[0]) is None:
+            while not signals.came and supervisor.exit_code(NODE_NAMES[0]) is None:
                 watch.look()
-                supervisor.check(ended=names[:1])
+                supervisor.check(ended=NODE_NAMES[:1])
                 watch.check()
                 progress(min(watch.recorded(s.READING) / scene.log_count, 1.0))
             killed = supervisor.stop()
@@ -373,7 +365,7 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
                 'of Tauto or its middleware: please report it with these words:\n'
                 + '\n'.join(child.said() for child in killed)
             )
-        recorded = _recorded(report, supervisor, names[0], interrupted=signals.came > 0)
+        recorded = _recorded(report, supervisor, NODE_NAMES[0], interrupted=signals.came > 0)
         if recorded is None or recorded.began_s is None or recorded.closed_s is None:
             return Outcome(signal=signals.came)
         return Outcome(
