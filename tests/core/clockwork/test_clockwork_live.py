@@ -12,8 +12,12 @@ from hypothesis import strategies as st
 
 from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
 from tauto_core.clockwork.live import Limits
+from tauto_core.clockwork.trochlea import nominal_period_s
+from tauto_core.machines import compile_machine
 from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.navigation.covariates import clock_model
+from tauto_core.navigation.drift import RELEASE_SIGMA
+from tauto_core.navigation.kalman import prior
 from tauto_core.navigation.longitude import Route
 from tauto_core.samples import (
     CORRECTED,
@@ -409,6 +413,41 @@ def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
     more = {READING: readings(later + 2 * 10**9, -7 * 10**9, stopped)}
     a, b = drift.feed(more)[ESTIMATE], resumed.feed(more)[ESTIMATE]
     assert a.position.tobytes() == b.position.tobytes()
+
+
+@pytest.mark.parametrize(
+    'breaks_s', [[60], [600], [3600], [86_400], [600, 86_400, 60, 3600]], ids=str
+)
+def test_errors_after_breaks_are_as_large_as_the_estimator_says(breaks_s):
+    """200 clocks as the prior says, and a GPS after each break.
+
+    The root mean square of 200 normal numbers strays from 1 by 0.05; three of that are allowed.
+    """
+    model, errors = clock_model(SCENE), []
+    set_within_s = np.sqrt(prior(model).xx)
+    release_s = RELEASE_SIGMA * nominal_period_s(SCENE, compile_machine(SCENE))
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        drift, setting = DriftStage(SCENE, expect_schedule=False), DialSetting(START_NS)
+        rate, dial_s = rng.normal(0.0, model.prior_rate_sigma), rng.normal(0.0, set_within_s)
+        at_s = np.arange(0.0, 301.0, 100.0)
+        for break_s in [0, *breaks_s]:
+            if break_s:
+                lost_ns = setting.lost_ns + break_s * 10**9
+                setting = replace(setting, lost_ns=lost_ns, stops=setting.stops + 1)
+                dial_s += release_s * rng.normal() - break_s
+                at_s = at_s + 300.0 + break_s
+            ran_s = rate * (at_s - at_s[0])
+            stamps = START_NS + np.rint(at_s * 1e9).astype(np.int64)
+            shown = np.rint((dial_s + ran_s) * 1e9).astype(np.int64)
+            sky = stamps[2:3] + round(rng.normal(0.0, 0.2) * 1e9)
+            seen = TimeSamples(stamps[2:3], '', sky, same('gps', 1))
+            drift.feed({READING: take(told := readings(stamps, shown, setting), slice(0, 3))})
+            said = drift.feed({READING: take(told, slice(3, 4)), OBSERVATION: seen})
+            dial_s += ran_s[-1]
+        offset, offset_sigma, per_day, rate_sigma = said[ESTIMATE].position[-1]
+        errors.append(((offset - dial_s) / offset_sigma, (per_day - rate * 86_400.0) / rate_sigma))
+    assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(1.0, abs=0.15)
 
 
 def test_a_known_stop_costs_the_estimate_one_release():

@@ -518,6 +518,7 @@ class DriftStage(Stateful):
         self._setting = setting or before
         if before is None or setting is None or self._track is None:
             return
+        told = tuple(self._integral[-1].tolist()) if len(self._integral) else ()
         self._stamp = self._reference = np.empty(0, np.int64)
         self._integral = self._integral[:0]
         self._released = 0
@@ -531,30 +532,36 @@ class DriftStage(Stateful):
         newest_ns = max(at_ns, self._last_reading_ns)
         if newest_ns > at_ns:  # the stamps have gone back
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
-        reached = ()
-        if self._motion is not None:
-            reached = tuple(self._motion.at(reading.stamp_ns[:1])[0].tolist())
-        gained = tuple(map(sub, reached, last.integrals_s))
-        elapsed_s = max(newest_ns - last.stamp_ns, 0) / NS_PER_S
-        now = predict(last.estimate, elapsed_s, self._model, gained)
-        opened = self._stopped(now, before, setting)
-        self._track = Track(Known(at_ns, opened, integrals_s=reached), self._model, self._track)
+        gained = tuple(map(sub, told, last.integrals_s))
+        opened = self._stopped(last.estimate, newest_ns - last.stamp_ns, gained, before, setting)
+        self._track = Track(self._released_at(at_ns, opened), self._model, self._track)
+
+    def _released_at(self, at_ns: int, opened: Estimate[float]) -> Known:
+        """Return the state at a reading, with the integrals of the covariates there."""
+        reached = () if self._motion is None else self._motion.at(np.array([at_ns]))[0].tolist()
+        return Known(at_ns, opened, integrals_s=tuple(reached))
 
     def _stopped(
-        self, now: Estimate[float], before: DialSetting, setting: DialSetting
+        self,
+        then: Estimate[float],
+        elapsed_ns: int,
+        gained_s: tuple[float, ...],
+        before: DialSetting,
+        setting: DialSetting,
     ) -> Estimate[float]:
-        """Return an estimate after a dial has stood still, predicted as if it had not.
+        """Return an estimate later, where the dial has stood still for a part of the time.
 
-        In the time lost it did not gain its rate either. Known stops leave the phase of the next
-        release open, `RELEASE_SIGMA` of a swing each; steps back of the stamps all their length.
+        Offset and rate and their covariance change over the rest alone, in which the integrals of
+        the covariates grow by `gained_s`: a dial that stands gains nothing, so its offset says
+        nothing of its rate. Known stops leave the phase of the next release open, `RELEASE_SIGMA`
+        of a swing each; steps back of the stamps all their length.
         """
-        if setting.stops == before.stops:
-            return now
-        lost_s = (setting.lost_ns - before.lost_ns) / NS_PER_S
+        lost_ns = setting.lost_ns - before.lost_ns
         unsure_s = (setting.unsure_ns - before.unsure_ns) / NS_PER_S
+        now = predict(then, max(elapsed_ns - lost_ns, 0) / NS_PER_S, self._model, gained_s)
         release_s = RELEASE_SIGMA * nominal_period_s(self._scene, compile_machine(self._scene))
         opened = (setting.stops - before.stops) * release_s * release_s + unsure_s * unsure_s
-        return now._replace(x=now.x - lost_s * (1.0 + now.y), xx=now.xx + opened)
+        return now._replace(x=now.x - lost_ns / NS_PER_S, xx=now.xx + opened)
 
     def finish(self) -> Batches:
         """Release the readings that wait; count the observations that did not come."""
@@ -665,14 +672,20 @@ class DriftStage(Stateful):
             self._integral = np.concatenate((self._integral, new))
         if self._track is None:
             first = int(self._stamp[0])
-            reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
-            self._begun = first, reached
             setting = self._setting or DialSetting(first)
             set_ns = min(setting.set_ns, first)
             late_ns = first - set_ns
             self._late_s = late_ns / NS_PER_S if late_ns > HELD_NS else 0.0
-            started = self._stopped(prior(self._model), DialSetting(set_ns), setting)
-            known = Known(set_ns, started, integrals_s=reached)
+            known = self._released_at(first, prior(self._model))
+            self._begun = first, known.integrals_s
+            if setting.stops or setting.unsure_ns:
+                still = (0.0,) * len(known.integrals_s)
+                new = DialSetting(set_ns)
+                known = known._replace(
+                    estimate=self._stopped(known.estimate, late_ns, still, new, setting)
+                )
+            else:
+                known = known._replace(stamp_ns=set_ns)
             self._track = Track(known, self._model)
         way = self._use_observations(self._stamp[:ready])
         stamps = self._stamp[self._released : ready]
