@@ -488,6 +488,39 @@ def test_each_source_of_time_has_its_sigma_and_others_are_refused_by_name():
     assert clock_model(finer).sigma_of('gnss') == 0.01
 
 
+@pytest.mark.parametrize(
+    ('true_s', 'name'),
+    [
+        (lambda _: 0.0, 'before_1990'),
+        (lambda at_s: at_s - 1024 * 604_800.0, 'rolled_over'),
+        (lambda at_s: at_s + 2048 * 604_800.0 + 3000.0, 'rolled_over'),
+        (lambda at_s: at_s + 11 * 365.25 * 86_400.0, 'years_off'),
+        (lambda at_s: at_s - 11 * 365.25 * 86_400.0, 'years_off'),
+    ],
+)
+def test_a_time_that_no_receiver_can_have_read_is_refused_by_name(true_s, name):
+    drift = DriftStage(SCENE, expect_schedule=False)
+    stamps = START_NS + 10**9 * np.arange(2000)
+    seen = stamps[100::300]
+    true = np.array([round(true_s(stamp * 1e-9) * 1e9) for stamp in seen.tolist()])
+    sky = TimeSamples(seen, '', true, same('gps', len(seen)))
+    said = drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
+    assert drift.health()[f'observations_{name}'] == len(seen)
+    assert len(drift.notices) == 1
+    assert np.all(said[ESTIMATE].position[:, 0] == 0.0)
+
+
+def test_a_day_of_a_receiver_is_not_believed_at_the_pace_of_the_recipe():
+    """One GPS time in five minutes, the scene's schedule being one a minute."""
+    drift, stamps = DriftStage(SCENE, expect_schedule=False), START_NS + 10**10 * np.arange(720)
+    seen = stamps[30::30]
+    off = np.where(np.arange(len(seen)) == 11, 86_400 * 10**9, 0)
+    sky = TimeSamples(seen, '', seen + off, same('gps', len(seen)))
+    said = drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
+    assert drift.health()['observations_gated'] == 1
+    assert np.abs(said[ESTIMATE].position[400:, 0]).max() < 0.2
+
+
 def test_a_source_that_is_wrong_for_good_stays_a_warning():
     """GPS time for UTC, 18 s, from the fourth of nine observations on, and a stop after that."""
     scene = load_scene('measured', **{'drift.observation_interval': 1000.0})

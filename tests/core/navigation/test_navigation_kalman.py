@@ -1,6 +1,7 @@
 """The clock filter: its formulas, which observations it uses, and the honesty of its sigmas."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -283,6 +284,30 @@ def test_trust_is_earned_by_three_observations():
         phases = [*[900.0] * (good + 1), -900.0, -900.0]
         way = filter_phases(start_of(model), [0, *days(good + 2)], phases, model)
         assert way.fate.tolist() == [REOPENED, *[USED] * good, REFUSED, fate]
+
+
+@pytest.mark.parametrize('every_s', [1, 10, 300, 3600, 86_400])
+@pytest.mark.parametrize('place', [0, 1, 2, 8])
+@pytest.mark.parametrize('blunder_s', [900.0, -86_400.0])
+def test_no_observer_is_believed_alone_at_any_pace(every_s, place, blunder_s):
+    """A blunder, two that differ, and three that differ leave no trace; three that agree do."""
+    model = replace(model_of(), patience_s=math.inf)
+    stamps, good = [every_s * 10**9 * (k + 1) for k in range(16)], [0.1, -0.2, 0.3, 0.0] * 4
+    for blunders in ([1.0], [1.0, -1.0], [1.0, 0.5, -2.0]):
+        after = place + len(blunders)
+        phases = [*good[:place], *(each * blunder_s for each in blunders), *good[after:]]
+        way = filter_phases(start_of(model), stamps, phases, model)
+        refused = np.flatnonzero(way.fate == REFUSED)
+        assert refused.tolist() == list(range(place, after))
+        rest = filter_phases(
+            start_of(model), stamps[:place] + stamps[after:], good[:place] + good[after:], model
+        )
+        assert way.after(16) == rest.after(16 - len(blunders))
+    changed = [*good[:place], *(each + blunder_s for each in good[place:])]
+    way = filter_phases(start_of(model), stamps, changed, model)
+    assert way.fate[place : place + 4].tolist() == [REFUSED, REFUSED, REOPENED, USED]
+    end = way.after(16).estimate
+    assert abs(end.x - blunder_s) < 4.0 * math.sqrt(end.xx) < 3.0
 
 
 def test_after_a_long_silence_the_observation_is_believed():

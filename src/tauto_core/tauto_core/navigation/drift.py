@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from operator import sub
 from typing import Any, ClassVar, NamedTuple, TypeAlias, cast
@@ -341,6 +343,12 @@ _SAID = {
     'observations_unknown': '{observations} named a source of time that has no sigma and {were} '
     f'left out; sources are {", ".join(SOURCES[1:])} (drift.observation_sigma, '
     'drift.lunars.sigma, drift.gnss_sigma)',
+    'observations_before_1990': '{observations} gave a time before 1990 and {were} left out: the '
+    'receiver has no fix yet, or gives another time than UTC',
+    'observations_rolled_over': '{observations} {were} off by 1,024 weeks, or a multiple, and '
+    "left out: the receiver's firmware is of an earlier era of GPS; renew it, or add the weeks",
+    'observations_years_off': '{observations} {were} ten years or more from the clock that '
+    "stamped {them} and left out: set the computer's clock, or check the receiver",
     'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
     'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
     '{gate:g} sigmas',
@@ -389,12 +397,34 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
 HISTORY = 4096
 """Number of readings kept, beyond those held back, for observations that come late."""
 
+_MISDATED = ('observations_before_1990', 'observations_rolled_over', 'observations_years_off')
+
 _COUNTED = (
     'readings_out_of_order', 'observations_out_of_order', 'observations_repeated',
     'observations_delayed', 'observations_from_future', 'observations_unscheduled',
     'observations_missing', 'observations_too_old', 'observations_unmatched',
-    'observations_unknown', 'dial_stops', 'dial_settings',
+    'observations_unknown', *_MISDATED, 'dial_stops', 'dial_settings',
 )  # fmt: skip
+
+EPOCH_1990_NS = 631_152_000 * NS_PER_S
+ERA_NS = 1024 * 7 * 86_400 * NS_PER_S
+"""The weeks of GPS are counted modulo 1,024."""
+
+
+def misdated(stamp_ns: int, true_ns: int) -> str:
+    """Return the counter of a true time that no observer can have read; empty if one can.
+
+    Before 1990 no receiver of GPS existed; stamps before it are those of a simulation. A time off
+    by whole eras of GPS, within a day, is of a receiver that has lost count of them.
+    """
+    off_ns = true_ns - stamp_ns
+    eras = round(off_ns / ERA_NS)
+    if true_ns < EPOCH_1990_NS <= stamp_ns:
+        return 'observations_before_1990'
+    if eras and abs(off_ns - eras * ERA_NS) < DAY_S * NS_PER_S:
+        return 'observations_rolled_over'
+    return 'observations_years_off' if abs(off_ns) > 3652.5 * DAY_S * NS_PER_S else ''
+
 
 RELEASE_SIGMA = 0.6
 """Sigma of the change of the dial by a release until the wheel has settled, in swings: its root
@@ -444,6 +474,8 @@ class DriftStage(Stateful):
         self, scene: Scene, expect_schedule: bool = True, motion: MotionRegressors | None = None
     ) -> None:
         self._scene, self._model = scene, clock_model(scene)
+        if not expect_schedule:
+            self._model = replace(self._model, patience_s=math.inf)
         self._schedule = schedule(scene) if expect_schedule else None
         self._motion = motion
         if motion is None and self._model.coefficients:
@@ -472,7 +504,7 @@ class DriftStage(Stateful):
         lost = self._motion.lost if self._motion else ()
         names = [f'{name}_unknown' for name in lost]
         # a fault of the sights is reported until somebody corrects it
-        names += ['observations_unknown', 'estimates_reopened']
+        names += ['observations_unknown', *_MISDATED, 'estimates_reopened']
         health = self.health()
         found = drift_warnings({name: health[name] for name in names}, self._scene)
         if self._late_s:
@@ -622,7 +654,9 @@ class DriftStage(Stateful):
         known = np.isin(observation.source.astype(str), SOURCES) | (self._schedule is not None)
         self._health['observations_unknown'] += int(np.count_nonzero(~known))
         for stamp, reference, sigma, named in zip(stamps, references, sigmas, known, strict=True):
-            if named and accepts(stamp):
+            if self._schedule is None and (fault := misdated(stamp, reference)):
+                self._health[fault] += 1
+            elif named and accepts(stamp):
                 self._pending[stamp] = reference, sigma
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 

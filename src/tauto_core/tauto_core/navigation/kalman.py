@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement, repeat
 from operator import sub
-from typing import Any, Generic, NamedTuple, TypeVar, cast
+from typing import Any, Generic, NamedTuple, TypeAlias, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -226,8 +226,8 @@ class ClockModel:
         random_walk_fm_per_s: q2 [1/s], >= 0.
         random_run_per_s3: q3 [1/s³], >= 0; for three states only.
         gate: largest innovation that is accepted, in its own sigmas, > 0; None: any.
-        patience_s: time after the last observation used for which others are refused [s], > 0
-            (`filtering`).
+        patience_s: time after the last simulated observation used for which outliers are refused
+            [s], > 0; infinite where observers are real, and three outliers must agree.
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
         gnss_sigma_s: sigma of one phase observation by a GNSS receiver [s].
         coefficients: the coefficients of the rate equation with their priors.
@@ -369,21 +369,6 @@ def ahead_three(
     )
 
 
-def ahead_two(
-    now: tuple[Real, ...], t: Real, q1: float, q2: float, _q3: float
-) -> tuple[Real, ...]:
-    """Return x, y, xx, xy, yy after a time t [s]; bits as of `ahead_three` without ageing."""
-    x, y, xx, xy, yy = now
-    fxy = xy + t * yy
-    return (
-        x + t * y,
-        y,
-        xx + t * xy + t * fxy + t * (q1 + t * t * (q2 / 3.0)),
-        fxy + 0.5 * t * t * q2,
-        yy + t * q2,
-    )
-
-
 def corrected_three(
     now: tuple[float, ...], innovation: float, s: float, r: float
 ) -> tuple[float, ...]:
@@ -406,25 +391,9 @@ def corrected_three(
     )
 
 
-def corrected_two(
-    now: tuple[float, ...], innovation: float, s: float, r: float
-) -> tuple[float, ...]:
-    """Return the five numbers after an observation, with the bits of `corrected_three`."""
-    x, y, xx, xy, yy = now
-    kx, ky, g = xx / s, xy / s, r / s
-    ay = g * xy
-    return (
-        x + kx * innovation,
-        y + ky * innovation,
-        g * g * xx + kx * kx * r,
-        g * ay + kx * ky * r,
-        (yy - ky * xy) - ky * ay + ky * ky * r,
-    )
-
-
 @dataclass(frozen=True)
 class Arithmetic:
-    """The filter's arithmetic on the numbers that a model has: five, nine, or more.
+    """The filter's arithmetic on the numbers that a model has: nine or more.
 
     Args:
         fields: indices of these numbers in an `Estimate`.
@@ -448,15 +417,12 @@ class Arithmetic:
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
-_LAWS = {
-    2: Arithmetic((0, 1, 3, 4, 6), 2, ahead_two, corrected_two),
-    3: Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three),
-}
+_OF_THE_CLOCK = Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three)
 
 
 def arithmetic_of(model: ClockModel) -> Arithmetic:
-    """Return the arithmetic of a model, without terms that it does not have."""
-    return _with(model.names, model.states) if model.coefficients else _LAWS[model.states]
+    """Return the arithmetic of a model; without ageing its terms remain zero."""
+    return _with(model.names, model.states) if model.coefficients else _OF_THE_CLOCK
 
 
 @cache
@@ -471,24 +437,50 @@ def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
 # -----------------------------------------------------------------------------
 # The filter over a run of observations: which of them it uses, and the state after each.
 #
-# An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: once
-# or twice in a row it is taken for a blunder of the observer. Where the clock itself has jumped,
-# or was never as good as assumed, all later observations disagree. So the third in a row, and any
-# that comes later than `patience_s` after the last one used, is used after all. The covariance is
-# widened first: the state is reopened (`reopen`). The filter must first be confirmed by
-# observations. The first one is always used, and until three have been used since the beginning
-# or the last reopening, the second outlier in a row is used too.
+# An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: alone
+# it is taken for a blunder. But a clock that has jumped, or was never as good as assumed,
+# disagrees with all later ones. So the third in a row is used where the three agree (`agree`). The
+# covariance is widened first: the state is reopened (`reopen`).
+#
+# Observers of a simulated voyage make no blunders. There `patience_s` is finite, and an outlier is
+# also used that comes later than this after the last one used, as the first of all, or as the
+# second in a row until three have been used since the beginning or the last reopening.
 
 REFUSED_IN_A_ROW = 2
-"""Largest number of outliers in a row that are taken for blunders; with one more the clock is
-assumed to have changed.
-"""
+"""Number of outliers in a row that are refused, whether or not they agree."""
 
 TRUSTED = 3
-"""Number of observations that must have been used before two outliers in a row are refused."""
+"""Number of observations used from which on this holds in a simulated voyage."""
 
 USED, REFUSED, REOPENED = 0, 1, 2
 """The fate of an observation: used, refused as an outlier, or used after reopening the state."""
+
+
+AGREEMENT = 0.25
+"""Part of the least of three outliers by which they may depart from a line."""
+
+Outlier: TypeAlias = tuple[int, float, float]
+"""Stamp [ns], innovation [s] and variance [s²] of an observation that was refused."""
+
+
+def agree(outliers: Sequence[Outlier], model: ClockModel) -> bool:
+    """Return whether three outliers agree: the second lies on the line of the others.
+
+    It may depart by `gate` sigmas of their errors and of the wandering of the clock, which departs
+    from its chord by the variance q1 ab/T + q2 a²b²/(3T), with the times a and b between them and
+    T = a + b; and by `AGREEMENT` of the least, so that no clock is too wild to be followed. Fewer
+    than three always agree.
+    """
+    if len(outliers) < 3:
+        return True
+    (first, u, r), (second, v, s), (third, w, t) = outliers
+    a, b = (second - first) / NS_PER_S, (third - second) / NS_PER_S
+    part = a / (a + b) if third > first else 0.5
+    apart = v - (1.0 - part) * u - part * w
+    bend = part * b * (model.white_fm_s + model.random_walk_fm_per_s * a * b / 3.0)
+    variance = s + (1.0 - part) ** 2 * r + part * part * t + bend
+    least = AGREEMENT * min(abs(u), abs(v), abs(w))
+    return abs(apart) <= max(least, (model.gate or 0.0) * math.sqrt(variance))
 
 
 class Known(NamedTuple):
@@ -497,14 +489,14 @@ class Known(NamedTuple):
     Args:
         stamp_ns: stamp of the last observation used, or of the setting of the dial.
         estimate: the estimate at that stamp.
-        refused: number of outliers in a row since then.
+        outliers: the last outliers in a row since then, at most two.
         used: number of observations used since the beginning or the last reopening.
         integrals_s: integrals of the model's covariates at that stamp [s].
     """
 
     stamp_ns: int
     estimate: Estimate[float]
-    refused: int = 0
+    outliers: tuple[Outlier, ...] = ()
     used: int = 0
     integrals_s: tuple[float, ...] = ()
 
@@ -518,6 +510,7 @@ class Filtered:
         states: the states at these stamps, (m + 1,).
         fate: USED, REFUSED or REOPENED for each observation, (n,).
         start: the state at the beginning.
+        refused: the observations that were REFUSED, in order.
         integrals_s: integrals of the c covariates at these stamps [s], (m + 1, c).
     """
 
@@ -525,6 +518,7 @@ class Filtered:
     states: Estimate[FloatArray]
     fate: NDArray[np.int8]
     start: Known
+    refused: tuple[Outlier, ...]
     integrals_s: FloatArray
 
     def after(self, count: int) -> Known:
@@ -534,10 +528,12 @@ class Filtered:
         reopened = np.flatnonzero(fate == REOPENED)
         place = len(used)
         estimate = same_fields(self.states, (float(column[place]) for column in self.states))
+        since = count - int(used[-1]) - 1 if place else count
+        outliers = self.refused[count - place - since : count - place]
         return Known(
             int(self.stamp_ns[place]),
             estimate,
-            count - int(used[-1]) - 1 if place else self.start.refused + count,
+            (outliers if place else self.start.outliers + outliers)[-REFUSED_IN_A_ROW:],
             int(np.sum(used >= reopened[-1])) if len(reopened) else self.start.used + place,
             tuple(self.integrals_s[place].tolist()) if self.start.integrals_s else (),
         )
@@ -564,7 +560,8 @@ def filter_phases(
         sigma_s = [model.observation_sigma_s] * len(stamp_ns)
     limit = math.inf if model.gate is None else model.gate * model.gate
     since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
-    refused, trust = start.refused, start.used
+    outliers, trust, left_out = list(start.outliers), start.used, list[Outlier]()
+    patient = math.isinf(model.patience_s)
     stamps, numbers, fate = [since], list(now), bytearray()
     integrals, gained = list(moved), tuple[float, ...]()
     rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
@@ -577,12 +574,14 @@ def filter_phases(
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
-            # None before the first observation, since only a prior could contradict it. One after
-            # that: of two observations that disagree either may be the blunder, and the next one
-            # decides.
-            patience = REFUSED_IN_A_ROW if trust >= TRUSTED else min(trust, 1)
-            if refused < patience and elapsed <= model.patience_s:
-                refused += 1
+            # Simulated: none before the first observation, since only a prior could contradict it.
+            # One after that: of two observations that disagree either may be the blunder, and the
+            # next one decides.
+            patience = REFUSED_IN_A_ROW if patient or trust >= TRUSTED else min(trust, 1)
+            row = [*outliers[len(outliers) - patience :], (stamp, innovation, r)]
+            if elapsed <= model.patience_s and (len(row) <= patience or not agree(row, model)):
+                outliers = row[-REFUSED_IN_A_ROW:]
+                left_out.append(row[-1])
                 fate.append(REFUSED)
                 continue
             # in zero time the rate cannot have changed
@@ -592,7 +591,7 @@ def filter_phases(
             fate.append(REOPENED)
         else:
             fate.append(USED)
-        now, since, refused = corrected(ahead, innovation, s, r), stamp, 0
+        now, since, outliers = corrected(ahead, innovation, s, r), stamp, []
         trust += 1
         stamps.append(stamp)
         numbers += now
@@ -606,5 +605,6 @@ def filter_phases(
         law.whole(rest, tuple(table.T)),
         np.frombuffer(bytes(fate), np.int8),
         start,
+        tuple(left_out),
         np.array(integrals, np.float64).reshape(len(stamps), len(moved)),
     )
