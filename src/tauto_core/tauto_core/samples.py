@@ -221,10 +221,10 @@ class Stage(Protocol):
 
 
 class Stateful:
-    """Saves and restores attributes by their names.
+    """Saves and restores attributes by their names; of parts that have a state, that state.
 
     Attributes:
-        kept: the names, without the underscore: of all that the next result depends on, but for
+        kept: the names, without an underscore: of all that the next result depends on, but for
             what a class adds to its own `state`.
     """
 
@@ -232,12 +232,31 @@ class Stateful:
 
     def state(self) -> State:
         """Return all that the next result depends on."""
-        return {name: deepcopy(getattr(self, f'_{name}')) for name in self.kept}
+        return {name: _saved(getattr(self, self._attribute(name))) for name in self.kept}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         for name in self.kept:
-            setattr(self, f'_{name}', deepcopy(state[name]))
+            attribute = self._attribute(name)
+            setattr(self, attribute, _restored(getattr(self, attribute), state[name]))
+
+    def _attribute(self, name: str) -> str:
+        return f'_{name}' if hasattr(self, f'_{name}') else name
+
+
+def _saved(part: Any) -> Any:
+    if isinstance(part, tuple) and part and hasattr(part[0], 'restore'):
+        return [each.state() for each in part]
+    return part.state() if hasattr(part, 'restore') else deepcopy(part)
+
+
+def _restored(part: Any, saved: Any) -> Any:
+    if isinstance(part, tuple) and part and hasattr(part[0], 'restore'):
+        return tuple(map(_restored, part, saved))
+    if not hasattr(part, 'restore'):
+        return deepcopy(saved)
+    part.restore(saved)
+    return part
 
 
 def count(samples: Samples) -> int:

@@ -44,7 +44,7 @@ from tauto_core.samples import (
     JointSamples,
     Samples,
     Stage,
-    State,
+    Stateful,
     TemperatureSamples,
     TimeSamples,
     join,
@@ -84,7 +84,7 @@ SAILED_TO_COMPILE_S = 20.0
 """Length of a voyage that calls all its kernels, those for long pieces of forcing included [s]."""
 
 
-class ShipSource:
+class ShipSource(Stateful):
     """The samples of the ship, in order of their stamps: scene, motion, position, observations.
 
     Where the scene has `air`, so does the temperature in the box of the clock, on the log grid up
@@ -92,6 +92,7 @@ class ShipSource:
     `says_scene`. The motion is only for the clock unless it is needed `as_messages` too.
     """
 
+    kept = ('produced', 'motion')
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION)
 
     def __init__(
@@ -159,21 +160,14 @@ class ShipSource:
                 batches[OBSERVATION] = seen
         return batches
 
-    def state(self) -> State:
-        """Return the state of the source."""
-        return {'produced': self._produced, 'motion': self._motion.state()}
 
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._produced = state['produced']
-        self._motion.restore(state['motion'])
-
-
-class Pipeline:
+class Pipeline(Stateful):
     """Stages in their order: the output of one is fed to all that follow."""
 
+    kept = ('stages',)
+
     def __init__(self, stages: Sequence[Stage]) -> None:
-        self._stages = list(stages)
+        self._stages = tuple(stages)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Return the input and all outputs of the stages."""
@@ -193,15 +187,6 @@ class Pipeline:
                     before = [known[topic]] if topic in known else []
                     known[topic] = join([*before, samples])  # type: ignore[type-var]
         return known
-
-    def state(self) -> State:
-        """Return the states of all stages."""
-        return {'stages': [stage.state() for stage in self._stages]}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        for stage, saved in zip(self._stages, state['stages'], strict=True):
-            stage.restore(saved)
 
     def health(self) -> dict[str, int]:
         """Return the counters of all stages that are not zero."""
@@ -646,11 +631,7 @@ def summarise_bag(path: Path) -> dict[str, Any]:
 
 
 def replay(
-    bag: Bag,
-    scene: Scene | None = None,
-    *,
-    stability: bool = False,
-    keep: bool = True,
+    bag: Bag, scene: Scene | None = None, *, stability: bool = False, keep: bool = True
 ) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated again.
 

@@ -33,7 +33,7 @@ ARGUMENTS = {
     'state_folder': (
         'default',
         'folder for the states of the stages; default: one for each scene, in tauto_states of '
-        'ROS_HOME (~/.ros) or of TAUTO_FOLDER; empty: none is saved',
+        'ROS_HOME (~/.ros) or of TAUTO_FOLDER; none: none is saved',
     ),
     'use_sim_time': ('false', 'take the time from /clock, as from a simulator'),
     'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),

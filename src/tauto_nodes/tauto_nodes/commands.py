@@ -259,7 +259,7 @@ def state_folder(given: Mapping[str, str]) -> str:
     """
     folder = given['state_folder']
     if folder != 'default':
-        return str(Path(folder).absolute()) if folder else ''
+        return '' if folder in ('', 'none') else str(Path(folder).absolute())
     home = os.environ.get('ROS_HOME') or Path.home() / '.ros'
     scene = Path(given['scene'])
     text = hashlib.sha256(scene_yaml(load_scene(given['scene'])).encode()).hexdigest()

@@ -415,9 +415,7 @@ def test_the_estimator_moves_with_a_dial_that_stood_still_and_opens_its_state():
     assert a.position.tobytes() == b.position.tobytes()
 
 
-@pytest.mark.parametrize(
-    'breaks_s', [[60], [600], [3600], [86_400], [600, 86_400, 60, 3600]], ids=str
-)
+@pytest.mark.parametrize('breaks_s', [[60], [600], [3600], [86_400], [600, 86_400, 60, 3600]])
 def test_errors_after_breaks_are_as_large_as_the_estimator_says(breaks_s):
     """200 clocks as the prior says, and a GPS after each break.
 
@@ -448,22 +446,6 @@ def test_errors_after_breaks_are_as_large_as_the_estimator_says(breaks_s):
         offset, offset_sigma, per_day, rate_sigma = said[ESTIMATE].position[-1]
         errors.append(((offset - dial_s) / offset_sigma, (per_day - rate * 86_400.0) / rate_sigma))
     assert np.sqrt(np.mean(np.square(errors), axis=0)) == pytest.approx(1.0, abs=0.15)
-
-
-def test_a_known_stop_costs_the_estimate_one_release():
-    drift = DriftStage(SCENE, expect_schedule=False)
-    stamps = START_NS + 10**9 * np.arange(2000)
-    seen = stamps[[100, 900, 1900]]
-    sky = TimeSamples(seen, '', seen, same('port', 3))
-    drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
-    (before,) = drift.feed({READING: readings(stamps[-1:] + 10**9, 0, DialSetting(START_NS))})[
-        ESTIMATE
-    ].position[:, 1]
-    stopped = DialSetting(START_NS, 67 * 10**9, 1)
-    after = readings(stamps[-1:] + 68 * 10**9, -67 * 10**9, stopped)
-    offset, sigma, *_ = drift.feed({READING: after})[ESTIMATE].position[0]
-    assert offset == pytest.approx(-67.0, abs=0.5)
-    assert before < sigma < np.hypot(before, 0.7)
 
 
 def test_each_source_of_time_has_its_sigma_and_others_are_refused_by_name():
@@ -510,17 +492,6 @@ def test_a_time_that_no_receiver_can_have_read_is_refused_by_name(true_s, name):
     assert np.all(said[ESTIMATE].position[:, 0] == 0.0)
 
 
-def test_a_day_of_a_receiver_is_not_believed_at_the_pace_of_the_recipe():
-    """One GPS time in five minutes, the scene's schedule being one a minute."""
-    drift, stamps = DriftStage(SCENE, expect_schedule=False), START_NS + 10**10 * np.arange(720)
-    seen = stamps[30::30]
-    off = np.where(np.arange(len(seen)) == 11, 86_400 * 10**9, 0)
-    sky = TimeSamples(seen, '', seen + off, same('gps', len(seen)))
-    said = drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
-    assert drift.health()['observations_gated'] == 1
-    assert np.abs(said[ESTIMATE].position[400:, 0]).max() < 0.2
-
-
 def test_a_source_that_is_wrong_for_good_stays_a_warning():
     """GPS time for UTC, 18 s, from the fourth of nine observations on, and a stop after that."""
     scene = load_scene('measured', **{'drift.observation_interval': 1000.0})
@@ -543,7 +514,7 @@ def test_an_estimate_that_begins_in_mid_voyage_begins_when_the_dial_was_set():
     elapsed_s, lost_s = 172_800, 67
     setting = DialSetting(START_NS, lost_s * 10**9, 2)
     stamps = START_NS + (elapsed_s + np.arange(3)) * 10**9
-    drift, longitude = DriftStage(SCENE, expect_schedule=False), LongitudeStage(SCENE, False)
+    drift = DriftStage(SCENE, expect_schedule=False)
     reading = readings(stamps, -(lost_s + 150) * 10**9, setting)
     said = drift.feed({READING: reading})
     offset, sigma, rate, rate_sigma = said[ESTIMATE].position[0]
@@ -556,10 +527,6 @@ def test_an_estimate_that_begins_in_mid_voyage_begins_when_the_dial_was_set():
     sky = TimeSamples(stamps[1:2], '', stamps[1:2], same('port', 1))
     drift.feed({OBSERVATION: sky, READING: replace(reading, stamp_ns=stamps + 3 * 10**9)})
     assert not drift.notices
-    longitude.feed({READING: reading})
-    places = longitude.feed(said)['longitude/fix']
-    sailed = Route(SCENE).fixes(SCENE.starts_at_ns + stamps - START_NS)
-    np.testing.assert_array_equal(places.latitude, sailed.latitude)
 
 
 def test_estimator_and_longitude_begin_again_with_a_dial_set_anew():

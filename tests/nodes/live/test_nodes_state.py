@@ -138,7 +138,7 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
         """Whether the file knows of the last reading."""
         held = StateFile(tmp_path, '/trochlea', SCENE).load()
         shown = held and held['shown']
-        return bool(shown) and shown['stamp_ns'] == readings[-1].stamp_ns[0]
+        return bool(shown) and shown.stamp_ns == readings[-1].stamp_ns[0]
 
     bench.until(saved)
     first.kill()
@@ -193,7 +193,7 @@ def test_the_launch_keeps_the_states_of_each_scene_apart(
     here = [state_folder({'scene': s, 'state_folder': 'default'}) for s in ('measured', 'ideal')]
     assert {Path(folder).parent for folder in here} == {tmp_path / 'tauto_states'}
     assert len(set(here)) == 2
-    assert state_folder({'scene': 'measured', 'state_folder': ''}) == ''
+    assert state_folder({'scene': 'measured', 'state_folder': 'none'}) == ''
     assert state_folder({'scene': 'measured', 'state_folder': '/a/b'}) == '/a/b'
     monkeypatch.setenv('TAUTO_FOLDER', str(tmp_path / 'ours'))
     inside = state_folder({'scene': 'measured', 'state_folder': 'default'})

@@ -35,7 +35,7 @@ from tauto_core.samples import (
     IntArray,
     JointSamples,
     Samples,
-    State,
+    Stateful,
     TemperatureSamples,
     TimeSamples,
     join,
@@ -90,7 +90,7 @@ def weighed(imu: ImuSamples, gravity: float) -> str:
     )
 
 
-class Limits:
+class Limits(Stateful):
     """Checks the amplitude A = √(θ² + (θ̇/ω)²) and its growth from reading to reading.
 
     A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so dA/dt ≤ ω |γ|.
@@ -100,6 +100,8 @@ class Limits:
     Args:
         scene: the scene of the machine.
     """
+
+    kept = ('stamp_ns', 'amplitude', 'felt_ns', 'tilt')
 
     def __init__(self, scene: Scene) -> None:
         machine = compile_machine(scene)
@@ -152,22 +154,8 @@ class Limits:
         self._stamp_ns, self._amplitude = int(wheel.stamp_ns[-1]), float(size[-1])
         self._felt_ns, self._tilt = self._felt_ns[felt[-1] :], self._tilt[felt[-1] :]
 
-    def state(self) -> State:
-        """Return the last reading, and the motion since."""
-        return {
-            'stamp_ns': self._stamp_ns,
-            'amplitude': self._amplitude,
-            'felt_ns': self._felt_ns,
-            'tilt': self._tilt,
-        }
 
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._stamp_ns, self._amplitude = state['stamp_ns'], state['amplitude']
-        self._felt_ns, self._tilt = state['felt_ns'], state['tilt']
-
-
-class HeldTemperature:
+class HeldTemperature(Stateful):
     """Temperatures at the logged instants of a run, from a thermometer with its own stamps.
 
     When the first motion sample after a logged instant comes, the temperature of the next instant
@@ -177,6 +165,8 @@ class HeldTemperature:
     Args:
         scene: the scene to simulate.
     """
+
+    kept = ('stamps', 'celsius', 'origin_ns', 'next')
 
     def __init__(self, scene: Scene) -> None:
         self._log_ns = scene.log_interval_ns
@@ -211,22 +201,8 @@ class HeldTemperature:
             self._origin_ns + wanted * log_ns, WHEEL_FRAME, celsius, np.zeros(len(wanted))
         )
 
-    def state(self) -> State:
-        """Return the values heard, and the run."""
-        return {
-            'stamps': self._stamps,
-            'celsius': self._celsius,
-            'origin_ns': self._origin_ns,
-            'next': self._next,
-        }
 
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._stamps, self._celsius = np.array(state['stamps']), np.array(state['celsius'])
-        self._origin_ns, self._next = state['origin_ns'], state['next']
-
-
-class LiveTrochlea:
+class LiveTrochlea(Stateful):
     """A TrochleaStage for motion with its own stamps: anchored at the first stamp.
 
     Args:
@@ -237,6 +213,10 @@ class LiveTrochlea:
         SceneError: the machine cannot be built, or its suspension.
     """
 
+    kept = (
+        'stage', 'continuity', 'limits', 'run', 'shown', 'refused', 'counts', 'trouble',
+        'all_back', 'weighed', 'held', 'thermometer',
+    )  # fmt: skip
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
     def __init__(self, scene: Scene, reset_on_time_jump: bool = False) -> None:
@@ -249,8 +229,8 @@ class LiveTrochlea:
         felt = SHIP_TEMPERATURE in self._stage.inputs
         self._thermometer = HeldTemperature(scene) if felt else None
         self._limits = Limits(scene)
-        self._run: _RunState | None = None
-        self._shown: _Shown | None = None
+        self._run: DialRun | None = None
+        self._shown: ShownReading | None = None
         self._refused = dict.fromkeys(REFUSALS, 0)
         self._counts = {'dial_stops': 0, 'dial_settings': 0, 'runs_failed': 0}
         self._counts['gravity_refused'] = 0
@@ -294,13 +274,14 @@ class LiveTrochlea:
             self._thermometer.hear(felt)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
             return {}
-        before, heard = self.state(), len(self._news)
+        several, heard = len(imu.stamp_ns) > 1, len(self._news)
+        before = self.state() if several else {}
         said: list[Batches] = []
         try:
             self._take(imu, said)
         except PropagationError as error:
             del self._news[heard:]
-            if len(imu.stamp_ns) > 1:  # all samples before the one that fails are used
+            if several:  # all samples before the one that fails are used
                 self.restore(before)
                 ones = [take(imu, slice(k, k + 1)) for k in range(len(imu.stamp_ns))]
                 return _joined([self.feed({SHIP_IMU: one}) for one in ones])
@@ -340,9 +321,8 @@ class LiveTrochlea:
     def _take(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
         reasons = content_reasons(imu)
         if reasons.any():
-            totals = np.bincount(reasons, minlength=1 + len(REFUSALS))
-            for name, number in zip(REFUSALS, totals[1:].tolist(), strict=True):
-                self._refused[name] += number
+            for number, name in enumerate(REFUSALS, start=1):
+                self._refused[name] += int(np.count_nonzero(reasons == number))
             imu = take(imu, reasons == 0)
         refused = REFUSALS[reasons[-1] - 1] if reasons.any() and reasons[-1] else ''
         if not self._weighed:
@@ -376,12 +356,12 @@ class LiveTrochlea:
         shown = self._shown
         resets, self._all_back = self._resets or self._all_back, False
         if shown is None:
-            self._run = _RunState(DialSetting(origin_ns), origin_ns, origin_ns)
+            self._run = DialRun(DialSetting(origin_ns), origin_ns, origin_ns)
             return
         stepped_ns = max(stepped_ns, shown.stamp_ns - origin_ns)
         back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
         if stepped_ns > 0 and resets:
-            self._run = _RunState(shown.setting.again(origin_ns), origin_ns, origin_ns)
+            self._run = DialRun(shown.setting.again(origin_ns), origin_ns, origin_ns)
             self._counts['dial_settings'] += 1
             self._news.append(f'{back}is set anew, to {origin_ns / NS_PER_S:.3f} s')
             return
@@ -392,7 +372,7 @@ class LiveTrochlea:
             stops=known.stops + 1,
             unsure_ns=known.unsure_ns + max(stepped_ns, 0),
         )
-        self._run = _RunState(setting, origin_ns, shown.dial_ns)
+        self._run = DialRun(setting, origin_ns, shown.dial_ns)
         self._counts['dial_stops'] += 1
         if stepped_ns > 0:
             self._news.append(
@@ -424,38 +404,7 @@ class LiveTrochlea:
         source = same(run.setting.source(), len(dial))
         said.append({**batches, READING: replace(reading, time_ref_ns=dial, source=source)})
         self._run = replace(run, said=True)
-        self._shown = _Shown(int(reading.stamp_ns[-1]), int(dial[-1]), run.setting)
-
-    def state(self) -> State:
-        """Return all that the next output depends on."""
-        run, shown = self._run, self._shown
-        return {
-            'stage': self._stage.state(),
-            'continuity': self._continuity.state(),
-            'limits': self._limits.state(),
-            'run': run and {**vars(run), 'setting': run.setting.source()},
-            'shown': shown and {**vars(shown), 'setting': shown.setting.source()},
-            'refused': dict(self._refused),
-            'counts': dict(self._counts),
-            'trouble': self._trouble,
-            'all_back': self._all_back,
-            'weighed': (self._weighed, self._held),
-            **({'thermometer': self._thermometer.state()} if self._thermometer else {}),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._stage.restore(state['stage'])
-        self._continuity.restore(state['continuity'])
-        self._limits.restore(state['limits'])
-        run, shown = state['run'], state['shown']
-        self._run = run and _RunState(**{**run, 'setting': DialSetting.of(run['setting'])})
-        self._shown = shown and _Shown(**{**shown, 'setting': DialSetting.of(shown['setting'])})
-        self._refused, self._counts = dict(state['refused']), dict(state['counts'])
-        self._trouble, self._all_back = state['trouble'], state['all_back']
-        self._weighed, self._held = state['weighed']
-        if self._thermometer is not None:
-            self._thermometer.restore(state['thermometer'])
+        self._shown = ShownReading(int(reading.stamp_ns[-1]), int(dial[-1]), run.setting)
 
     def health(self) -> dict[str, int]:
         """Return counters of samples refused or left out, gaps bridged, and stops of the dial."""
@@ -464,7 +413,7 @@ class LiveTrochlea:
 
 
 @dataclass(frozen=True)
-class _RunState:
+class DialRun:
     """A run: setting of the dial, start of the run, reading of the dial there."""
 
     setting: DialSetting
@@ -474,7 +423,7 @@ class _RunState:
 
 
 @dataclass(frozen=True)
-class _Shown:
+class ShownReading:
     """The last reading."""
 
     stamp_ns: int

@@ -32,6 +32,7 @@ from tauto_core.samples import (
     Samples,
     SpatialImu,
     State,
+    Stateful,
     TemperatureSamples,
     TimeSamples,
     same,
@@ -107,7 +108,7 @@ STREAM = 0x6469616C
 """Number of this stream of random numbers from the scene's seed ("dial" in ASCII)."""
 
 
-class DialNoise:
+class DialNoise(Stateful):
     """Noise that is added to the reading: phase x [s] and relative rate y over log intervals τ.
 
     x' = x + τ y + w₁, y' = y + w₂; w₁ and w₂ are normal with the covariance
@@ -122,6 +123,8 @@ class DialNoise:
     Args:
         scene: its `clock.white_fm`, `clock.random_walk_fm`, `log.interval` and `seed`.
     """
+
+    kept = ('index', 'x', 'y')
 
     def __init__(self, scene: Scene) -> None:
         self._seed = scene.seed
@@ -157,14 +160,6 @@ class DialNoise:
         x = np.cumsum(np.concatenate(([self._x], self._tau * y[:-1] + own)))
         self._index, self._x, self._y = last, float(x[-1]), float(y[-1])
         return x, y
-
-    def state(self) -> State:
-        """Return index, phase and rate reached."""
-        return {'index': self._index, 'x': self._x, 'y': self._y}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._index, self._x, self._y = state['index'], state['x'], state['y']
 
 
 # -----------------------------------------------------------------------------
@@ -250,13 +245,15 @@ SLACK_NAMES = ('slacks', 'slack_s', 'lost_joule')
 WHEEL_FRAME = 'clock_case'
 
 
-class Warmth:
+class Warmth(Stateful):
     """The temperatures of the clock at the logged instants that are known and still needed.
 
     Args:
         heat: how the machine changes.
         log_ns: time between logged instants [ns].
     """
+
+    kept = ('known_ns', 'first', 'celsius')
 
     def __init__(self, heat: Heat, log_ns: int) -> None:
         self.varies = heat.varies and heat.feels_temperature
@@ -306,17 +303,8 @@ class Warmth:
             place=(end_s - forcing.end * forcing.length_s) / log_s,
         )
 
-    def state(self) -> State:
-        """Return the temperatures."""
-        return {'known_ns': self.known_ns, 'first': self._first, 'celsius': self._celsius.copy()}
 
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self.known_ns, self._first = state['known_ns'], state['first']
-        self._celsius = np.array(state['celsius'])
-
-
-class TrochleaStage:
+class TrochleaStage(Stateful):
     """The regulator and its dial, driven by the stamps of `ship/imu`.
 
     Steps begin at samples, and span several where these are evenly spaced. They wait for the
@@ -335,6 +323,10 @@ class TrochleaStage:
         SceneError: the machine cannot be built, or its suspension.
     """
 
+    kept = (
+        'origin_ns', 'last_stamp', 'released', 'refused', 'slacks', 'taut_ns', 'buffer',
+        'propagator', 'suspension', 'noise', 'warmth',
+    )  # fmt: skip
     outputs: ClassVar[tuple[str, ...]] = (JOINT_STATES, PHASE, SLACK, READING)
 
     def __init__(
@@ -548,36 +540,12 @@ class TrochleaStage:
 
     def state(self) -> State:
         """Return all that the next output depends on."""
-        waiting = [message(each) for each in self._waiting]
-        return {
-            'origin_ns': self._origin_ns,
-            'last_stamp': self._last_stamp,
-            'released': self._released,
-            'refused': dict(self._refused),
-            'slacks': (self._slacks, self._taut_ns),
-            'buffer': self._buffer.state(),
-            'propagator': self._propagator.state(),
-            **({'suspension': self._suspension.state()} if self._suspension else {}),
-            **({'noise': self._noise.state()} if self._noise else {}),
-            **({'waiting': waiting, 'warmth': self._warmth.state()} if self._warmth else {}),
-        }
+        return {**super().state(), 'waiting': [message(each) for each in self._waiting]}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        self._origin_ns = state['origin_ns']
-        self._last_stamp = state['last_stamp']
-        self._released = state['released']
-        self._refused = dict(state['refused'])
-        self._slacks, self._taut_ns = state['slacks']
-        self._buffer.restore(state['buffer'])
-        self._propagator.restore(state['propagator'])
-        if self._suspension is not None:
-            self._suspension.restore(state['suspension'])
-        if self._noise is not None:
-            self._noise.restore(state['noise'])
-        if self._warmth is not None:
-            self._waiting = list(state['waiting'])
-            self._warmth.restore(state['warmth'])
+        super().restore(state)
+        self._waiting = list(state['waiting'])
 
     def health(self) -> dict[str, int]:
         """Return the numbers of samples refused, by reason, or left out, and of gaps bridged.

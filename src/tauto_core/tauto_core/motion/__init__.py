@@ -9,13 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol, cast
 
-from tauto_core.machines import (
-    AnyMachine,
-    InPlaceOfWheel,
-    LeverMachine,
-    Machine,
-    SlackThreadError,
-)
+from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine, SlackThreadError
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
 from tauto_core.scene.errors import CamRangeError

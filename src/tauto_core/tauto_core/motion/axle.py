@@ -339,11 +339,7 @@ class AxleMotion:
         self.clock, self.now = clock, now
 
     def advance(
-        self,
-        length_s: float,
-        support: Support,
-        begin_s: float,
-        visit: Visit | None = None,
+        self, length_s: float, support: Support, begin_s: float, visit: Visit | None = None
     ) -> None:
         """Move over a length of time; `support` gives its motion at times from `begin_s` on [s].
 
@@ -379,13 +375,7 @@ class AxleMotion:
         """Return accelerations and forces now, or as if the axle rolled."""
         return pushed(self.law(rolls=rolls), _instant(self.now.state, there))
 
-    def _step(
-        self,
-        at: float,
-        size: float,
-        support: Support,
-        visit: Visit | None,
-    ) -> float:
+    def _step(self, at: float, size: float, support: Support, visit: Visit | None) -> float:
         """Take a step of at most a size [s]; return how long it was."""
         for _ in range(MOST_HALVINGS):
             step = self._collocate(at, size, support)
@@ -458,13 +448,7 @@ class AxleMotion:
         """Return ṡ + b(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
         return float(arc_rate + self.clock.radius * (tilt_rate - there.turn_rate))
 
-    def _event(
-        self,
-        at: float,
-        size: float,
-        step: AxleStep,
-        support: Support,
-    ) -> float | None:
+    def _event(self, at: float, size: float, step: AxleStep, support: Support) -> float | None:
         """Return the length after which the axle begins or ceases to slip; None: not in it."""
         if self.clock.contact != 'coulomb':
             return None

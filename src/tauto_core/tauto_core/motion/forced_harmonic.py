@@ -58,7 +58,7 @@ from tauto_core.motion.linear import (
     sorted_out,
     span_product,
 )
-from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.samples import FloatArray, IntArray, Stateful
 
 # -----------------------------------------------------------------------------
 # Passages of the wheel in a linear well: zero upwards (a turn), zero (a beat), the cam's edge.
@@ -495,10 +495,11 @@ def _free_swing(well: LinearWell, s: float, then: Angle) -> Angle:
     return Angle(there, turned, -2.0 * delta * turned - square * there, 0.0)
 
 
-class ForcedHarmonic:
+class ForcedHarmonic(Stateful):
     """Propagator of a linear well whose neutral line is the case's, underdamped."""
 
     name = 'forced_harmonic'
+    kept = ('wheel', 'time_ns', 'start_angle')
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
@@ -598,19 +599,6 @@ class ForcedHarmonic:
             phase_rate=phase_rate(machine, angle, rate, acceleration),
             beats=counts[:, 1].copy(),
         )
-
-    def state(self) -> State:
-        """Return Y, θ, θ̇, θ̈, the counts, their time, and the phase within a turn at the start."""
-        return {
-            'wheel': self._wheel.copy(),
-            'time_ns': self._time_ns,
-            'start_angle': self._start_angle,
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._wheel = state['wheel'].copy()
-        self._time_ns, self._start_angle = state['time_ns'], state['start_angle']
 
 
 def _polynomials(forcing: Forcing) -> Polynomials | None:

@@ -82,13 +82,7 @@ from tauto_core.motion.gauss_step import (
     sum_exactly,
     sweep,
 )
-from tauto_core.motion.lanes import (
-    SIZE,
-    WIDE_SIZE,
-    fma,
-    row_of,
-    store,
-)
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE, fma, row_of, store
 from tauto_core.motion.slack import SPANNED, SlackThread, rest_of
 from tauto_core.motion.stepping import (
     OK,

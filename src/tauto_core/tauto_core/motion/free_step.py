@@ -38,12 +38,7 @@ from tauto_core.motion.lanes import (
     store,
     total,
 )
-from tauto_core.motion.stepping import (
-    Spans,
-    count_step,
-    signs_at_nodes,
-    step_error,
-)
+from tauto_core.motion.stepping import Spans, count_step, signs_at_nodes, step_error
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE,
@@ -76,13 +71,7 @@ from tauto_core.motion.wells import (
     pull_of,
     resistance,
 )
-from tauto_core.motion.wheel import (
-    Wheel,
-    angle_at,
-    surely_within,
-    wheel_at_nodes,
-    wheel_now,
-)
+from tauto_core.motion.wheel import Wheel, angle_at, surely_within, wheel_at_nodes, wheel_now
 from tauto_core.samples import FloatArray
 
 

@@ -12,13 +12,7 @@ from numpy.polynomial import chebyshev
 from tauto_core.curves.numerics import chebyshev_coefficients, chebyshev_nodes, complete_series
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import LeverMachine
-from tauto_core.motion.gauss_step import (
-    Mode,
-    Omega,
-    Work,
-    rows_of_eight,
-    sine_versine,
-)
+from tauto_core.motion.gauss_step import Mode, Omega, Work, rows_of_eight, sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
     Numeric,

@@ -29,12 +29,7 @@ from tauto_core.motion.free_end import (
     FreeEnds,
 )
 from tauto_core.motion.free_step import FreeEnd
-from tauto_core.motion.gauss_step import (
-    Mode,
-    Omega,
-    Work,
-    sine_versine,
-)
+from tauto_core.motion.gauss_step import Mode, Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -749,13 +744,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
             planes[p].x_rest = planes[p].y_rest = 0.0
 
     def tauten(
-        self,
-        taut: SullyLever,
-        omega: Omega,
-        taut_omega: Omega,
-        at: Outside,
-        free: Any,
-        state: Any,
+        self, taut: SullyLever, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
     ) -> Tautened:
         """Share the momentum along the thread: ṡ⁺ = n θ̇ + w √j β̇, (n, w) being a unit vector."""
         planes, root_j = planes_of(omega, free.planes), taut.root_j

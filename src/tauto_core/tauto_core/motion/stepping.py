@@ -672,10 +672,7 @@ class Moved(NamedTuple):
 
 
 def tolerance_of(
-    step: float | None,
-    factor: float,
-    coarsen: float,
-    most_share: float = MOST_ITERATION_SHARE,
+    step: float | None, factor: float, coarsen: float, most_share: float = MOST_ITERATION_SHARE
 ) -> Tolerance:
     """Return the accuracy of steps, None being the default; see `Tolerance` for the factor.
 

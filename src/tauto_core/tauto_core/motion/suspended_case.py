@@ -17,13 +17,7 @@ from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.events import ride_held
 from tauto_core.motion.forcing import PHASE_DIGITS, lifted_off, turned_over
-from tauto_core.motion.gauss_step import (
-    Mode,
-    Omega,
-    Work,
-    make_work,
-    sine_versine,
-)
+from tauto_core.motion.gauss_step import Mode, Omega, Work, make_work, sine_versine
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -79,7 +73,7 @@ from tauto_core.motion.system import (
     nodes_of,
 )
 from tauto_core.motion.wells import term
-from tauto_core.samples import FloatArray, IntArray, State
+from tauto_core.samples import FloatArray, IntArray, State, Stateful
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
@@ -626,8 +620,10 @@ def add_up(
     return re, im, (re - y[0]) - add_re, (im - y[1]) - add_im
 
 
-class AxleModes:
+class AxleModes(Stateful):
     """The case as a sum of two modes; e, c, k [m] and g [m/s2] as in `AxleSwing`."""
+
+    kept = ('swings',)
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._own = modes(e, c, k * k)
@@ -686,14 +682,6 @@ class AxleModes:
         del roll_rate
         return 0.0
 
-    def state(self) -> State:
-        """Return Y of both modes."""
-        return {'swings': [swing.copy() for swing in self._swings]}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._swings = [swing.copy() for swing in state['swings']]
-
 
 # -----------------------------------------------------------------------------
 # The case in gimbals: a pendulum on pivots that are fixed in the ship and rub against her.
@@ -735,12 +723,7 @@ class GimbalsLaw(NamedTuple):
 
 @inlined
 def gimbals_bend(
-    law: GimbalsLaw,
-    phi: Numeric,
-    sliding: Numeric,
-    direction: float,
-    sway: Numeric,
-    lift: Numeric,
+    law: GimbalsLaw, phi: Numeric, sliding: Numeric, direction: float, sway: Numeric, lift: Numeric
 ) -> Numeric:
     """Return φ̈ of a tilt φ, from φ̇ − ρ̇ (`sliding`) and its sign, ÿ and g + z̈."""
     sine, versine = sine_versine(phi)

@@ -9,12 +9,7 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
 from tauto_core.motion.events import BEYOND, is_due, phase_to
 from tauto_core.motion.forcing import LEAST_UPWARD
-from tauto_core.motion.gauss_step import (
-    Mode,
-    Omega,
-    Work,
-    sine_versine,
-)
+from tauto_core.motion.gauss_step import Mode, Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
     Numeric,

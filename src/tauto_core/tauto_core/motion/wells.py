@@ -43,10 +43,7 @@ from tauto_core.curves.numerics import bracketed_newton, powers_on_unit
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
 from tauto_core.machines.parts import DragLaw, Ebb
-from tauto_core.motion.gauss_step import (
-    Mode,
-    sine_versine,
-)
+from tauto_core.motion.gauss_step import Mode, sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
     Numeric,
@@ -60,9 +57,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.system import (
-    HotNumbers,
-)
+from tauto_core.motion.system import HotNumbers
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -303,10 +298,7 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
         angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
     lever = fma(lever_odd, u, lever)
     return CamOnArc(
-        fma(n_odd, u, n),
-        fma(n_slope_odd, u, n_slope),
-        -(u * lever),
-        s * fma(angle_odd, u, angle),
+        fma(n_odd, u, n), fma(n_slope_odd, u, n_slope), -(u * lever), s * fma(angle_odd, u, angle)
     )
 
 

@@ -12,13 +12,7 @@ from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.events import BEYOND, is_due, phase_to, ride_held
-from tauto_core.motion.gauss_step import (
-    Mode,
-    Omega,
-    Planes,
-    Work,
-    gauss_constants,
-)
+from tauto_core.motion.gauss_step import Mode, Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,

@@ -10,7 +10,6 @@ from tauto_core.navigation.kalman import (
     filter_phases,
     predict,
     prior,
-    update,
 )
 from tauto_core.navigation.longitude import (
     ERROR_NAMES,
@@ -56,5 +55,4 @@ __all__ = [
     'prize_pounds',
     'projection',
     'required_rate_s_per_day',
-    'update',
 ]

@@ -467,7 +467,8 @@ class DriftStage(Stateful):
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
     kept = (
         'stamp', 'reference', 'integral', 'begun', 'released', 'pending', 'last_reading_ns',
-        'last_observation_ns', 'late_s', 'health',
+        'last_observation_ns', 'late_s', 'health', 'motion',
+        'setting',
     )  # fmt: skip
 
     def __init__(
@@ -552,8 +553,7 @@ class DriftStage(Stateful):
             return
         told = tuple(self._integral[-1].tolist()) if len(self._integral) else ()
         self._stamp = self._reference = np.empty(0, np.int64)
-        self._integral = self._integral[:0]
-        self._released = 0
+        self._integral, self._released = self._integral[:0], 0
         if not setting.is_same_as(before):
             self._health['dial_settings'] += 1
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
@@ -566,12 +566,9 @@ class DriftStage(Stateful):
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
         gained = tuple(map(sub, told, last.integrals_s))
         opened = self._stopped(last.estimate, newest_ns - last.stamp_ns, gained, before, setting)
-        self._track = Track(self._released_at(at_ns, opened), self._model, self._track)
-
-    def _released_at(self, at_ns: int, opened: Estimate[float]) -> Known:
-        """Return the state at a reading, with the integrals of the covariates there."""
-        reached = () if self._motion is None else self._motion.at(np.array([at_ns]))[0].tolist()
-        return Known(at_ns, opened, integrals_s=tuple(reached))
+        reached = self._motion.at(reading.stamp_ns[:1]) if self._motion else np.empty((1, 0))
+        known = Known(at_ns, opened, integrals_s=tuple(reached[0].tolist()))
+        self._track = Track(known, self._model, self._track)
 
     def _stopped(
         self,
@@ -611,8 +608,6 @@ class DriftStage(Stateful):
         return {
             **super().state(),
             'track': None if self._track is None else self._track.state(),
-            'setting': None if self._setting is None else self._setting.source(),
-            'motion': None if self._motion is None else self._motion.state(),
         }
 
     def restore(self, state: State) -> None:
@@ -622,9 +617,6 @@ class DriftStage(Stateful):
         if state['track'] is not None:
             self._track = Track(Known(0, prior(self._model)), self._model)
             self._track.restore(state['track'])
-        self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
-        if self._motion is not None:
-            self._motion.restore(state['motion'])
 
     def health(self) -> dict[str, int]:
         """Return counters: refused, missing, unused and delayed samples, states reopened."""
@@ -710,14 +702,13 @@ class DriftStage(Stateful):
             set_ns = min(setting.set_ns, first)
             late_ns = first - set_ns
             self._late_s = late_ns / NS_PER_S if late_ns > HELD_NS else 0.0
-            known = self._released_at(first, prior(self._model))
-            self._begun = first, known.integrals_s
+            reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
+            self._begun = first, reached
+            known = Known(first, prior(self._model), integrals_s=reached)
             if setting.stops or setting.unsure_ns:
-                still = (0.0,) * len(known.integrals_s)
-                new = DialSetting(set_ns)
-                known = known._replace(
-                    estimate=self._stopped(known.estimate, late_ns, still, new, setting)
-                )
+                still, fresh = (0.0,) * len(known.integrals_s), DialSetting(set_ns)
+                opened = self._stopped(known.estimate, late_ns, still, fresh, setting)
+                known = known._replace(estimate=opened)
             else:
                 known = known._replace(stamp_ns=set_ns)
             self._track = Track(known, self._model)

@@ -320,15 +320,6 @@ def predict(
     return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
 
 
-def update(now: Estimate[float], phase_s: float, variance_s2: float) -> Estimate[float]:
-    """Return the state after an observed phase, by Joseph's form (I−KH) P (I−KH)ᵀ + K R Kᵀ.
-
-    The state is the one predicted for that instant, the phase z is reading minus observed true
-    time [s], and R > 0 its variance [s²].
-    """
-    return Estimate(*corrected_three(now, phase_s - now.x, now.xx + variance_s2, variance_s2))
-
-
 def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
     """Return a predicted state with its variance widened after an outlier (E7 in navigator.md).
 
@@ -477,10 +468,10 @@ def agree(outliers: Sequence[Outlier], model: ClockModel) -> bool:
     a, b = (second - first) / NS_PER_S, (third - second) / NS_PER_S
     part = a / (a + b) if third > first else 0.5
     apart = v - (1.0 - part) * u - part * w
-    bend = part * b * (model.white_fm_s + model.random_walk_fm_per_s * a * b / 3.0)
-    variance = s + (1.0 - part) ** 2 * r + part * part * t + bend
-    least = AGREEMENT * min(abs(u), abs(v), abs(w))
-    return abs(apart) <= max(least, (model.gate or 0.0) * math.sqrt(variance))
+    variance = s + (1.0 - part) ** 2 * r + part * part * t
+    variance += part * b * (model.white_fm_s + model.random_walk_fm_per_s * a * b / 3.0)
+    least, within = min(abs(u), abs(v), abs(w)), (model.gate or 0.0) * math.sqrt(variance)
+    return abs(apart) <= max(AGREEMENT * least, within)
 
 
 class Known(NamedTuple):
@@ -561,7 +552,6 @@ def filter_phases(
     limit = math.inf if model.gate is None else model.gate * model.gate
     since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
     outliers, trust, left_out = list(start.outliers), start.used, list[Outlier]()
-    patient = math.isinf(model.patience_s)
     stamps, numbers, fate = [since], list(now), bytearray()
     integrals, gained = list(moved), tuple[float, ...]()
     rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
@@ -577,7 +567,11 @@ def filter_phases(
             # Simulated: none before the first observation, since only a prior could contradict it.
             # One after that: of two observations that disagree either may be the blunder, and the
             # next one decides.
-            patience = REFUSED_IN_A_ROW if patient or trust >= TRUSTED else min(trust, 1)
+            patience = (
+                REFUSED_IN_A_ROW
+                if math.isinf(model.patience_s) or trust >= TRUSTED
+                else min(trust, 1)
+            )
             row = [*outliers[len(outliers) - patience :], (stamp, innovation, r)]
             if elapsed <= model.patience_s and (len(row) <= patience or not agree(row, model)):
                 outliers = row[-REFUSED_IN_A_ROW:]

@@ -25,7 +25,6 @@ from tauto_core.samples import (
     IntArray,
     JointSamples,
     Samples,
-    State,
     Stateful,
     TimeSamples,
     count,
@@ -202,7 +201,7 @@ class LongitudeStage(Stateful):
             Before the first fix the scene's route is used, from when the dial was set.
     """
 
-    kept = ('held', 'last_ns', 'first_ns', 'health')
+    kept = ('held', 'last_ns', 'first_ns', 'setting', 'stale', 'health')
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
     outputs: ClassVar[tuple[str, ...]] = (LONGITUDE_FIX, LONGITUDE_ERROR)
 
@@ -215,7 +214,7 @@ class LongitudeStage(Stateful):
         self._held: dict[str, Samples] = {}
         self._last_ns = dict.fromkeys(self.inputs, BEFORE_ALL)
         self._setting: DialSetting | None = None
-        self._stale: set[str] = set()
+        self._stale: list[str] = []
         self._health = dict.fromkeys(_COUNTED, 0)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
@@ -263,14 +262,14 @@ class LongitudeStage(Stateful):
                 continue
             if self._setting is not None and not setting.is_same_as(self._setting):
                 self._health['dial_settings'] += 1
-                self._stale = set(self.inputs)
+                self._stale = list(self.inputs)
                 self._held, self._first_ns = {}, None
             elif (
                 self._setting is not None
                 and setting.unsure_ns > self._setting.unsure_ns
                 and reading.stamp_ns[0] <= self._last_ns[READING]
             ):
-                self._stale = set(self.inputs) - {SHIP_FIX}
+                self._stale = list(self._joined)
                 self._held = {t: held for t, held in self._held.items() if t == SHIP_FIX}
             self._setting = setting
 
@@ -283,20 +282,6 @@ class LongitudeStage(Stateful):
             topic: self._held[topic] for topic in self._held if topic not in self._joined
         }
         return {}
-
-    def state(self) -> State:
-        """Return the samples held back."""
-        return {
-            **super().state(),
-            'setting': None if self._setting is None else self._setting.source(),
-            'stale': sorted(self._stale),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        super().restore(state)
-        self._setting = None if state['setting'] is None else DialSetting.of(state['setting'])
-        self._stale = set(state['stale'])
 
     def health(self) -> dict[str, int]:
         """Return counters of refused samples and of stamps without a partner."""
@@ -323,7 +308,7 @@ class LongitudeStage(Stateful):
             self._last_ns[topic] = BEFORE_ALL if len(back) else int(new.stamp_ns[-1])
             new = take(new, slice(int(back[0]) if len(back) else count(new), None))
             if len(back):
-                self._stale.discard(topic)
+                self._stale.remove(topic)
         kept = in_order(new.stamp_ns, self._last_ns[topic])
         self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
         new = _only(new, kept)

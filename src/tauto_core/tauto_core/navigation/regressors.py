@@ -84,11 +84,7 @@ class Follower(NamedTuple):
 
 @entry
 def heaved(
-    orientation: FloatArray,
-    force: FloatArray,
-    step: FloatArray,
-    thread: Follower,
-    out: FloatArray,
+    orientation: FloatArray, force: FloatArray, step: FloatArray, thread: Follower, out: FloatArray
 ) -> None:
     """Fill [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²) of samples a step apart [s], and follow them.
 
@@ -509,6 +505,8 @@ class Temperature(SlowRegressor):
 class AllRegressors(MotionRegressors):
     """Joins the integrals of several sources, in the order of the scene's covariates."""
 
+    kept = ('sources',)
+
     def __init__(self, covariates: tuple[str, ...], sources: dict[tuple[str, ...], Any]) -> None:
         self._sources: tuple[MotionRegressors, ...] = tuple(sources.values())
         found = [name for names in sources for name in names]
@@ -530,15 +528,6 @@ class AllRegressors(MotionRegressors):
         found = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
         self.lost = tuple(name for source in self._sources for name in source.lost)
         return found[:, self._order]
-
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        return {'sources': [source.state() for source in self._sources]}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        for source, saved in zip(self._sources, state['sources'], strict=True):
-            source.restore(saved)
 
     def health(self) -> dict[str, int]:
         """Return counters."""
@@ -569,7 +558,7 @@ class SharedIntegrals(MotionRegressors):
             alike, in the same air.
     """
 
-    kept = ('next_ns', 'stamp', 'integral')
+    kept = ('next_ns', 'stamp', 'integral', 'source')
 
     def __init__(self, scene: Scene) -> None:
         self._source = regressors(scene, live=False)
@@ -601,15 +590,6 @@ class SharedIntegrals(MotionRegressors):
         ):
             raise ValueError('stamps that are not logged, or not reached yet')
         return np.asarray(self._integral[place], np.float64)
-
-    def state(self) -> State:
-        """Return all that the next result depends on."""
-        return {**super().state(), 'source': self._source.state()}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        super().restore(state)
-        self._source.restore(state['source'])
 
     def health(self) -> dict[str, int]:
         """Return the counters of the source."""

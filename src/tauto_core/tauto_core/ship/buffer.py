@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import FloatArray, HungImu, ImuSamples, IntArray, State, take
+from tauto_core.samples import FloatArray, HungImu, ImuSamples, IntArray, State, Stateful, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
@@ -275,7 +275,7 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
     return best if cost(best) < WORTH * cost(most) else most
 
 
-class MotionBuffer:
+class MotionBuffer(Stateful):
     """Turns motion samples into forcing; the result does not depend on batches.
 
     Args:
@@ -296,6 +296,8 @@ class MotionBuffer:
         by_samples: whether a neutral line fixed to the case is given by samples, not fitted.
         unbalanced: whether the wheel is; a neutral line fixed to the case then needs β − γ too.
     """
+
+    kept = ('times', 'data', 'first', 'next', 'turns', 'last_roll', 'bridged', 'crowded')
 
     def __init__(
         self,
@@ -327,12 +329,9 @@ class MotionBuffer:
         self._before = COARSE_BEFORE if wide else ROLL_BEFORE
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self.channel_names()}
-        self._first = 0
-        self._next = 0
-        self._turns = 0
+        self._first = self._next = self._turns = 0
         self._last_roll = 0.0
-        self.bridged = 0
-        self.crowded = 0
+        self.bridged = self.crowded = 0
 
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples; times are counted from the origin."""
@@ -534,27 +533,6 @@ class MotionBuffer:
         self._times = self._times[drop:]
         self._data = {name: values[drop:] for name, values in self._data.items()}
         self._first += drop
-
-    def state(self) -> State:
-        """Return samples and counters."""
-        return {
-            'times': self._times.copy(),
-            'data': {name: values.copy() for name, values in self._data.items()},
-            'first': self._first,
-            'next': self._next,
-            'turns': self._turns,
-            'last_roll': self._last_roll,
-            'bridged': self.bridged,
-            'crowded': self.crowded,
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._times = np.array(state['times'])
-        self._data = {name: np.array(values) for name, values in state['data'].items()}
-        self._first, self._next = state['first'], state['next']
-        self._turns, self._last_roll = state['turns'], state['last_roll']
-        self.bridged, self.crowded = state['bridged'], state['crowded']
 
 
 TURNS = 4

@@ -14,7 +14,7 @@ from tauto_core.samples import (
     ImuSamples,
     IntArray,
     SpatialImu,
-    State,
+    Stateful,
     TimeSamples,
 )
 from tauto_core.scene import Scene
@@ -142,7 +142,7 @@ KEPT_BYTES = 2**24
 """Memory that the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
 
 
-class ShipMotion:
+class ShipMotion(Stateful):
     """IMU samples k = 0 ... scene.samples - 1, and those beyond the end that the stages need.
 
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
@@ -163,6 +163,8 @@ class ShipMotion:
         MotionDataError: measured motion that cannot be used.
         SceneError: a sea whose waves are too short for `ship.rate` or lie outside `ship.rao`.
     """
+
+    kept = ('next',)
 
     def __init__(self, scene: Scene, without: Collection[str] = ()) -> None:
         self._scene = scene
@@ -269,14 +271,6 @@ class ShipMotion:
         if self._gravity is None:
             return np.full(len(stamps), self._scene.g)
         return self._gravity.at(stamps - self._starts_at_ns)
-
-    def state(self) -> State:
-        """Return all that the next output depends on."""
-        return {'next': self._next}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._next = int(state['next'])
 
 
 def bag_metadata(scene: Scene) -> dict[str, Any]:

@@ -23,18 +23,9 @@ from tauto_core.motion.forcing import beyond_small_angles, lifted_off
 from tauto_core.motion.gauss_step import sine_versine
 from tauto_core.motion.lanes import SIZE, lane, larger, largest, lowest, splat
 from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, contact_force
-from tauto_core.samples import (
-    FloatArray,
-    HungImu,
-    State,
-)
+from tauto_core.samples import FloatArray, HungImu, Stateful
 from tauto_core.scene import Scene
-from tauto_core.ship.buffer import (
-    InCommon,
-    MotionBuffer,
-    SharedBuffers,
-    felt_step_ns,
-)
+from tauto_core.ship.buffer import InCommon, MotionBuffer, SharedBuffers, felt_step_ns
 from tauto_core.ship.imu import Sensed, contiguous, in_parts
 from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.suspensions import SuspensionKind
@@ -93,10 +84,7 @@ def felt_at(bearing: BearingMotion, x: FloatArray) -> BearingForce:
 
 
 def lost_at(
-    case: HungCase,
-    bearing: BearingMotion,
-    before: CaseMotion,
-    after: CaseMotion,
+    case: HungCase, bearing: BearingMotion, before: CaseMotion, after: CaseMotion
 ) -> float | None:
     """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
@@ -271,13 +259,7 @@ class BearingBuffer(MotionBuffer):
     which is fixed to the ship, or for gimbals in the upright one.
     """
 
-    def __init__(
-        self,
-        scene: Scene,
-        hung: SuspensionKind,
-        *,
-        max_gap_s: float | None,
-    ) -> None:
+    def __init__(self, scene: Scene, hung: SuspensionKind, *, max_gap_s: float | None) -> None:
         self._rolls = hung.link == 0.0
         super().__init__(
             apparent_vertical=True,
@@ -337,7 +319,7 @@ class BearingBuffer(MotionBuffer):
         return found
 
 
-class Suspension:
+class Suspension(Stateful):
     """Turns samples of ship/imu into the motion of a clock in the case, up to four samples later.
 
     At the start the case hangs at rest in equilibrium: θ = φ along the apparent vertical (at small
@@ -350,6 +332,8 @@ class Suspension:
     Raises:
         SceneError: a fast mode that no sampling of the ship's motion resolves.
     """
+
+    kept = ('released', 'last', 'buffer', 'swing')
 
     def __init__(self, scene: Scene, *, max_gap_s: float) -> None:
         assert scene.suspension is not None
@@ -449,22 +433,6 @@ class Suspension:
                 raise beyond_small_angles(float(size[beyond[0]]), SMALL_ANGLE, at_s)
         if lost_s is not None:
             raise lifted_off(lost_s)
-
-    def state(self) -> State:
-        """Return all that the next output depends on."""
-        return {
-            'released': self._released,
-            'last': self._last.copy(),
-            'buffer': self._buffer.state(),
-            'swing': self._swing.state(),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        self._released = state['released']
-        self._last = np.array(state['last'])
-        self._buffer.restore(state['buffer'])
-        self._swing.restore(state['swing'])
 
 
 # -----------------------------------------------------------------------------

@@ -21,7 +21,8 @@ from std_srvs.srv import Trigger
 
 from tauto_core import samples as s
 from tauto_core.bags import encode
-from tauto_core.clockwork import LiveTrochlea, TrochleaStage
+from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
+from tauto_core.clockwork.live import DialRun, ShownReading
 from tauto_core.files import write_whole
 from tauto_core.navigation import DriftStage, LongitudeStage
 from tauto_core.samples import (
@@ -66,6 +67,9 @@ _SAMPLES = {
         s.TimeSamples,
         s.FixSamples,
         s.TemperatureSamples,
+        DialSetting,
+        DialRun,
+        ShownReading,
     )
 }
 _DTYPES = ('<f8', '<i8', '|b1', '|i1', '|u1', '<u2', '<i4')
