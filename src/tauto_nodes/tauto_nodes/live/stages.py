@@ -479,8 +479,6 @@ class DriftEstimatorNode(StageNode):
     With covariates ship/imu or ship/fix come in too.
     """
 
-    is_calm = True
-
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'drift_estimator',
@@ -491,8 +489,6 @@ class DriftEstimatorNode(StageNode):
 
 class LongitudeNode(StageNode):
     """ship/fix, clock/reading, clock/corrected, drift/estimate in; longitude/… out."""
-
-    is_calm = True
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
