@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import os
 import resource
@@ -9,15 +10,29 @@ import stat
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from tauto_core import files
+from tauto_core.bags import BagWriter, read_bag
+from tauto_core.bags import write as bags_write
 from tauto_core.euler.page import PageError, write_page
 from tauto_core.euler.site import write_site
-from tauto_core.files import OutputError, check_place, one_writer, write_figure, write_whole
+from tauto_core.files import (
+    OutputError,
+    check_place,
+    one_writer,
+    write_figure,
+    write_output,
+    write_whole,
+)
 from tauto_core.plots.cutting import write_rows
+from tauto_core.samples import SCENE
+from tauto_core.samples import text as text_samples
 from tauto_core.scene.errors import TautoError, UsageError
 from tauto_core.scene.reference import write_scene
 
@@ -114,6 +129,77 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_the_name_afterwards(
     monkeypatch.setattr(os, 'replace', replaced)
     write_whole(tmp_path / 'file', b'content')
     assert done == ['file', 'name', 'folder']
+
+
+def test_drafts_that_nobody_writes_go_with_the_next_file(tmp_path: Path) -> None:
+    left, used = (tmp_path / files.DRAFTS.replace('*', name) for name in 'ab')
+    left.write_text('killed')
+    with used.open('w') as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        write_whole(tmp_path / 'file', b'new')
+        assert sorted(tmp_path.iterdir()) == [used, tmp_path / 'file']
+
+
+@contextmanager
+def failing_at(number: int, code: int) -> Iterator[list[str]]:
+    """Let call `number` of those that change a disk fail; yield the names of all calls."""
+    calls: list[str] = []
+
+    def faulty(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        def called(*given: Any, **more: Any) -> Any:
+            calls.append(name)
+            if len(calls) == number:
+                raise OSError(code, os.strerror(code))
+            return call(*given, **more)
+
+        return called
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ('open', 'fsync', 'replace', 'rename', 'mkdir', 'unlink', 'rmdir'):
+            patch.setattr(os, name, faulty(name, getattr(os, name)))
+        patch.setattr(files, '_exchange', faulty('exchange', files._exchange))
+        methods = {name: faulty(name, getattr(FileIO, name)) for name in ('write', 'truncate')}
+        patch.setattr(bags_write, 'FileIO', type('Faulty', (FileIO,), methods))
+        yield calls
+
+
+def write_text(place: Path, text: str) -> None:
+    write_output(place, text.encode())
+
+
+def write_bag(place: Path, text: str) -> None:
+    with BagWriter(place, force=True) as writer:
+        writer.write({SCENE: text_samples(1, text)})
+
+
+def held(place: Path) -> str | None:
+    return read_bag(place).scene if place.is_dir() else place.read_text()
+
+
+@pytest.mark.filterwarnings('ignore::tauto_core.scene.errors.TautoWarning')
+@pytest.mark.parametrize('code', [errno.EIO, errno.ENOSPC])
+@pytest.mark.parametrize('write', [write_text, write_bag])
+def test_a_fault_of_the_disk_at_any_call_leaves_the_old_result(
+    tmp_path: Path, write: Callable[[Path, str], None], code: int
+) -> None:
+    """A writer ends with an error of the package, or, if it can do without, with the new one."""
+    number, calls = 0, ['']
+    while len(calls) >= number:
+        number += 1
+        place = tmp_path / f'{number}' / 'place'
+        place.parent.mkdir()
+        write(place, 'old')
+        with failing_at(number, code) as calls:
+            try:
+                write(place, 'new')
+                ended = 'new'
+            except TautoError:
+                ended = 'old'
+        assert held(place) == ended, calls[number - 1]
+        write(place, 'next')
+        assert held(place) == 'next'
+        assert not list(place.parent.glob(files.DRAFTS))
+    assert number > 5
 
 
 HOLD = """

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 # Files and folders that are written completely or not at all, by one process at a time.
 
 DRAFTS = '.tauto-*.draft'
-"""Names of files being written; a stale one was left by a process that was killed."""
+"""Names of files being written, which their process locks; others were left by a kill."""
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
@@ -54,7 +54,7 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file, or replace it; after a failure, even a power cut, the old file is still there.
 
     A link is followed; a file that is not regular (`/dev/stdout`) receives the content directly.
-    A failure is an OSError.
+    Drafts that killed processes left beside it are removed. A failure is an OSError.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(content)
@@ -62,18 +62,33 @@ def write_whole(path: Path, content: bytes) -> None:
     place = path.resolve()
     # The name is random, so that in a shared folder no other user can place a link there.
     draft = place.with_name(DRAFTS.replace('*', secrets.token_hex(8)))
-    made = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+    for left in place.parent.glob(DRAFTS):
+        with suppress(OSError), one_writer(left, make=False):
+            pass
+    made, was_there = -1, place.is_file()
+    while made < 0 or not os.fstat(made).st_nlink:  # another process took it for a stale one
+        made = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+        with suppress(OSError):  # some network file systems lock no files
+            fcntl.flock(made, fcntl.LOCK_EX)
     try:
         with open(made, 'wb') as file:
             file.write(content)
             file.flush()
             os.fsync(made)
-        draft.replace(place)
-    except BaseException:
+            is_aside = was_there and _exchange(draft, place)
+            if not is_aside:
+                draft.replace(place)
+        try:
+            sync_folder(place.parent)
+        except OSError:
+            if is_aside:
+                _exchange(draft, place)
+            elif not was_there:
+                place.unlink()
+            raise
+    finally:
         with suppress(OSError):
             draft.unlink()
-        raise
-    sync_folder(place.parent)
 
 
 def sync_folder(folder: Path) -> None:
@@ -127,18 +142,24 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
     and the next process finds the old one in `aside`. `new` is complete, on the disk, and beside
     `place`. If neither way is possible both folders stay where they were: OSError.
     """
-    if _exchange(new, place):
-        old = new
-    else:
+    is_aside = not _exchange(new, place)
+    if is_aside:
         os.rename(place, aside)
         try:
             os.rename(new, place)
         except OSError:
             os.rename(aside, place)
             raise
-        old = aside
-    sync_folder(place.parent)
-    return old
+    try:
+        sync_folder(place.parent)
+    except OSError:
+        if is_aside:
+            os.rename(place, new)
+            os.rename(aside, place)
+        else:
+            _exchange(new, place)
+        raise
+    return aside if is_aside else new
 
 
 def _exchange(one: Path, other: Path) -> bool:

@@ -16,6 +16,7 @@ import psutil
 import pytest
 from distributed.scheduler import KilledWorker
 
+from tauto_core.cli.terminal import Terminated, ended_by_sigterm
 from tauto_core.ensembles import workers
 from tauto_core.ensembles.workers import Crew, WorkerError, _Attention, run_each
 from tauto_core.scene.errors import EstimationError, TautoWarning, UsageError
@@ -67,17 +68,48 @@ def test_processes_return_what_this_one_does():
 
 
 def test_a_script_without_a_guard_is_not_run_again_by_its_processes(tmp_path):
-    script = tmp_path / 'script.py'
+    """Nor is a module in the working folder, by them and by the trackers of their resources."""
+    for name in ('json', 'loky', 'multiprocessing', 'struct', 'threading'):
+        (tmp_path / f'{name}.py').write_text(f'open({str(tmp_path / "hit")!r}, "x")')
+    script = tmp_path / 'scripts' / 'script.py'
+    script.parent.mkdir()
     script.write_text(
         'from tauto_core.ensembles.workers import Crew, run_each\n'
         "print('begins')\n"
         'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], Crew(2))\n'
         'print(sorted(each.result for each in ended))\n'
     )
-    done = subprocess.run(
-        [sys.executable, script], check=False, capture_output=True, text=True, timeout=300
-    )
+    command, pipes = [sys.executable, script], {'capture_output': True, 'text': True}
+    done = subprocess.run(command, cwd=tmp_path, check=False, timeout=300, **pipes)
     assert (done.returncode, done.stdout) == (0, 'begins\n[0.5, 1.0]\n'), done.stderr
+    assert not (tmp_path / 'hit').exists()
+
+
+LONG = """
+import os, time
+from tauto_core.cli.terminal import Terminated, ended_by_sigterm
+from tauto_core.ensembles.workers import Crew, run_each
+def long(number, tell):
+    print(os.getpid(), flush=True)
+    time.sleep(3600.0)
+list(run_each(long, [1, 2], Crew(2)))
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGHUP])
+def test_processes_end_with_their_parent(number):
+    with subprocess.Popen(
+        [sys.executable, '-c', LONG], stdout=subprocess.PIPE, text=True
+    ) as parent:
+        pids = [int(parent.stdout.readline()) for _ in range(2)]
+        parent.send_signal(number)
+        parent.wait()
+        # they have the other end of the pipe
+        assert parent.stdout.read() == ''
+    deadline_s = time.monotonic() + 60.0
+    while any(psutil.pid_exists(pid) and psutil.Process(pid).status() != 'zombie' for pid in pids):
+        assert time.monotonic() < deadline_s
+        time.sleep(0.05)
 
 
 def test_no_more_runs_are_handed_on_than_ahead_and_leaving_ends_the_processes(monkeypatch):
@@ -122,7 +154,22 @@ def test_a_run_that_kills_every_process_is_given_up(tmp_path):
     assert 'died' in str(ended[1].error)
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_second_signal_does_not_break_off_what_the_first_has_begun():
+    def run(number, closed):
+        try:
+            signal.raise_signal(number)
+        finally:
+            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGHUP)
+            closed.append(number)
+
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        with pytest.raises(Terminated) as caught, ended_by_sigterm():
+            run(number, closed := [])
+        assert closed == [caught.value.args[0]] == [number]
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interrupt_while_processes_start_ends_without_a_traceback(number):
     """A terminal sends Ctrl-C to all processes of a command, here at the start of the first."""
     script = (

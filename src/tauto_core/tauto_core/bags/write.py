@@ -129,13 +129,17 @@ class McapOut:
         self._pending_bytes = 0
         head = MAGIC + _record(Header('ros2', library))
         self._stored = _Stored(len(head), Counter())
-        try:
-            self._raw = FileIO(path, 'x')
-            self._index = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115
-            self._room = tempfile.TemporaryFile(dir=path.parent, buffering=0)  # noqa: SIM115
-            _write(self._raw, 0, head)
-        except OSError as error:
-            raise refused(path, error) from error
+        with ExitStack() as opened:
+            try:
+                self._raw = opened.enter_context(FileIO(path, 'x'))
+                self._index, self._room = (
+                    opened.enter_context(tempfile.TemporaryFile(dir=path.parent, buffering=0))
+                    for _ in '12'
+                )
+                _write(self._raw, 0, head)
+            except OSError as error:
+                raise refused(path, error) from error
+            opened.pop_all()
 
     @property
     def counts(self) -> dict[int, int]:
@@ -206,13 +210,13 @@ class McapOut:
 
         self.flush()
         end = self.end
-        self._raw.truncate(end)
         described = _record(Metadata('rosbag2', {'serialized_metadata': metadata}))
         data_end = _record(DataEnd(0))
         index = MetadataIndex(offset=end, length=len(described), name='rosbag2')
         start = end + len(described) + len(data_end)
         at, crc = start, 0
         try:
+            self._raw.truncate(end)
             _write(self._raw, end, described + data_end)
             for piece in self._summary(start, index):
                 _write(self._raw, at, piece)
@@ -220,8 +224,13 @@ class McapOut:
             _write(self._raw, at, struct.pack('<I', crc) + MAGIC)
             os.fsync(self._raw.fileno())
         except OSError as error:
-            self._raw.truncate(end)
+            self._cut(end)
             raise refused(self.path, error) from error
+
+    def _cut(self, end: int) -> None:
+        """Cut what follows the last chunk; a disk that refuses this, too, leaves it there."""
+        with suppress(OSError):
+            self._raw.truncate(end)
 
     def give_up(self) -> None:
         """Drop the next chunk and the room kept, so that the file can be finished without it."""
@@ -261,7 +270,7 @@ class McapOut:
             _write(self._raw, stored.end, octets)
             _write(self._index, stored.index_end, index)
         except OSError as error:
-            self._raw.truncate(stored.end)
+            self._cut(stored.end)
             raise refused(self.path, error) from error
         self._stored = after
         self._pending.pop(stored.chunks, None)
@@ -738,10 +747,12 @@ class BagWriter:
         try:
             shutil.rmtree(old)
         except OSError as error:
-            raise BagError(
+            warnings.warn(
                 f'{self._folder} is replaced, but {old} with the old bag cannot be removed '
-                f'({error.strerror}); remove it'
-            ) from error
+                f'({error.strerror}); remove it',
+                TautoWarning,
+                stacklevel=2,
+            )
 
 
 def _topic(name: str) -> Topic:

@@ -1,9 +1,9 @@
 """The commands of `tauto`.
 
 Exit codes: 0 for success, 2 for a bad command line or scene, 1 for anything that failed on the
-way, 130 after Ctrl-C, 143 after SIGTERM. Results go to stdout, messages to stderr; with `--json`
-stdout holds one object and nothing else. A traceback means a fault of the program, never of its
-input.
+way, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP. Results go to stdout, messages to
+stderr; with `--json` stdout holds one object and nothing else. A traceback means a fault of the
+program, never of its input.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ class Commands(TyperGroup):
             raise typer.Exit(error.exit_code) from None
         except Terminated as error:
             _tell('terminated', error)
-            raise typer.Exit(128 + signal.SIGTERM) from None
+            raise typer.Exit(128 + error.args[0]) from None
         except KeyboardInterrupt as error:
             _tell('interrupted', error)
             raise typer.Exit(128 + signal.SIGINT) from None

@@ -238,32 +238,48 @@ def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 # -----------------------------------------------------------------------------
-# SIGTERM as an exception, so that a run ends as after Ctrl-C; and neither is lost.
+# SIGTERM, and SIGHUP of a terminal that is closed, as an exception, so that a run ends as after
+# Ctrl-C; and none is lost.
 
 # Time after which a lost signal is sent again: what lost it has ended by then.
 _AGAIN_S = 0.05
 
 
 class Terminated(KeyboardInterrupt):
-    """SIGTERM was received during a run."""
+    """SIGTERM or SIGHUP, its first argument, was received during a run."""
+
+
+_ending: list[int] = []
+"""The signal by which the run ends, while it does: its bag is being closed."""
 
 
 @contextmanager
 def ended_by_sigterm() -> Iterator[None]:
-    """Turn SIGTERM into `Terminated` for as long as the context lasts."""
+    """Turn the first SIGTERM or SIGHUP into `Terminated` for as long as the context lasts.
 
-    def end(_number: int, _frame: object) -> None:
-        raise Terminated
+    Another one would break off what the first has begun, and is ignored; so is a SIGHUP that was
+    ignored before (`nohup`).
+    """
 
-    before = signal.signal(signal.SIGTERM, end)
+    def end(number: int, _frame: object) -> None:
+        if not _ending:
+            _ending.append(number)
+            raise Terminated(number)
+
+    numbers = [signal.SIGTERM, signal.SIGHUP]
+    if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+        numbers.pop()
+    before = [signal.signal(number, end) for number in numbers]
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in zip(numbers, before, strict=True):
+            signal.signal(number, handler)
+        _ending.clear()
 
 
 def send_lost_again() -> None:
-    """Send SIGINT or SIGTERM again where Python has lost its exception.
+    """Send SIGINT, SIGTERM or SIGHUP again where Python has lost its exception.
 
     An exception in a callback, such as the one that frees the lock of an import, is reported and
     dropped: Ctrl-C would have no effect.
@@ -274,7 +290,7 @@ def send_lost_again() -> None:
         if not issubclass(lost.exc_type, KeyboardInterrupt):
             report(lost)
             return
-        number = signal.SIGTERM if issubclass(lost.exc_type, Terminated) else signal.SIGINT
+        number = _ending.pop() if _ending else signal.SIGINT
         again = threading.Timer(_AGAIN_S, os.kill, (os.getpid(), number))
         again.daemon = True
         again.start()

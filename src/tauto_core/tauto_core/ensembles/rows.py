@@ -433,7 +433,9 @@ def sail(
             if progress is not None:
                 progress(total - clocks * len(left) * (1.0 - share))
 
-        crew = crew.for_work([plan.cost_s(left[0])] * len(left)) if left else Crew(1)
+        # as many processes as for all of them: the first run had those
+        works_s = [plan.cost_s(each) for each in left[:1]] * len(voyages)
+        crew = crew.for_work(works_s) if left else Crew(1)
         try:
             with closing(run_each(plan.task, left, crew, tell)) as ended:
                 for each in ended:

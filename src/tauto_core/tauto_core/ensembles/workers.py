@@ -7,6 +7,7 @@ is loaded where runs are made in this process.
 
 from __future__ import annotations
 
+import ctypes
 import logging
 import os
 import pickle
@@ -284,16 +285,17 @@ class _Processes(Executor):
     def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
         from loky.backend import resource_tracker as loky_tracker
 
-        # Processes inherit from their thread that a terminal's Ctrl-C does not end them. The
-        # trackers take that back in the thread that starts them, so they start here.
-        resource_tracker.ensure_running()
-        loky_tracker.ensure_running()
+        # Processes inherit from their thread that a terminal's Ctrl-C or its end does not end
+        # them. The trackers take that back in the thread that starts them, so they start here.
+        with _safe_path():
+            resource_tracker.ensure_running()
+            loky_tracker.ensure_running()
         self._tell, self._changing, self._is_open = tell, threading.Lock(), True
         self._begun: dict[int, tuple[Any, Connection, Connection]] = {}
         self._threads = ThreadPoolExecutor(
             jobs,
             initializer=signal.pthread_sigmask,
-            initargs=(signal.SIG_BLOCK, {signal.SIGINT}),
+            initargs=(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP}),
         )
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
@@ -341,7 +343,8 @@ class _Processes(Executor):
                 return self._begun[threading.get_ident()]
             try:
                 (calls, to_process), (from_process, answers) = (Pipe(duplex=False) for _ in '12')
-                process = LokyProcess(target=_serve, args=(calls, answers), daemon=True)
+                given = calls, answers, os.getpid()
+                process = LokyProcess(target=_serve, args=given, daemon=True, env=_SAFE_PATH)
                 process.start()
             except OSError as error:
                 raise WorkerError(
@@ -361,10 +364,35 @@ class _Processes(Executor):
             pipe.close()
 
 
-def _serve(calls: Connection, answers: Connection) -> None:
-    """Make the calls that come from `_Processes`, in a process of its own, until it is gone."""
+_SAFE_PATH = {'PYTHONSAFEPATH': '1'}
+"""Environment of the processes: what lies in the working folder is none of their modules."""
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Give that environment to processes that start in this context."""
+    before = os.environ.get('PYTHONSAFEPATH')
+    os.environ.update(_SAFE_PATH)
+    try:
+        yield
+    finally:
+        del os.environ['PYTHONSAFEPATH']
+        os.environ.update({} if before is None else {'PYTHONSAFEPATH': before})
+
+
+def _serve(calls: Connection, answers: Connection, parent: int) -> None:
+    """Make the calls that come from `_Processes`, in a process of its own, until it is gone.
+
+    Linux ends this one with its parent, even in the middle of a run.
+    """
     from loky.backend.reduction import dumps
     from loky.process_executor import _ExceptionWithTraceback
+
+    prctl = getattr(ctypes.CDLL(None), 'prctl', None)
+    if prctl is not None:
+        prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+    if os.getppid() != parent:
+        return
 
     def send(said: tuple[int, float] | Ended[Any]) -> None:
         answer = dumps(said)

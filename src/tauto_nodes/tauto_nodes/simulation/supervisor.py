@@ -120,7 +120,7 @@ class Supervisor:
         log = self.folder / f'{name}.log'
         with log.open('wb') as words:
             process = subprocess.Popen(
-                [sys.executable, '-m', 'tauto_nodes', name, *arguments],
+                [sys.executable, '-P', '-m', 'tauto_nodes', name, *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=words,
                 stderr=subprocess.STDOUT,
