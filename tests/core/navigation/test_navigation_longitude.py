@@ -18,7 +18,7 @@ from tauto_core.navigation import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.navigation.longitude import fix_samples, wrap_degrees
+from tauto_core.navigation.longitude import EQUATOR_M_PER_S, LiveFixes, fix_samples, wrap_degrees
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -28,6 +28,7 @@ from tauto_core.samples import (
     SHIP_FIX,
     TimeSamples,
     join,
+    merged,
     same,
     scalars,
     take,
@@ -217,6 +218,66 @@ def test_without_fixes_the_scenes_route_counts_from_the_first_reading():
     said = stage.feed(parts)
     assert list(said[LONGITUDE_FIX].latitude) == [10.0, 11.0]
     assert list(said[LONGITUDE_FIX].longitude) == [20.0, 21.0]
+
+
+def live_clock(fixes, seconds, max_age_s=10.0):
+    """A live clock's longitude, second by second, with fixes (second, latitude, longitude)."""
+    stage = LongitudeStage(SCENE, live=LiveFixes(max_age_s))
+    said, notices = [], []
+    for second in range(1, seconds + 1):
+        parts = topics([second], 4.0, 2.0)
+        del parts[SHIP_FIX]
+        for at, *place in (fix for fix in fixes if fix[0] == second):
+            parts[SHIP_FIX] = fix_samples(
+                np.array([at * S]), *np.array([place]).T, np.ones((1, 3))
+            )
+        said.append(stage.feed(parts))
+        notices.append(stage.notices)
+    return stage, merged(said), notices
+
+
+def test_a_live_clock_without_a_fix_has_no_place():
+    _, said, notices = live_clock([], 3)
+    assert not len(said[LONGITUDE_FIX].stamp_ns)
+    assert 'no fix has come' in notices[-1][0]
+    assert errors_of(said)['error_arcmin'] == -0.5
+    assert math.isnan(errors_of(said)['error_nmi'])
+
+
+def test_a_place_is_unknown_once_its_fix_is_too_old_and_less_sure_before():
+    _, said, notices = live_clock([(2, 60.0, 5.0), (20, 60.0, 5.0)], 20)
+    place = said[LONGITUDE_FIX]
+    assert (place.stamp_ns // S).tolist() == [*range(2, 13), 20]
+    # a chronometer is no satellite
+    assert set(place.status) == {-1}
+    east_m = EQUATOR_M_PER_S * math.cos(math.radians(60.0)) * 0.5
+    age_s = np.array([*range(11), 0.0])
+    np.testing.assert_allclose(place.position_covariance[:, 0], east_m**2 + (50.0 * age_s) ** 2)
+    np.testing.assert_allclose(place.position_covariance[:, 4], 1.0 + (50.0 * age_s) ** 2)
+    assert [bool(each) for each in notices] == [True] + [False] * 11 + [True] * 7 + [False]
+    assert '11 s old' in notices[12][0]
+
+
+@pytest.mark.parametrize(
+    ('place', 'seconds', 'fault', 'count'),
+    [
+        ((50.0, 135.0), 5, 'fixes_out_of_reach', 5),
+        ((50.01, -5.0), 5, 'fixes_out_of_reach', 5),
+        ((50.0, -5.001), 5, '', 0),
+        ((0.0, 0.0), 90, 'fixes_at_0_0', 90),
+        ((50.0, 135.0), 90, 'fixes_moved', 1),
+    ],
+)
+def test_a_place_that_no_ship_reaches_is_refused_until_it_persists(place, seconds, fault, count):
+    """50 m/s are 0.0005 degrees a second; a blunder begins at 10 s, and a minute makes a place."""
+    fixes = [(t, *(place if 10 <= t < 10 + seconds else (50.0, -5.0))) for t in range(1, 120)]
+    stage, said, _ = live_clock(fixes, 120, max_age_s=100.0)
+    assert stage.health()[fault or 'fixes_moved'] == count
+    fix = said[LONGITUDE_FIX]
+    is_there = (fix.latitude == place[0]) & (np.abs(fix.longitude + 0.5 / 60 - place[1]) < 1e-9)
+    taken = np.flatnonzero(is_there) + 1
+    first = {'fixes_moved': 70, '': 10}.get(fault)
+    assert (int(taken[0]) if len(taken) else None) == first
 
 
 def test_foreign_fixes_hold_until_the_next():

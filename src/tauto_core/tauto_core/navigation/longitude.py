@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import reduce
-from typing import ClassVar, cast
+from typing import ClassVar, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +63,7 @@ def in_order(stamp_ns: IntArray, last_ns: int) -> NDArray[np.bool_]:
 # The true positions of the ship.
 
 FRAME_ID = 'clock_mount'
-STATUS_FIX = 0
+STATUS_FIX, STATUS_NO_FIX = 0, -1
 SERVICE_UNKNOWN = 0
 COVARIANCE_DIAGONAL_KNOWN = 2
 POSITION_VARIANCE_M2 = 1.0
@@ -126,13 +126,7 @@ def fix_samples(
     )
 
 
-ERROR_NAMES = (
-    'raw_error_arcmin',
-    'raw_error_nmi',
-    'error_arcmin',
-    'error_nmi',
-    'sigma_nmi',
-)
+ERROR_NAMES = ('raw_error_arcmin', 'raw_error_nmi', 'error_arcmin', 'error_nmi', 'sigma_nmi')
 ARCMIN_PER_S = 15.0 / 60.0
 """Angle by which the mean sun moves in a second [arc minutes] (E6 in longitude.md)."""
 
@@ -186,6 +180,66 @@ def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
         out[i] = math.cos(degrees[i] * (math.pi / 180.0))
 
 
+PERSISTS_S = 60.0
+"""Time for which a receiver must give places out of the ship's reach until they are taken [s]."""
+
+FIX_NOISE_M = 100.0
+"""Distance of two fixes that need not be motion [m]."""
+
+Place: TypeAlias = tuple[int, float, float]
+"""Stamp [ns], latitude and longitude [degrees]."""
+
+
+class LiveFixes(Stateful):
+    """Sorts the fixes of a real receiver, which may have none, or a wrong one.
+
+    A fix is refused at 0°, 0°, which a receiver without one may give, and out of the reach of the
+    ship since the last one, unless such places persist for `PERSISTS_S`.
+
+    Args:
+        max_age_s: age of a fix from which on the place is unknown [s].
+        max_speed: most that the ship makes [m/s]; the sigma of a place grows by it with age.
+    """
+
+    kept = ('last', 'strayed', 'health')
+
+    def __init__(self, max_age_s: float = 10.0, max_speed: float = 50.0) -> None:
+        self.max_age_s, self.max_speed = max_age_s, max_speed
+        self._last: Place | None = None
+        self._strayed: tuple[int, Place] | None = None
+        self._health = dict.fromkeys(('fixes_at_0_0', 'fixes_out_of_reach', 'fixes_moved'), 0)
+
+    def taken(self, fix: FixSamples) -> NDArray[np.bool_]:
+        """Return which of the next fixes, in order, are taken; count the others."""
+        columns = (fix.stamp_ns, fix.latitude, fix.longitude)
+        return np.array(
+            [self._takes(place) for place in zip(*map(np.ndarray.tolist, columns), strict=True)]
+        )
+
+    def _takes(self, place: Place) -> bool:
+        fault = 'fixes_at_0_0' if place[1:] == (0.0, 0.0) else ''
+        if not fault and self._last is not None and not self._reaches(self._last, place):
+            first_ns, before = self._strayed or (place[0], place)
+            self._strayed = (first_ns if self._reaches(before, place) else place[0]), place
+            persists_s = (place[0] - self._strayed[0]) / NS_PER_S
+            fault = 'fixes_moved' if persists_s >= PERSISTS_S else 'fixes_out_of_reach'
+        if fault:
+            self._health[fault] += 1
+        if fault in ('', 'fixes_moved'):
+            self._last, self._strayed = place, None
+            return True
+        return False
+
+    def _reaches(self, one: Place, other: Place) -> bool:
+        turned = math.remainder(other[2] - one[2], 360.0) * math.cos(math.radians(one[1]))
+        apart_m = math.hypot(turned, other[1] - one[1]) * EQUATOR_M_PER_S * DAY_S / 360.0
+        return apart_m <= FIX_NOISE_M + self.max_speed * abs(other[0] - one[0]) / NS_PER_S
+
+    def health(self) -> dict[str, int]:
+        """Return counters of the fixes refused, and of places taken that were out of reach."""
+        return dict(self._health)
+
+
 class LongitudeStage(Stateful):
     """Computes the ship's longitude by the clock and compares it with the true one.
 
@@ -195,17 +249,26 @@ class LongitudeStage(Stateful):
     the estimated offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`;
     nautical miles are arc minutes × cos φ, so at a pole any longitude is right.
 
+    A live clock knows its place by fixes alone. Its `longitude/fix`, by a chronometer and no
+    satellite, has STATUS_NO_FIX, and is silent where the place is unknown; then there are no
+    nautical miles either.
+
     Args:
         scene: gives the position where there is no fix.
         expect_fix: False: each reading takes the latest valid fix at or before it that has come.
             Before the first fix the scene's route is used, from when the dial was set.
+        live: the receiver of a live clock, which expects no fix of each stamp.
     """
 
-    kept = ('held', 'last_ns', 'first_ns', 'setting', 'stale', 'health')
+    kept = ('held', 'last_ns', 'first_ns', 'setting', 'stale', 'live', 'age_s', 'health')
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
     outputs: ClassVar[tuple[str, ...]] = (LONGITUDE_FIX, LONGITUDE_ERROR)
 
-    def __init__(self, scene: Scene, expect_fix: bool = True) -> None:
+    def __init__(
+        self, scene: Scene, expect_fix: bool = True, live: LiveFixes | None = None
+    ) -> None:
+        expect_fix = expect_fix and live is None
+        self._live, self._age_s = live, math.inf
         self._route = Route(scene)
         self._starts_at_ns = scene.starts_at_ns
         self._first_ns: int | None = None
@@ -283,9 +346,24 @@ class LongitudeStage(Stateful):
         }
         return {}
 
+    @property
+    def notices(self) -> list[str]:
+        """That the place is unknown, with the remedy."""
+        if self._live is None or self._age_s <= self._live.max_age_s:
+            return []
+        why = (
+            f'the last fix is {self._age_s:.4g} s old, fix_max_age is {self._live.max_age_s:g}'
+            if math.isfinite(self._age_s)
+            else 'no fix has come'
+        )
+        return [
+            f'the place is unknown: {why}. Publish sensor_msgs/NavSatFix on ship/fix, of a valid '
+            'fix; longitude/fix is silent, and longitude/error has no nautical miles'
+        ]
+
     def health(self) -> dict[str, int]:
         """Return counters of refused samples and of stamps without a partner."""
-        return dict(self._health)
+        return {**self._health, **(self._live.health() if self._live else {})}
 
     def _hold(self, topic: str, samples: Samples) -> None:
         new = cast(TimeSamples, samples)
@@ -312,6 +390,8 @@ class LongitudeStage(Stateful):
         kept = in_order(new.stamp_ns, self._last_ns[topic])
         self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
         new = _only(new, kept)
+        if self._live is not None and topic == SHIP_FIX and count(new):
+            new = _only(new, self._live.taken(cast(FixSamples, new)))
         if not count(new):
             return
         self._last_ns[topic] = int(new.stamp_ns[-1])
@@ -340,11 +420,14 @@ class LongitudeStage(Stateful):
         east_sigma_m = EQUATOR_M_PER_S * cosine * sigma_s
         variances = np.full((len(stamps), 3), POSITION_VARIANCE_M2)
         variances[:, 0] = east_sigma_m * east_sigma_m
+        if self._live is not None:
+            variances += fix.position_covariance[:, [0, 4, 8]]
         longitude = wrap_degrees(fix.longitude + error / 60.0)
-        return {
-            LONGITUDE_FIX: fix_samples(stamps, fix.latitude, longitude, variances),
-            LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values),
-        }
+        place = fix_samples(stamps, fix.latitude, longitude, variances)
+        if self._live is not None:
+            place.status[:] = STATUS_NO_FIX
+            place = take(place, np.isfinite(fix.latitude))
+        return {LONGITUDE_FIX: place, LONGITUDE_ERROR: scalars(stamps, ERROR_NAMES, values)}
 
     def _matched(self) -> dict[str, Samples]:
         """Take from each joined topic the samples up to the stamp that all topics have reached."""
@@ -365,15 +448,25 @@ class LongitudeStage(Stateful):
         return {t: take(part, np.isin(part.stamp_ns, common)) for t, part in parts.items()}
 
     def _places(self, stamps: IntArray) -> FixSamples:
-        """Return the ship's position at some stamps: the latest fix, before any the route."""
+        """Return the ship's position at some stamps: the latest fix, before any the route.
+
+        In a live clock that is NaN, as is a fix too old; the variances are those due to its age.
+        """
         if self._first_ns is None:
             self._first_ns = self._setting.set_ns if self._setting else int(stamps[0])
         places = self._route.fixes(stamps - self._first_ns + self._starts_at_ns)
-        fixes = self._held.get(SHIP_FIX)
+        fixes, live = self._held.get(SHIP_FIX), self._live
+        if live is not None:
+            places.latitude[:], places.longitude[:], self._age_s = math.nan, math.nan, math.inf
         if not isinstance(fixes, FixSamples):
             return places
         latest = np.searchsorted(fixes.stamp_ns, stamps, 'right') - 1
         known = latest >= 0
+        if live is not None:
+            age_s = np.where(known, (stamps - fixes.stamp_ns[latest]) / NS_PER_S, math.inf)
+            self._age_s, known = float(age_s[-1]), age_s <= live.max_age_s
+            strayed_m = live.max_speed * age_s[known, None]
+            places.position_covariance[known] = strayed_m * strayed_m
         places.latitude[known] = fixes.latitude[latest[known]]
         places.longitude[known] = fixes.longitude[latest[known]]
         self._held[SHIP_FIX] = take(fixes, slice(max(int(latest[-1]), 0), None))

@@ -357,7 +357,26 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         ),
     ),
     'drift_estimator': (*_STAGE, _IMU, _MOUNT),
-    'longitude': _STAGE,
+    'longitude': (
+        *_STAGE,
+        Parameter(
+            'fix_max_age',
+            10.0,
+            'with a foreign source: age of the last fix from which on the place is unknown',
+            unit='s',
+            low=0.1,
+            high=86400.0,
+        ),
+        Parameter(
+            'fix_max_speed',
+            50.0,
+            'with a foreign source: most that the ship makes; a fix out of her reach is refused '
+            'until such fixes persist for a minute, and the sigma of a place grows by it with age',
+            unit='m/s',
+            low=0.1,
+            high=1000.0,
+        ),
+    ),
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),
         Parameter('force', False, 'replace a bag that is already there'),

@@ -25,6 +25,7 @@ from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
 from tauto_core.clockwork.live import DialRun, ShownReading
 from tauto_core.files import write_whole
 from tauto_core.navigation import DriftStage, LongitudeStage
+from tauto_core.navigation.longitude import LiveFixes
 from tauto_core.samples import (
     SHIP_IMU,
     Batches,
@@ -493,7 +494,12 @@ class LongitudeNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'longitude',
-            lambda own: LongitudeStage(own.scene(), expect_fix=own['source'] == 'scene'),
+            lambda own: LongitudeStage(
+                own.scene(),
+                live=LiveFixes(own['fix_max_age'], own['fix_max_speed'])
+                if own['source'] == 'foreign'
+                else None,
+            ),
             **node_options,
         )
 
