@@ -61,6 +61,10 @@ class ImuSamples:
     linear_acceleration: FloatArray
     linear_acceleration_covariance: FloatArray
 
+    def __deepcopy__(self, _: object) -> ImuSamples:
+        """Return the samples themselves: nobody changes them."""
+        return self
+
 
 SQUARABLE = 1e150
 """Numbers up to this one do not overflow when they are squared."""

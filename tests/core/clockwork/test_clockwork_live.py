@@ -105,6 +105,30 @@ def test_one_wrong_stamp_changes_nothing(ahead_s: float):
     assert counts == {'stamps_ahead' if ahead_s > 0 else 'out_of_order': 1}
 
 
+@pytest.mark.parametrize('stamp_ns', [0, START_NS])
+def test_stamps_that_stand_are_named_and_fill_no_memory(stamp_ns: int):
+    """A million messages; stamps that creep by a nanosecond are weighed by their number."""
+    stage, imu = LiveTrochlea(SCENE), sensor(20.0)
+    for _ in range(1000):
+        stage.feed({SHIP_IMU: replace(imu, stamp_ns=np.full(1000, stamp_ns))})
+    assert len(stage.state()['held']) == 1
+    assert f'stand still at {stamp_ns // 10**9}.000 s' in stage.trouble
+    assert stage.health()['duplicated'] == 999_999
+    for k in range(999):
+        one = replace(take(imu, slice(k, k + 1)), stamp_ns=np.array([stamp_ns + k + 1]))
+        stage.feed({SHIP_IMU: one})
+    assert not stage.state()['held']
+    assert 'stand still' not in stage.trouble
+
+
+def test_a_date_sets_an_undated_dial_anew():
+    stage, imu = LiveTrochlea(SCENE), sensor(20.0)
+    stage.feed({SHIP_IMU: replace(imu, stamp_ns=imu.stamp_ns - START_NS)})
+    setting = DialSetting.of(str(said_of(stage, [imu])[READING].source[-1]))
+    assert setting == DialSetting(START_NS, number=2)
+    assert 'have a date now' in stage.news()[0]
+
+
 def test_what_comes_twice_counts_once():
     imu, stage = sensor(rate_hz=20.0), LiveTrochlea(SCENE)
     twice = take(imu, np.sort(np.r_[0:600, 0:600:5]))

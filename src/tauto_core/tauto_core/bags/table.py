@@ -257,7 +257,8 @@ TOPICS: dict[str, Topic] = {
             s.LONGITUDE_FIX,
             NAV_SAT_FIX,
             'longitude',
-            'position by the corrected clock; east covariance from the variance of the clock',
+            'position by the corrected clock; east covariance from the variance of the clock; '
+            'with a live sensor STATUS_NO_FIX, since a chronometer is no satellite',
         ),
         Topic(
             s.LONGITUDE_ERROR,

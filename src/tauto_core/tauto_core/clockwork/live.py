@@ -44,7 +44,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
+from tauto_core.scene.times import EPOCH_1990_NS, MAX_GAP_S, NS_PER_S
 from tauto_core.ship.imu import REFUSALS, Continuity, MotionRun, attitude, content_reasons
 
 # -----------------------------------------------------------------------------
@@ -62,6 +62,9 @@ GROWTH_RELEASES = 0.25
 
 
 _UNUSABLE = 'the dial stands still: what comes on ship/imu cannot be used'
+
+MOST_HELD = 1000
+"""Batches after which gravity is looked for, however little their stamps advance."""
 
 WEIGHED_S = 3.0
 """Time at the start over which gravity is looked for, before anything is believed [s]."""
@@ -215,7 +218,7 @@ class LiveTrochlea(Stateful):
 
     kept = (
         'stage', 'continuity', 'limits', 'run', 'shown', 'refused', 'counts', 'trouble',
-        'all_back', 'weighed', 'held', 'thermometer',
+        'all_back', 'weighed', 'held', 'newest_ns', 'standing', 'thermometer',
     )  # fmt: skip
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
@@ -237,7 +240,8 @@ class LiveTrochlea(Stateful):
         self._trouble = ''
         self._news: list[str] = []
         self._gravity, self._weighed = scene.g, False
-        self._held: ImuSamples | None = None
+        self._held: list[ImuSamples] = []
+        self._newest_ns, self._standing, self._step_ns = NOTHING_YET, 0, scene.step_ns
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -247,6 +251,11 @@ class LiveTrochlea(Stateful):
     @property
     def trouble(self) -> str:
         """The reason why the dial stands still at present; empty if it runs."""
+        if self._standing * self._step_ns > NS_PER_S:
+            return (
+                f'{_UNUSABLE}: its stamps stand still at {self._newest_ns / NS_PER_S:.3f} s. Let '
+                'the driver stamp each sample with the time at which it was taken'
+            )
         if ahead_s := self._continuity.holds_s:
             side = 'after' if ahead_s > 0.0 else 'before'
             return (
@@ -292,8 +301,8 @@ class LiveTrochlea(Stateful):
         """Return the remaining samples, interpolated with one-sided windows."""
         said: list[Batches] = []
         try:
-            if self._held is not None:
-                self._take(take(self._held, slice(0, 0)), said, final=True)
+            if self._held:
+                self._take(take(self._held[0], slice(0, 0)), said, final=True)
             self._move(self._continuity.finish(), said)
             if self._run is not None:
                 self._believe(self._stage.finish(), said)
@@ -303,11 +312,12 @@ class LiveTrochlea(Stateful):
 
     def _weigh(self, imu: ImuSamples, final: bool) -> ImuSamples | None:
         """Hold the first samples back until gravity has been found in them; then return them."""
-        held = imu if self._held is None else join([self._held, imu])
-        self._held = held if len(held.stamp_ns) else None
-        if self._held is None or not (final or np.ptp(held.stamp_ns) >= WEIGHED_S * NS_PER_S):
+        self._held = [*self._held, imu] if len(imu.stamp_ns) else self._held
+        ends_ns = [int(part.stamp_ns[row]) for part in self._held for row in (0, -1)] or [0]
+        weighs = final or max(ends_ns) - min(ends_ns) >= WEIGHED_S * NS_PER_S
+        if not self._held or not (weighs or len(self._held) >= MOST_HELD):
             return None
-        self._held = None
+        held, self._held = join(self._held), []
         words = weighed(held, self._gravity)
         self._weighed = not words
         if words:
@@ -318,6 +328,17 @@ class LiveTrochlea(Stateful):
             return None
         return held
 
+    def _moving(self, imu: ImuSamples) -> ImuSamples:
+        """Return the samples without those that repeat the stamp before; count them."""
+        if not len(imu.stamp_ns):
+            return imu
+        moves = np.diff(imu.stamp_ns, prepend=self._newest_ns) != 0
+        self._newest_ns = int(imu.stamp_ns[-1])
+        after = len(moves) - 1 - int(np.flatnonzero(moves)[-1]) if moves.any() else 0
+        self._standing = after if moves.any() else self._standing + len(moves)
+        self._continuity.counts['duplicated'] += int(np.count_nonzero(~moves))
+        return take(imu, moves)
+
     def _take(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
         reasons = content_reasons(imu)
         if reasons.any():
@@ -325,6 +346,7 @@ class LiveTrochlea(Stateful):
                 self._refused[name] += int(np.count_nonzero(reasons == number))
             imu = take(imu, reasons == 0)
         refused = REFUSALS[reasons[-1] - 1] if reasons.any() and reasons[-1] else ''
+        imu = self._moving(imu)
         if not self._weighed:
             found = self._weigh(imu, final)
             if found is None:
@@ -360,6 +382,8 @@ class LiveTrochlea(Stateful):
             return
         stepped_ns = max(stepped_ns, shown.stamp_ns - origin_ns)
         back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
+        if shown.setting.set_ns < EPOCH_1990_NS <= origin_ns:  # nothing can have rated it
+            back, resets, stepped_ns = 'the stamps of ship/imu have a date now: the dial ', True, 1
         if stepped_ns > 0 and resets:
             self._run = DialRun(shown.setting.again(origin_ns), origin_ns, origin_ns)
             self._counts['dial_settings'] += 1

@@ -50,7 +50,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
-from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.scene.times import DAY_S, EPOCH_1990_NS, NS_PER_S
 from tauto_core.ship.source import schedule
 from tauto_core.wording import counted
 
@@ -406,7 +406,6 @@ _COUNTED = (
     'observations_unknown', *_MISDATED, 'dial_stops', 'dial_settings',
 )  # fmt: skip
 
-EPOCH_1990_NS = 631_152_000 * NS_PER_S
 ERA_NS = 1024 * 7 * 86_400 * NS_PER_S
 """The weeks of GPS are counted modulo 1,024."""
 

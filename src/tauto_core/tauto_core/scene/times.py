@@ -27,6 +27,9 @@ LEGIBLE = 0.25
 LAST_STAMP_S = 2**31 - 1
 # Number of samples that interpolation needs beyond the end of a motion.
 LOOKAHEAD = 4
+EPOCH_1990_NS = 631_152_000 * 10**9
+"""Stamps before 1990 are of a simulation, or of a computer whose clock is not set [ns]."""
+
 MAX_GAP_S = 1.0
 """Longest time between samples of the motion that is interpolated [s]."""
 
