@@ -130,9 +130,9 @@ def test_each_chunk_of_a_bag_is_decompressed_once_and_its_scene_decoded_once(
     read: list[bytes] = []
     decoded: list[str] = []
 
-    def records(chunk: bytes) -> bytes:
+    def records(chunk: bytes, **given: bool) -> tuple[bytes, bool]:
         read.append(chunk)
-        return chunk_records(chunk)
+        return chunk_records(chunk, **given)
 
     def decode(ros_type: str, *args: Any) -> Samples:
         decoded.append(ros_type)
@@ -305,7 +305,7 @@ _VARIED: dict[str, dict[str, Any]] = {
     'drag': {'escapement': {'energy': 1e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
     'escapement': {'escapement': {'energy': 2e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
     'ship': {'ship__sea__peak_period': 8.0},
-    'suspension': {'suspension': tauto.load('suspended_weight_at_sea').suspension.model_dump()},  # type: ignore[union-attr]
+    'suspension': {'suspension': tauto.load('suspended_weight_at_sea').suspension.model_dump()},
     'air': {'air': {'celsius': 30.0}},
     'clock': {'clock__nominal_period': 1.0},
     'voyage': {'voyage': tauto.load('measured').voyage},

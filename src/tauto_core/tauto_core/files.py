@@ -277,7 +277,9 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
         events = yaml.parse(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
         return _Document(events, any_key=any_key).value
     except UnicodeError as error:
-        raise YamlError(None, f'YAML syntax: {error.reason}', 'Correct the YAML there.') from None
+        raise YamlError(
+            None, f'YAML syntax: {getattr(error, "reason", error)}', 'Correct the YAML there.'
+        ) from None
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'

@@ -101,8 +101,8 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
     """Return the holes that metadata list; one of unknown size for what is no such list."""
     try:
         listed = [
-            Hole(str(topic), *map(int, numbers), bool(corrupt))
-            for topic, *numbers, corrupt in json.loads(custom.get(HOLES, '[]'))
+            Hole(str(topic), int(number), int(from_ns), int(to_ns), bool(corrupt))
+            for topic, number, from_ns, to_ns, corrupt in json.loads(custom.get(HOLES, '[]'))
         ]
         if all(0 <= number <= LATEST_NS for hole in listed for number in hole[1:4]):
             return joined(listed)

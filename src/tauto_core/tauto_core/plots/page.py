@@ -21,12 +21,14 @@ from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
+from tauto_core.machines.threads import HoleThread
+from tauto_core.machines.threads.lever import LeverThread
 from tauto_core.plots.chart import COLOURS, Chart, Line, Mark
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, groups, not_whole
 from tauto_core.samples import FloatArray
-from tauto_core.scene import HoleThread, LeverThread, Scene, scene_yaml
+from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.coast import MapFrame, land

@@ -139,7 +139,7 @@ class SourceNode(GraphNode):
         if self._pace == 0.0:
             return math.inf
         since_s, from_ns = self._base
-        return from_ns + (now_s - since_s) * self._pace * NS_PER_S
+        return float(from_ns + (now_s - since_s) * self._pace * NS_PER_S)
 
     def _repace(self, changes: list[RosParameter]) -> None:
         for change in changes:
