@@ -164,8 +164,9 @@ def test_a_second_signal_does_not_break_off_what_the_first_has_begun():
             closed.append(number)
 
     for number in (signal.SIGTERM, signal.SIGHUP):
+        closed: list[int] = []
         with pytest.raises(Terminated) as caught, ended_by_sigterm():
-            run(number, closed := [])
+            run(number, closed)
         assert closed == [caught.value.args[0]] == [number]
 
 

@@ -227,9 +227,9 @@ def live_clock(fixes, seconds, max_age_s=10.0):
     for second in range(1, seconds + 1):
         parts = topics([second], 4.0, 2.0)
         del parts[SHIP_FIX]
-        for at, *place in (fix for fix in fixes if fix[0] == second):
+        for at, north, east in (fix for fix in fixes if fix[0] == second):
             parts[SHIP_FIX] = fix_samples(
-                np.array([at * S]), *np.array([place]).T, np.ones((1, 3))
+                np.array([at * S]), np.array([north]), np.array([east]), np.ones((1, 3))
             )
         said.append(stage.feed(parts))
         notices.append(stage.notices)
