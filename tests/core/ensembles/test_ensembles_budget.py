@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import tauto_core as tauto
+from tauto_core.cli.app import app
 from tauto_core.cli.tables import budget_tables
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.ensembles import budget
@@ -25,7 +27,7 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.results import budget_rows
-from tauto_core.scene import Scene
+from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.passage import normal_gravity
@@ -321,9 +323,13 @@ def test_a_row_is_printed_as_far_as_it_is_known() -> None:
 def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> None:
     scene, bag = made(duration=60.0), tmp_path / 'bag'
     tauto.sail(scene).write(bag)
-    found = tauto.budget(scene, jobs=1, out=bag)
-    assert kept_budget(bag) == json.loads(json.dumps(found.facts()))
-    assert budget_tables(found.facts())
+    (file := tmp_path / 'scene.yaml').write_text(scene_yaml(scene), 'utf-8')
+    typed = ['budget', str(file), '--jobs', '1', '--out', str(bag), '--json']
+    run = CliRunner().invoke(app, typed)
+    assert run.exit_code == 0
+    assert run.stderr.strip().endswith('budget.json')
+    assert kept_budget(bag) == json.loads(run.stdout)
+    assert budget_tables(json.loads(run.stdout))
     pytest.importorskip('bokeh')
     page = tmp_path / 'page.html'
     tauto.report(bag, page)

@@ -155,6 +155,12 @@ def test_a_column_that_is_there_twice_is_refused(tmp_path):
         list(read_passages(book(tmp_path, HEADER.replace('\n', ',latitude\n') + rows)))
 
 
+def test_a_row_of_more_cells_than_columns_is_refused_where_no_column_has_the_ship(tmp_path):
+    head, first = HEADER.replace('ship,', ''), ROWS.splitlines()[0].replace('La Folle,', '')
+    [passage] = read_passages(book(tmp_path, f'{head}{first},1,2\n'))
+    assert 'cells, the header' in str(next(passage.problems()))
+
+
 def test_names_over_several_lines_and_without_end_are_names_in_one_line(tmp_path, own):
     named = '"La\r\nFolle\x1b[2J\u2028 et fille"'
     text = ROWS.replace('A-1', 'A' * 5000).replace('La Folle', named)

@@ -266,7 +266,7 @@ ENTRIES: dict[str, Entry] = {
     'design': Command(('design',), shown.design),
     'hull': Command(('hull',), shown.hull, writes=('out', 'plot')),
     'logbook': Command(('logbook',), shown.logbook),
-    'budget': Command(('budget',), shown.budget, has_scene=True, warns=True, writes=('out',)),
+    'budget': Command(('budget',), shown.budget, has_scene=True, warns=True),
     'compare': Command(('compare',), shown.comparison),
     'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=voyages.fleet),
     'plot': voyages.PLOT,

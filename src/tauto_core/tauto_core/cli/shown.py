@@ -200,8 +200,12 @@ def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> S
     return '\n'.join([*lines, last])
 
 
-def budget(found: Budget, as_json: bool, _: Given) -> Said:
+def budget(found: Budget, as_json: bool, given: Given) -> Said:
     """Return the causes of a clock's rate."""
+    from tauto_core.bags.write import BUDGET
+
+    if out := given.get('out'):
+        say(f'wrote {out / BUDGET if out.is_dir() else out}')
     if as_json:
         return found.facts()
     from tauto_core.cli.tables import budget_tables

@@ -472,7 +472,7 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
         words: dict[str, Any] = {
             key: _printed(group[0][1][at[column]])
             for key, column in _WORDS.items()
-            if at.get(column, len(names)) < len(group[0][1])
+            if column in at and at[column] < len(group[0][1])
         }
         lines = tuple(line for line, _ in group)
         return LoggedPassage(
