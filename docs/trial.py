@@ -212,15 +212,25 @@ def _short_answer(answers: TrialAnswers) -> str:
     def within(clock: ClockAnswers) -> int:
         return clock.ways['corrected'].prizes[0].passages
 
-    best = max(answers.clocks, key=within)
-    said = (
-        f'On {within(answers.clocks[0])} of {counted(answers.judged, "passage")} of real '
-        '[log-books](docs/trial.md) an involute under a weight, rated in harbour, ends within '
-        '30 miles'
+    first, best = answers.clocks[0], max(answers.clocks, key=within)
+    years = sorted(int(each['first_utc'][:4]) for each in answers.voyages)
+    text = (
+        f'Repeated on [{answers.judged} real passages](docs/trial.md) of {years[0]} to '
+        f'{years[-1]}: rated in harbour, an involute under a weight '
+        + _often(within(first), answers.judged, 'ends within 30 miles')
     )
-    if best is not answers.clocks[0]:
-        said += f', the best of {len(answers.clocks)} clocks on {within(best)}'
-    return f'{said}.'
+    if best is not first:
+        often = _often(within(best), answers.judged, 'does')
+        text += f', the best of {len(answers.clocks)} clocks ({_called(best.clock)}) {often}'
+    return f'{text}.'
+
+
+def _often(passages: int, of: int, verb: str) -> str:
+    return (
+        f'{"never" if not passages else "always"} {verb}'
+        if passages in (0, of)
+        else (f'{verb} on {passages}')
+    )
 
 
 def _parts(answers: TrialAnswers) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -123,8 +122,9 @@ def test_a_trial_is_told_whole(
         ['29.0', '0.25', '61.0'],
         ['31.0', '0.25', '12.0'],
     ]
-    assert made['answer'].startswith('On 1 of 3 passages')
-    assert 'the best of 2 clocks on 2' in made['answer'].replace('\n', ' ')
+    answer = made['answer'].replace('\n', ' ')
+    assert answer.startswith('Repeated on [3 real passages](docs/trial.md) of 1770 to 1772: ')
+    assert f'ends within 30 miles on 1, the best of 2 clocks ({OTHER}) does on 2.' in answer
 
 
 def test_a_trial_ended_early_is_told_as_far_as_it_went(
@@ -140,7 +140,7 @@ def test_a_trial_ended_early_is_told_as_far_as_it_went(
     monkeypatch.setattr(page, 'PASSAGES', tmp_path / 'trial.csv')
     page.main([str(folder), '--logs', logs])
     assert '**Sailed were 2 of the 3 passages**' in pages[0].read_text('utf-8')
-    assert re.search(r'On \d of 2 passages', pages[1].read_text('utf-8'))
+    assert 'Repeated on [2 real passages]' in pages[1].read_text('utf-8')
     assert len((tmp_path / 'trial.csv').read_text('utf-8').splitlines()) == 1 + 2
     with Image.open(tmp_path / 'trial.png') as picture:
         assert (picture.format, picture.mode) == ('PNG', 'P')
