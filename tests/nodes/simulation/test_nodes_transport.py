@@ -25,7 +25,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.bags import encode, is_cut_short, read_bag
+from tauto_core.bags import check_bag, encode, read_bag
 from tauto_core.samples import (
     PHASE,
     READING,
@@ -387,7 +387,7 @@ def test_a_bag_with_fewer_readings_than_its_scene_has_is_cut_short(
     bench.until(lambda: sink.over)
     assert sink.counts()[READING]['lost'] == 0
     assert sink.exit_code == 1
-    assert is_cut_short(tmp_path / 'bag')
+    assert check_bag(tmp_path / 'bag').cut_short
 
 
 @pytest.fixture
