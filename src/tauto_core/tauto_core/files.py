@@ -274,7 +274,10 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
     if len(text) > LARGEST_YAML:
         raise YamlError(None, f'has more than {LARGEST_YAML} characters', 'Name another file.')
     try:
-        events = yaml.parse(text, Loader=getattr(yaml, 'CSafeLoader', yaml.SafeLoader))
+        fast = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+        # libyaml refuses the escapes of file names that are no text; a small file may have them
+        has_escapes = len(text) < 100_000 and '\\ud' in text.lower()
+        events = yaml.parse(text, Loader=yaml.SafeLoader if has_escapes else fast)
         return _Document(events, any_key=any_key).value
     except UnicodeError as error:
         raise YamlError(

@@ -25,13 +25,6 @@ from tauto_core.samples import OBSERVATION, SHIP_FIX, SHIP_IMU
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import TautoError, UsageError, spelled
 from tauto_nodes import ParameterError, as_parameter
-from tauto_nodes.live import SUPERVISOR, check_discovery, local_discovery, remove_left
-from tauto_nodes.live.parameters import (
-    FOLDER_VARIABLE,
-    PARAMETERS,
-    check_executor,
-    write_parameters,
-)
 
 if TYPE_CHECKING:
     from tauto_core.bags import Bag
@@ -143,6 +136,7 @@ def graph(
 def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
     """Return the bag; refuse a rate or topics that cannot be played, in the command's words."""
     from tauto_core.bags import read_bag
+    from tauto_nodes.live.parameters import PARAMETERS
     from tauto_nodes.live.player import ports_of
 
     known = {parameter.name: parameter for parameter in PARAMETERS['player']}
@@ -216,6 +210,8 @@ _ROLES = {
 
 def problems_of(given: Mapping[str, str]) -> list[str]:
     """Return the problems of the arguments of a launch, in words."""
+    from tauto_nodes.live.parameters import PARAMETERS
+
     problems = []
     for name, role in _ROLES.items():
         if (text := given.get(name)) is None:
@@ -257,6 +253,8 @@ def state_folder(given: Mapping[str, str]) -> str:
 
     A dial may only continue the same clock, so each scene has its own folder.
     """
+    from tauto_nodes.live.parameters import FOLDER_VARIABLE
+
     folder = given['state_folder']
     if folder != 'default':
         return '' if folder in ('', 'none') else str(Path(folder).absolute())
@@ -338,6 +336,9 @@ def launch_plan() -> None:
     for the parameters, and the process of the launch, the `supervisor`. The answer has the names
     of the `nodes`, their `environment` and the `remappings`.
     """
+    from tauto_nodes.live import SUPERVISOR, check_discovery, local_discovery, remove_left
+    from tauto_nodes.live.parameters import check_executor, write_parameters
+
     asked = json.load(sys.stdin)
     given, folder = asked['given'], Path(asked['folder'])
     remove_left(folder.parent)

@@ -68,7 +68,7 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
     if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
         raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
     said = f'the {len(imu.stamp_ns)} Imu messages that can be read are used'
-    return imu, tuple(f'{name}: {warning}; {said}' for warning in bag.warnings)
+    return imu, tuple(f'{warning}; {said}' for warning in bag.warnings)
 
 
 # -----------------------------------------------------------------------------
