@@ -636,7 +636,7 @@ def altitudes(
     altitudes_deg: Iterable[Quantity],
     times: Iterable[Quantity],
     latitude_deg: Quantity,
-    rate: float = 0.0,
+    rate: Quantity = 0.0,
     body: Literal['star', 'sun'] = 'star',
 ) -> dict[str, Any]:
     """Find latitude and culmination from three altitudes by a ship's clock.
@@ -649,7 +649,7 @@ def altitudes(
         altitudes_deg: three altitudes [deg], such as 20,35,41.
         times: when they were taken, by the clock [s].
         latitude_deg: latitude by account [deg], which tells the places apart that have them.
-        rate: gain of the clock that is allowed for, in s/day.
+        rate: gain of the clock that is allowed for [s/day].
         body: star or sun, of which the mean Sun is meant.
 
     Returns:
@@ -663,7 +663,7 @@ def altitudes(
     from tauto_core.studies import three_altitudes
 
     heights, when = numbers('altitudes_deg', altitudes_deg, 'deg'), numbers('times', times, 's')
-    account, gain = number('latitude_deg', latitude_deg, 'deg'), number('rate', rate)
+    account, gain = number('latitude_deg', latitude_deg, 'deg'), number('rate', rate, 's/day')
     return three_altitudes(heights, when, account, gain, body)
 
 

@@ -261,7 +261,7 @@ def test_python_and_the_command_line_take_the_same_units() -> None:
     assert degrees.amplitude_rad[0] == math.radians(30.0)
     assert tauto_core.cam('ideal', reach_rad='30 deg').angle_rad[-1] == math.radians(30.0)
     with pytest.raises(tauto_core.TautoError, match=r"thread_mm = '1 s': must be a length \[mm\]"):
-        tauto_core.cut('ideal', 'cam.svg', thread_mm='1 s')
+        tauto_core.cam('ideal', svg='cam.svg', thread_mm='1 s')
     with pytest.raises(tauto_core.TautoError, match=r"from_s = '1 m': must be a time \[s\]"):
         tauto_core.plot('ideal', 'roll', from_s='1 m')
 
