@@ -32,7 +32,8 @@ def test_lengths_are_those_of_the_paper() -> None:
     assert found['h_m'] == pytest.approx(0.4586475752, abs=5e-11)
     assert found['h_prime_m'] == pytest.approx(0.0163524248, abs=5e-11)
     assert len(found['rows']) == 21
-    # by the names of version 0.2, too
+    # by the old names, too
+    assert (found['b_m'], found['b_prime_m']) == (found['h_m'], found['h_prime_m'])
     lines = run(*BODY, *hollow, '--push-spin', '0.02').splitlines()
     assert lines[0].split() == ['h', '0.458647575', 'm']
     assert len(lines) == 6 + 1 + 21

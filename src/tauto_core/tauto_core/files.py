@@ -274,15 +274,13 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
     if len(text) > LARGEST_YAML:
         raise YamlError(None, f'has more than {LARGEST_YAML} characters', 'Name another file.')
     try:
-        fast = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
         # libyaml refuses the escapes of file names that are no text; a small file may have them
-        has_escapes = len(text) < 100_000 and '\\ud' in text.lower()
-        events = yaml.parse(text, Loader=yaml.SafeLoader if has_escapes else fast)
-        return _Document(events, any_key=any_key).value
+        is_slow = len(text) < 100_000 and '\\ud' in text.lower()
+        loader = yaml.SafeLoader if is_slow else getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+        return _Document(yaml.parse(text, Loader=loader), any_key=any_key).value
     except UnicodeError as error:
-        raise YamlError(
-            None, f'YAML syntax: {getattr(error, "reason", error)}', 'Correct the YAML there.'
-        ) from None
+        what = getattr(error, 'reason', error)
+        raise YamlError(None, f'YAML syntax: {what}', 'Correct the YAML there.') from None
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'

@@ -296,6 +296,8 @@ def axle_motion(
     }
     return {
         **lengths,
+        # the old names, for one release
+        **{f'b{name[1:]}': found for name, found in lengths.items() if name.startswith('h')},
         'ends_s': table.ends_s,
         'ends_why': table.ends_why or None,
         'rows': [

@@ -255,8 +255,7 @@ def state_folder(given: Mapping[str, str]) -> str:
     """
     from tauto_nodes.live.parameters import FOLDER_VARIABLE
 
-    folder = given['state_folder']
-    if folder != 'default':
+    if (folder := given['state_folder']) != 'default':
         return '' if folder in ('', 'none') else str(Path(folder).absolute())
     home = os.environ.get('ROS_HOME') or Path.home() / '.ros'
     scene = Path(given['scene'])

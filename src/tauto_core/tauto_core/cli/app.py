@@ -148,12 +148,17 @@ class Commands(TyperGroup):
             formatter.write_dl([(name, _summary(name)) for name in ENTRIES])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Remove `--quiet` from the command line, wherever it stands."""
+        """Remove `--quiet` from the command line, wherever it stands, and look for old words."""
         ours = args[: args.index('--')] if '--' in args else args
         be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
         kept = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
         if kept[:1] == ['plate']:  # the name of 0.2, for a release
             kept[:1] = ['cam', '--plate']
+        if kept[:1] == ['replay'] and '--smooth' in kept:
+            raise typer.BadParameter(
+                '--smooth: no drift in hindsight is estimated any more. Use the estimate at the '
+                'end, `drift` of --json, which knows all observations'
+            )
         return list(super().parse_args(ctx, kept))
 
     def invoke(self, ctx: Any) -> Any:

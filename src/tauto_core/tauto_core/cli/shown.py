@@ -142,7 +142,8 @@ def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return lengths and periods of small swings, and the motion."""
     rows, lines = found['rows'], []
     for name, length in found.items():
-        if isinstance(length, float) and name != 'ends_s':
+        # b and b_prime are the old names of h and h_prime
+        if isinstance(length, float) and name[:2] != 'b_' and name != 'ends_s':
             words, _unit, unit = name.rpartition('_')
             lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
     heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')

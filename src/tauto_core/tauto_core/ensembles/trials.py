@@ -699,9 +699,9 @@ def sail_trial(
         trial.sailings,
         lambda each: f'passage {each.passage.name}',
         lambda each: (1 + len(others)) * work_s(trial.rules.scene(first, each)[0]),
-        1 + len(others),
-        lambda each: each.number,
-        COLUMNS,
-        trial.identity(),
+        clocks=1 + len(others),
+        number=lambda each: each.number,
+        columns=COLUMNS,
+        identity=trial.identity(),
     )
     return Sailed(trial, list(sail(plan, crew, out, progress)))

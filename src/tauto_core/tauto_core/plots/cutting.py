@@ -537,10 +537,7 @@ class Drawing:
 
     def dxf(self) -> bytes:
         """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line."""
-        from ezdxf import (  # type: ignore[attr-defined]
-            options,
-            units,
-        )
+        from ezdxf import options, units  # type: ignore[attr-defined]
         from ezdxf.filemanagement import new
 
         options.write_fixed_meta_data_for_testing = True  # no dates, no random GUID
