@@ -115,8 +115,8 @@ text a quotient ends where the reader sees it. Words stay words. */
     '<mstyle displaystyle="' + style + '">' + parse(text) + '</mstyle></math>';
 
   // A formula in parts, each after the space before it. A line may end between two of them, and inside
-  // <math> it can't: before the signs outside brackets, in a long part also before a slash, behind a
-  // bracket, before a word, and before the signs within one bracket. Roots and exponents stay whole.
+  // <math> it can't: before the signs outside brackets, in a long part also behind a comma, before a slash,
+  // behind a bracket, before a word, and before the signs within one bracket. Roots and exponents stay whole.
   const pieces = (text) => {
     let depth = 0, made = [''];
     for (const word of text.trim().split(/\s+/)) {
@@ -133,7 +133,7 @@ text a quotient ends where the reader sees it. Words stay words. */
     for (let k = 0; k < long.length; k++) {
       const [before, next] = [long[k - 1], long.slice(k)];
       const ends = within.length === 0 ?
-        next[0] === '/' && !/\d/.test(before) || /^[(√A-Za-z]/.test(next) && /[)}]/.test(before) ||
+        before === ',' || next[0] === '/' && !/\d/.test(before) || /^ ?[(√A-Za-z]/.test(next) && /[)}]/.test(before) ||
           isWords(next.match(/^ [^ ]*/)?.[0] ?? '') :
         within.length === 1 && within[0] && / . /.test(next.slice(0, 3)) && SIGN.test(next[1]);
       if (ends && k - from > 7 && next.length > 3) { made.push(long.slice(from, k)); from = k; }

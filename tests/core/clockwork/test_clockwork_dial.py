@@ -139,4 +139,4 @@ def test_neither_pieces_nor_gaps_nor_blocks_change_the_noise(asked):
 
 def test_a_scene_without_noise_has_none_in_its_state():
     stage = TrochleaStage(load_scene('ideal', clock={'white_fm': 0.0}))
-    assert 'noise' not in stage.state()
+    assert stage.state()['noise'] is None

@@ -131,6 +131,10 @@ class Reference:
         """Return what the next output depends on."""
         return asdict(self._now)
 
+    def restore(self, state: State) -> None:
+        """Continue from a saved state."""
+        self._now = _Now(**state)
+
     def _channel(self, rows: FloatArray | None, t: float) -> tuple[float, float, float]:
         """Return a channel and its first two derivatives at t [s] from the span's beginning."""
         if rows is None:

@@ -129,8 +129,10 @@ REACHED: tuple[tuple[str, dict[str, object], float], ...] = (
 
 
 @pytest.mark.parametrize(('name', 'changes', 'duration'), REACHED)
-def test_the_accuracy_asked_for_is_reached(name, changes, duration):
+def test_the_accuracy_asked_for_is_reached(name, changes, duration, monkeypatch):
     """Against 40 Hz and 2e-12; the result of a run says what bounds it, and the bound holds."""
+    # on a slow machine the trials of the default time are too short for a bound
+    monkeypatch.setattr('tauto_core.checks.cost.JUDGED_IN_S', 5.0)
     run = {**changes, 'duration': duration}
     finest = {**run, 'solver': {'tolerance': 2e-12}, 'ship.rate': 40.0}
     exact = sail(name, **finest).samples[PHASE].position[:, 1:3]
