@@ -107,4 +107,6 @@ def test_no_more_words_than_a_reader_has_patience_for(figure: str) -> None:
     pages = PAGES[:1] if figure == 'README.md' else PAGES[1:]
     counted = sum(len(text_of(page).split()) for page in pages)
     most, goal = WORDS[figure]
-    assert counted <= most, f'{counted} words in {figure}: at most {most} today, {goal} is the goal'
+    assert counted <= most, (
+        f'{counted} words in {figure}: at most {most} today, {goal} is the goal'
+    )
