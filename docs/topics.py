@@ -1,6 +1,6 @@
-"""The topic reference, docs/topics.md, made from the topic table.
+"""Print the page of the topics, made from their table: python docs/topics.py.
 
-`python docs/topics.py > docs/topics.md` renews it.
+`make docs` writes it to docs/topics.md.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ standard messages are used. Every publisher is RELIABLE and KEEP_LAST; a latched
 TRANSIENT_LOCAL, the others are VOLATILE; deadline, lifespan and liveliness are infinite. In a bag
 the log time of a message is its stamp; `scene`, which has no header, has the stamp of the start.
 
-This page is made from `tauto_core/bags/table.py` by `python docs/topics.py`.
+`make docs` makes this page from `tauto_core/bags/table.py`.
 
 | topic | type | from | depth | latched | meaning |
 |---|---|---|---|---|---|

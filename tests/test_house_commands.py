@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from lint_prose import PAGES
 from modules import module_of
 from typer.testing import CliRunner
 
@@ -13,14 +14,6 @@ from tauto_core.cli.app import app
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-PAGES = [
-    ROOT / 'README.md',
-    *(
-        each
-        for each in sorted(DOCS.rglob('*.md'))
-        if each.name != 'cli.md' and each.parent.name != 'lessons'
-    ),
-]
 TYPED = re.compile(r'^ {4,}(?:ros2 run tauto_core )?(tauto .*?)(?:    #.*)?$', re.MULTILINE)
 RUN = [DOCS / 'tutorial.md', *sorted((DOCS / 'howto').glob('*.md'))]
 GRAPH = ('tauto graph', 'tauto play')

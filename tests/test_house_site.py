@@ -18,13 +18,16 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 from browser import BROWSER, Browser
+from lint_prose import MADE as PAGES
+from modules import module_of
 
 import tauto_core as tauto
 from tauto_core.euler.page import EDITIONS, all_claims, write_page
 from tauto_core.euler.site import write_site
+from tauto_core.scene.reference import scenes_page
 
 ROOT = Path(__file__).parents[1]
-MADE = ['demo.html', 'euler.md', 'figures', 'papers']
+MADE = ['demo.html', 'figures', 'papers', *PAGES]
 """What `make docs` adds to the pages that are in the repository."""
 
 
@@ -67,6 +70,14 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     claims = all_claims()
     write_page(folder / 'docs', claims)
     write_site(folder / 'docs' / 'papers', claims)
+    pages = {
+        'cli': module_of(ROOT / 'docs' / 'command_line.py').command_line(),
+        'parameters': module_of(ROOT / 'docs' / 'parameters.py').reference_page(),
+        'scenes': scenes_page(),
+        'topics': module_of(ROOT / 'docs' / 'topics.py').topic_reference(),
+    }
+    for name, text in pages.items():
+        (folder / 'docs' / f'{name}.md').write_text(text, encoding='utf-8')
     tauto.report('measured', folder / 'docs' / 'demo.html')
     # without what the cells show: test_house_lessons runs them
     lessons = [str(each) for each in (folder / 'docs' / 'lessons').glob('*.ipynb')]
@@ -92,7 +103,7 @@ def site(built: Path) -> dict[Path, Page]:
 def test_every_page_of_the_docs_is_a_page_of_the_site(site: dict[Path, Page]) -> None:
     written = {
         each.relative_to(ROOT / 'docs').with_suffix('.html')
-        for each in (ROOT / 'docs').rglob('*.md')
+        for each in [*(ROOT / 'docs').rglob('*.md'), *(ROOT / 'docs' / name for name in PAGES)]
     }
     assert written <= set(site)
     reached = {

@@ -17,6 +17,7 @@ import pytest
 import yaml
 from conftest import Bench, overrides
 from geometry_msgs.msg import TransformStamped
+from modules import module_of
 from rclpy.node import Node
 from rosbags.highlevel import AnyReader
 from visualization_msgs.msg import MarkerArray
@@ -161,7 +162,7 @@ def test_the_foxglove_layout_shows_fields_of_recorded_messages(recorded: dict[st
     assert list(panels['3D!clock']['topics']) == [f'/{MARKERS}']
     shown = [path for panel in panels.values() for path in panel.get('paths', ())]
     assert len(shown) == 6
-    documented = (LAYOUTS.parents[2] / 'docs/topics.md').read_text()
+    documented = module_of(LAYOUTS.parents[2] / 'docs/topics.py').topic_reference()
     for path in shown:
         topic, *fields = path['value'].split('.')
         assert f'`{topic.strip("/")}`' in documented

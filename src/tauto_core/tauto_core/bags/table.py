@@ -1,6 +1,6 @@
 """The topic table: the content, publisher and QoS of every topic.
 
-Nodes, codec, writer, reader and docs/topics.md all use it.
+Nodes, codec, writer, reader and the page of topics (docs/topics.py) all use it.
 """
 
 from __future__ import annotations

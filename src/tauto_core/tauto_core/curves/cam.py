@@ -835,7 +835,7 @@ class CamKind(Kind):
             'trochlea.cam.kind',
             self.kind,
             f'does not go with {thread}',
-            'See which cams go with which threads in docs/scenes.md.',
+            f'`tauto scene new --cam {self.kind}` writes a scene with a thread that fits.',
         )
 
 

@@ -1,4 +1,4 @@
-"""The keys of a scene in three forms: docs/scenes.md, JSON schema, a scene to start from."""
+"""The keys of a scene in three forms: page of the site, JSON schema, a scene to start from."""
 
 from __future__ import annotations
 
@@ -38,12 +38,11 @@ from tauto_core.ship.sections import Rao
 _HEAD = """\
 # Scenes: sections, kinds and keys
 
-Generated from the models of the code (`python -m tauto_core.scene.reference`); a test keeps the
-two equal. Numbers are in SI units and radians, except where a key says otherwise;
-[units in words](#units-in-words) are understood. A key without a default must be given. Where the
-default is *left out*, the part is not simulated unless the key says otherwise. A section *from a
-file* is read when the scene is loaded; the scene that runs, which is also written to the bag, has
-its numbers instead.
+`make docs` makes this page from the models of the code. Numbers are in SI units and radians,
+except where a key says otherwise; [units in words](#units-in-words) are understood. A key without
+a default must be given. Where the default is *left out*, the part is not simulated unless the key
+says otherwise. A section *from a file* is read when the scene is loaded; the scene that runs,
+which is also written to the bag, has its numbers instead.
 """
 
 _UNITS = """\
@@ -101,7 +100,7 @@ def _folders(model: type[BaseModel]) -> Iterator[KindIn]:
 
 
 def scenes_page() -> str:
-    """Return docs/scenes.md: each model once, under all keys that hold it."""
+    """Return the page of the keys: each model once, under all keys that hold it."""
     keys: dict[tuple[type[BaseModel], ...], list[str]] = {(Scene,): ['The scene']}
 
     def add(title: str, models: list[type[BaseModel]]) -> None:
