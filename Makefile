@@ -119,7 +119,7 @@ stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a
 soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the bag whole
 	.venv/bin/python benchmarks/soak.py --minutes $(MINUTES)
 
-fuzz: setup  ## COUNT=1000000 mutated bags and as many scenes: refused or read, nothing else
+fuzz: setup  ## COUNT=1000000 mutated bags, scenes, logs, messages, lines: refused or read
 	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
 clean:  ## remove bags/out, dist, site, colcon's folders and caches; .venv stays

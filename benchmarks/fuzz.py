@@ -1,9 +1,9 @@
-"""Mutated bags, indices, metadata and scenes: they are refused or read, without a crash or hang.
+"""Mutated files, messages and command lines: they are refused or read, without a crash or hang.
 
     .venv/bin/python benchmarks/fuzz.py [--count 1000000] [--first 0] [--what mcap index …]
 
 Every input is a valid one with a few changes: bits, bytes and numbers, pieces removed, repeated
-or exchanged, for scenes also values and keys. Input k of a --seed is always the same. An input
+or exchanged, for texts also values and keys. Input k of a --seed is always the same. An input
 that ends other than by an error of the package, takes more than 10 s of CPU time or makes the
 process larger by more than 64 MiB after the first thousand is printed with its number and kept in
 --keep, and the exit code is 1. Results so far, of each kind: benchmarks/fuzz.json.
@@ -22,16 +22,24 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Sequence
+from contextlib import chdir, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from types import FrameType
 
+from typer.testing import CliRunner
+
+import tauto_core
 from tauto_core.bags import check_bag, read_bag
+from tauto_core.cli.app import app
+from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene, parse_scene
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.loader import _SHIPPED
 from tauto_core.voyage import sail
+from tauto_nodes import NodesError
+from tauto_nodes.simulation import credits as control
 
 LIMIT_S = 10.0
 GROWTH_MIB = 64
@@ -154,11 +162,141 @@ def read_scene(folder: Path, data: bytes) -> None:
     load_scene(file)
 
 
+LOGS = {
+    'ours.csv': 'passage,utc,latitude,longitude,wind_mps,wind_from_deg\n'
+    + ''.join(f'p,1790-01-{d:02}T12:00,{10 + d / 2},{-20 - d / 2},8,90\n' for d in range(1, 29)),
+    'cliwoc.csv': 'YR,MO,DY,HR,LAT,LON,ID,D,W,ShipName,Nationality,VoyageFrom,VoyageTo\n'
+    + ''.join(f'1790,1,{d},1200,{1000 + 50 * d},33000,7,90,80,S,F,A,B\n' for d in range(1, 29)),
+    'track.gpx': '<?xml version="1.0"?><gpx version="1.1"><trk><name>t</name><trkseg>\n'
+    + ''.join(
+        f'<trkpt lat="{40 + h / 10}" lon="-{20 + h / 10}">\n'
+        f'<time>2024-05-01T{h:02}:00:00Z</time>\n</trkpt>\n'
+        for h in range(24)
+    )
+    + '</trkseg></trk></gpx>\n',
+}
+"""A log-book of each form."""
+
+
+def read_log(folder: Path, data: bytes) -> None:
+    """List the passages of a log-book, in the form that its beginning shows."""
+    file = folder / ('mutated.gpx' if data[:64].lstrip().startswith(b'<') else 'mutated.csv')
+    file.write_bytes(data)
+    tauto_core.logbook(file)
+
+
+KEY = b'of the graph'
+
+
+def read_control(folder: Path, data: bytes) -> None:
+    """Read a message as each one of the graph's own, as it comes and with the mark it needs."""
+    del folder
+    text = data[8:].partition(b'\0')[0].rpartition(b' ')[0]
+    packed = data[16 + control.MARK :]
+    for topic, read in (
+        (control.CREDIT_TOPIC, control.Report.from_octets),
+        (control.END_TOPIC, control.End.from_octets),
+    ):
+        sealed = data[:8] + text + b' ' + control.mark(KEY, topic, text).hex().encode() + b'\0'
+        for octets in (data, sealed):
+            with suppress(control.UnheardError):
+                read(octets, KEY)
+    sealed = data[:16] + control.mark(KEY, SHIP_IMU, packed) + packed
+    for octets in (data, sealed):
+        with suppress(control.UnheardError):
+            control.unpack(KEY, SHIP_IMU, octets)
+
+
+LINES = [
+    'scene check ideal', 'scene check ideal --json', 'scene new --out new.yaml --ship sea',
+    'sail ideal --duration 60 --out bag --force', 'sail measured --duration 2 --json',
+    'cam involute_weight_at_sea --plate --dxf plate.dxf', 'cam ideal --json --points 5',
+    'isochronism ideal --amplitudes 0.1,0.3', 'isochronism globe_in_oil --amplitudes 0.1 --json',
+    'design --period 1 --inertia 4e-4 --pull 3.158',
+    'axle --depth 0.01 --gyration-radius 0.2 --release-tilt 0.1',
+    'altitudes --altitudes 33.75,52.48,62.56 --times 0,7200,14400 --latitude 47', 'hull --json',
+    'logbook ours.csv', 'logbook ours.csv --passage p --out new.yaml', 'replay measured --json',
+    'bag check measured --json', 'bag recover measured --out new', 'plot ideal phase',
+    'euler --json', 'budget measured --json --duration 2', 'scenes --json', '--version',
+]  # fmt: skip
+WORDS = [
+    *(
+        '-1',
+        '0',
+        '1e-300',
+        'nan',
+        'inf',
+        '-inf',
+        '1e400',
+        '',
+        ' ',
+        '-',
+        '--',
+        '\u0661',
+        'x' * 5000,
+    ),
+    *(
+        'ideal',
+        'measured',
+        'bag',
+        'ours.csv',
+        'mutated.yaml',
+        '/',
+        '..',
+        '/dev/null',
+        'no/such',
+        '~',
+    ),
+    *(
+        '--json',
+        '--force',
+        '--out',
+        '--set',
+        '--seed',
+        '--duration',
+        '--help',
+        '--plot',
+        '--quiet',
+    ),
+    *('a=b', 'ship=', 'ship.rate=1e9', 'trochlea.cam.kind=x', 'clock={}', 'seed=[', 'a.b.c.d=1'),
+    *('x.svg', 'x.png', '/no/x.svg', '0.1,nan', '1,', 'ideal=1', '5 m', '3 parsec', '\udcff'),
+]
+
+
+def mutated_line(rng: random.Random, seeds: Sequence[bytes]) -> bytes:
+    """Return a command line with words replaced, removed, repeated or put in; NUL between them."""
+    del seeds
+    words = rng.choice(LINES).split()
+    for _ in range(rng.randint(1, 3)):
+        at = rng.randrange(len(words) + 1)
+        words[at : at + rng.randrange(2)] = rng.sample(WORDS, rng.randrange(3))
+    return '\0'.join(words).encode('utf-8', 'surrogateescape')
+
+
+def read_line(folder: Path, data: bytes) -> None:
+    """Run a command: it ends with 0, 1 or 2, and with at most ten lines about an error."""
+    words = data.decode('utf-8', 'surrogateescape').split('\0')
+    with chdir(folder):
+        run = CliRunner().invoke(app, words)
+    if isinstance(run.exception, HangError):
+        raise run.exception
+    if run.exception is not None and not isinstance(run.exception, SystemExit):
+        raise run.exception
+    lines = run.stderr.strip().count('\n') + 1
+    assert run.exit_code in (0, 1, 2), f'exit code {run.exit_code}'
+    assert not run.exit_code or lines <= 10 or 'Usage' in run.stderr, f'{lines} lines'
+    if run.exit_code:
+        raise TautoError(run.stderr[:80])
+
+
 KINDS = {
     'mcap': (mutated, read_mcap, '*/*.mcap'),
     'index': (mutated_index, read_mcap, '*/*.mcap'),
     'metadata': (mutated_scene, read_metadata, 'ideal/metadata.yaml'),
     'scene': (mutated_scene, read_scene, '*.yaml'),
+    'log': (mutated_scene, read_log, '*.[cg][sp][vx]'),
+    'control': (mutated, read_control, 'control/*'),
+    'line': (mutated_line, read_line, 'ours.csv'),
 }
 
 
@@ -190,7 +328,7 @@ def fuzz(
         try:
             read(data)
             found.ends['read'] += 1
-        except TautoError:
+        except (TautoError, NodesError):
             found.ends['refused'] += 1
         except Exception as error:
             end = f'{type(error).__name__} at {traceback.extract_tb(error.__traceback__)[-1][:2]}'
@@ -242,6 +380,14 @@ def main() -> int:
         folder = Path(temporary)
         for scene, duration in SCENES.items():
             sail(load_scene(scene, duration=duration), folder / scene)
+        for file, text in LOGS.items():
+            (folder / file).write_text(text)
+        (folder / 'control').mkdir()
+        report = control.Report('recorder', {SHIP_IMU: 3}, (SHIP_IMU,), True, 7)
+        pack = b''.join(control.pack(KEY, SHIP_IMU, [b'x' * 320, b'y' * 324], 5))
+        end = control.End('ship_motion', {SHIP_IMU: 3})
+        for number, octets in enumerate((report.to_octets(KEY), end.to_octets(KEY), pack)):
+            (folder / 'control' / str(number)).write_bytes(octets)
         for what in asked.what:
             change, read, where = KINDS[what]
             place = _SHIPPED if what == 'scene' else folder

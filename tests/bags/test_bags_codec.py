@@ -13,6 +13,7 @@ from hypothesis.extra import numpy as hnp
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, decode, encode, header_stamp_ns
+from tauto_core.bags.codec import MOST_NAMES
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.scene.errors import BagError
 from tauto_core.scene.times import NS_PER_S
@@ -187,6 +188,19 @@ def test_joints_that_do_not_go_with_their_names_are_refused() -> None:
     assert isinstance(samples, s.JointSamples)
     (payload,) = library_payloads('sensor_msgs/msg/JointState', replace(samples, name=('wheel',)))
     with pytest.raises(BagError, match=r'position has 2 elements for 1 names'):
+        decode(s.PHASE, [payload], stamps(1))
+
+
+def test_a_message_of_more_names_than_any_ship_has_joints_is_refused() -> None:
+    many = example(s.JointSamples, 1)
+    assert isinstance(many, s.JointSamples)
+    names = tuple(map(str, range(MOST_NAMES + 1)))
+    empty = np.empty((1, 0))
+    many = replace(
+        many, name=names, position=np.zeros((1, len(names))), velocity=empty, effort=empty
+    )
+    (payload,) = library_payloads('sensor_msgs/msg/JointState', many)
+    with pytest.raises(BagError, match=r'name has 1,001 names, and at most 1,000'):
         decode(s.PHASE, [payload], stamps(1))
 
 

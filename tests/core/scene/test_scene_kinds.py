@@ -6,10 +6,11 @@ import subprocess
 import sys
 
 import pytest
+from pydantic import BaseModel, TypeAdapter
 
 from tauto_core import scene as names
-from tauto_core.scene import SceneError, parse_scene, scene_yaml
-from tauto_core.scene.reference import all_kinds, scenes_page, schema
+from tauto_core.scene import Scene, SceneError, parse_scene, scene_yaml
+from tauto_core.scene.reference import all_kinds, models_of, scenes_page, schema
 from tauto_core.scene.sections import Kind, kind_of
 
 TROCHLEA = """
@@ -37,6 +38,23 @@ def test_every_kind_goes_by_its_name_and_says_what_it_is() -> None:
         assert all(
             field.description for name, field in model.model_fields.items() if name != 'kind'
         )
+
+
+def test_every_default_lies_within_its_own_limits() -> None:
+    """A key that is left out is as good as one with the default that the reference shows."""
+    models: set[type[BaseModel]] = {Scene, *all_kinds()}
+    while more := {m for each in models for f in each.model_fields.values() for m in models_of(f)}:
+        if more <= models:
+            break
+        models |= more
+    defaults = 0
+    for model in models:
+        for field in model.model_fields.values():
+            default = field.get_default(call_default_factory=True, validated_data={})
+            if not (field.is_required() or default is None):
+                assert TypeAdapter(field.rebuild_annotation()).validate_python(default) == default
+                defaults += 1
+    assert defaults > 100
 
 
 def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:

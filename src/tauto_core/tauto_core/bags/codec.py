@@ -34,6 +34,9 @@ HEADER_BYTES = 4
 NUMBERS = {'float64': 'f8', 'int8': 'i1', 'uint8': 'u1', 'uint16': 'u2'}
 """numpy's code of each primitive."""
 
+MOST_NAMES = 1000
+"""Most names of joints in a message: millions would take minutes to read."""
+
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _BYTE_ORDER = {0: '>', 1: '<'}
 
@@ -176,7 +179,13 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
         if field.kind == 'string':
             texts[field.sample] = cursor.text(field)
         elif field.kind == 'string[]':
-            texts[field.sample] = tuple(cursor.text(field) for _ in range(cursor.length(field)))
+            length = cursor.length(field)
+            if length > MOST_NAMES:
+                raise BagError(
+                    f'{origin}: {field.message} has {length:,} names, and at most {MOST_NAMES:,} '
+                    'are read; the publisher is no clock or ship'
+                )
+            texts[field.sample] = tuple(cursor.text(field) for _ in range(length))
         elif field.kind == 'float64[]':
             length = cursor.length(field)
             first = cursor.skip(field, 8, length) if length else cursor.at

@@ -22,6 +22,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.subscription import Subscription
 
+from tauto_core.files import read_yaml
 from tauto_core.scene import Scene, load_scene, shipped_scenes
 from tauto_nodes import ParameterError
 
@@ -165,7 +166,7 @@ def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
         if word != '--params-file':
             continue
         # ROS has checked the files by now.
-        content = yaml.safe_load(Path(file).read_text('utf-8'))
+        content = read_yaml(Path(file).read_text('utf-8'), any_key=True)
         for section, held in (content or {}).items():
             names = set(_flat(held.get('ros__parameters', {})))
             if section == '/**':
