@@ -207,6 +207,14 @@ def test_neighbouring_points_run_together(name: str, small: float) -> None:
     assert max(off) / min(off) < 1.6
 
 
+def test_the_thread_of_figure_iii_bends_on_its_cheek_and_keeps_its_length() -> None:
+    """300 mm, at one unit of the page for each; places to a tenth, at 41 points."""
+    for (turn,), _, markup in _shown(_figure('A', 'III')):
+        (path,) = re.findall(r'class="thread" d="M([^"]*)"', markup)
+        x, y = np.array([each.split() for each in path.split('L')], np.float64).T
+        assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx(300.0, abs=0.6), turn
+
+
 def test_figure_viii_has_the_loss_of_the_claim_on_xx() -> None:
     (_, says, _), *_ = _shown(_figure('A', 'VIII'))
     assert '428 seconds a day' in says

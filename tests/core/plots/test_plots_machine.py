@@ -121,7 +121,7 @@ def test_the_lever_has_its_arms_and_its_fulcrum_and_hole_their_places() -> None:
     ('name', 'figure', 'letters'),
     [
         ('cheek_before_euler', 'figure I.', 'CP'),
-        ('sully_lever_at_sea', 'figure III.', 'CABD'),
+        ('sully_lever_at_sea', 'figure III.', 'CABDP'),
         ('euler_1727', 'figure IV.', 'CR'),
         ('second_cam_at_sea', 'figure X.', 'CO'),
         ('sully_1724', '', ''),
@@ -132,9 +132,9 @@ def test_the_lever_has_its_arms_and_its_fulcrum_and_hole_their_places() -> None:
 def test_a_machine_of_euler_s_has_his_letters_at_its_parts(name, figure, letters):
     """Each on an outline or, the axles C and the globe M, in the middle of one."""
     drawn = draw_machine(tauto.load(name))
-    assert ''.join(letter for letter, _, _ in drawn.letters) == letters
+    assert ''.join(letter for letter, *_ in drawn.letters) == letters
     assert f"Euler's {figure}" in drawn.note if figure else "Euler's" not in drawn.note
-    for letter, x, y in drawn.letters:
+    for letter, x, y, _ in drawn.letters:
         ends = [np.hypot(each.x - x, each.y - y) for each in drawn.parts]
         middles = [
             math.hypot(each.x[:-1].mean() - x, each.y[:-1].mean() - y) for each in drawn.parts

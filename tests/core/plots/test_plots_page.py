@@ -20,6 +20,7 @@ import tauto_core as tauto
 from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.plots.chart import Chart, Line, Mark
 from tauto_core.plots.contents import chart
+from tauto_core.plots.machine import draw_machine
 from tauto_core.plots.page import (
     INK,
     MOST_PARTS,
@@ -390,10 +391,13 @@ def test_the_keyboard_moves_and_plays_it(browser: Browser, long_page: Path) -> N
 
 
 @pytest.mark.parametrize('name', ['axle_at_sea', 'globe_in_oil', 'sully_lever_at_sea'])
-def test_the_clock_of_every_kind_of_regulator_moves(
+def test_the_clock_of_every_kind_of_regulator_moves_with_its_letters(
     browser: Browser, tmp_path: Path, name: str
 ) -> None:
-    """A body on an axle and one in a fluid have no thread, and the slider moves them all."""
+    """A body on an axle and one in a fluid have no thread, and the slider moves them all.
+
+    The letters of one part keep their distances: AB of the lever is 100 mm, and BD 50 mm.
+    """
     write_report(tauto.sail(name, duration=60.0), tmp_path / 'moved.html', f'tauto report {name}')
     browser.show(tmp_path / 'moved.html', 1000, dark=False)
     browser.run(
@@ -402,4 +406,24 @@ def test_the_clock_of_every_kind_of_regulator_moves(
         '; return 0; })()'
     )
     assert browser.run("document.getElementById('now').textContent") == '30.0 s'
+    places = {
+        letter: complex(x, y)
+        for letter, x, y in browser.run(
+            "[...document.querySelectorAll('#machine-view .letter')].map((each) => "
+            "[each.textContent, Number(each.getAttribute('x')), Number(each.getAttribute('y'))])"
+        )
+    }
+    drawn = draw_machine(tauto.load(name)).letters
+    assert list(places) == [each.name for each in drawn]
+    if name == 'sully_lever_at_sea':
+        assert abs(places['B'] - places['A']) == pytest.approx(100.0, rel=1e-9)
+        assert abs(places['D'] - places['B']) == pytest.approx(50.0, rel=1e-9)
+        # the lever has left its level
+        assert abs((places['D'] - places['A']).imag) > 1.0
+        # a thread that lies on its cheek and is straight from there keeps its 300 mm
+        points = browser.run(
+            "document.querySelector('#machine-view > polyline').getAttribute('points')"
+        )
+        on = [complex(*map(float, each.split(','))) for each in points.split()]
+        assert sum(map(abs, np.diff(on))) == pytest.approx(300.0, abs=0.2)
     assert browser.faults == []

@@ -16,7 +16,7 @@ from tauto_core.curves import Hole, Involute
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition, turned
+from tauto_core.euler.edition import Control, Drawing, G, Point, Shown, read_edition, turned
 from tauto_core.euler.trochlea_1727 import BASE_RADIUS, inertia_of_rings, period
 from tauto_core.samples import FloatArray
 
@@ -45,8 +45,19 @@ def _weight(drawing: Drawing, hook: tuple[float, float], radius: float) -> tuple
     return centre
 
 
-def _cheeks(drawing: Drawing, cam: Cam, angle: float, reach: float) -> None:
+def _cheeks(
+    drawing: Drawing, cam: Cam, angle: float, reach: float, end: Point, lean: float = 0.0
+) -> None:
+    """Draw both cheeks, and the thread: from their tip along one of them, then straight to an end.
+
+    A thread that leans by δ leaves the cheek where a vertical one does at the turn less δ.
+    """
     drawing.curve(*_hung(outline(cam, 60, reach), angle), 'curve')
+    _thread(drawing, _hung(cam.contact(np.linspace(0.0, angle - lean, 40)), angle), end)
+
+
+def _thread(drawing: Drawing, along: tuple[FloatArray, FloatArray], end: Point) -> None:
+    drawing.curve(np.append(along[0], end[0]), np.append(along[1], end[1]), 'thread')
 
 
 # -----------------------------------------------------------------------------
@@ -65,11 +76,11 @@ def _figure_i(turn: float) -> Shown:
         x, y = _hung(cheek, turn)
         drawing.curve(x, y, 'curve')
         ends.append((float(x[-1]), float(y[-1])))
-    for name, end in zip('EF', ends, strict=True):
-        drawing.letter(end, name)
-    arm = bend * (1.0 - math.cos(turn))
-    touch = _at((-bend * (1.0 - math.cos(turn)), bend * math.sin(turn)), turn)
-    drawing.line(touch, (touch[0], -3.7), look='thread')
+    drawing.letters((ends[0], 'E', -10.0, 6.0), (ends[1], 'F', 10.0, 6.0))
+    arm, bent = bend * (1.0 - math.cos(turn)), np.linspace(0.0, turn, 40)
+    wound = _hung((-bend * (1.0 - np.cos(bent)), bend * np.sin(bent)), turn)
+    touch = float(wound[0][-1]), float(wound[1][-1])
+    _thread(drawing, wound, (touch[0], -3.7))
     drawing.letter((0.0, 0.0), 'C', -12.0, 5.0)
     if turn:
         drawing.letter(touch, 'M', 8.0, -4.0)
@@ -84,10 +95,10 @@ def _figure_i(turn: float) -> Shown:
 def _figure_ii(turn: float) -> Shown:
     drawing = Drawing(-3.2, 3.2, -3.2, 3.2, 220.0)
     drawing.circle((0.0, 0.0), 2.9, 'ink')
-    _cheeks(drawing, _UNIT, turn, 2.0)
+    _cheeks(drawing, _UNIT, turn, 2.0, (turn, -3.2))
     counter = _at((0.0, -2.2), turn)
     drawing.circle(counter, 0.32, 'solid')
-    drawing.note(counter, 'counterweight', 0.0, 12.0)
+    drawing.note(counter, 'counterweight', 0.0, -22.0)
     drawing.letter((0.0, 0.0), 'C', 9.0, 6.0)
     return Shown(
         drawing, 'The centre of gravity of wheel and cheeks is *C*: it rests at any turn.'
@@ -103,16 +114,18 @@ def _figure_iii(turn: float) -> Shown:
     touch = r * u * np.array([math.cos(delta), math.sin(delta)]) + r * along
     tied, end = touch + free * along, fulcrum + 0.15 * np.array([math.cos(beta), math.sin(beta)])
     drawing = Drawing(-0.13, 0.1, -0.37, 0.07, 230.0)
-    _cheeks(drawing, Involute(r), turn, 2.6)
+    _cheeks(drawing, Involute(r), turn, 2.6, tied, delta)
     drawing.circle((0.0, 0.0), 0.062, 'faint')
-    drawing.line(touch, tied, look='thread')
     drawing.line(fulcrum, end, look='heavy')
-    drawing.circle(end, 0.011, 'solid')
+    # the weight lies on the lever
+    size = 0.011
+    weight = end + size * np.array([-math.sin(beta), math.cos(beta)])
+    drawing.circle(weight, size, 'solid')
     drawing.letter((0.0, 0.0), 'C', -12.0, 5.0)
     drawing.letter(fulcrum, 'A', -12.0, 2.0)
     drawing.letter(tied, 'B', -10.0, 9.0)
-    drawing.note(end, 'D', 2.0, 15.0, 'letter')
-    drawing.note(end, 'P', 2.0, -22.0, 'letter')
+    drawing.letter(end, 'D', 2.0, -14.0)
+    drawing.note(weight, 'P', 20.0, 0.0, 'letter')
     return Shown(
         drawing,
         f'*D* has risen by {150.0 * math.sin(beta):.1f} mm, and the thread leans by '
@@ -125,9 +138,8 @@ def _figure_iv(turn: float) -> Shown:
     touch = _at(_UNIT.contact(turn), turn) if turn else (0.0, -1.0)
     drawing = Drawing(-3.0, 3.0, -4.3, 2.9, 280.0)
     drawing.circle((0.0, 0.0), rim, 'faint')
-    _cheeks(drawing, _UNIT, turn, 2.3)
+    _cheeks(drawing, _UNIT, turn, 2.3, (arm, -4.2))
     drawing.line((0.0, 0.0), (0.0, -rim))
-    drawing.line(touch, (arm, -4.2), look='thread')
     drawing.line((0.0, 0.0), (arm, 0.0), look='thin')
     drawing.line((arm, 0.0), touch, look='thin')
     outer = _at((0.0, rim), turn)
@@ -333,8 +345,7 @@ def _figure_viii(ratio: float) -> Shown:
     drawing = Drawing(-5.8, 5.8, -6.6, 5.4, 290.0)
     drawing.circle((0.0, 0.0), ratio, 'ink')
     drawing.circle((0.0, 0.0), 1.0, 'faint')
-    _cheeks(drawing, _UNIT, 0.0, 1.2)
-    drawing.line((0.0, -1.0), (0.0, -5.7), look='thread')
+    _cheeks(drawing, _UNIT, 0.0, 1.2, (0.0, -5.7))
     drawing.note(_weight(drawing, (0.0, -5.7), 0.35), 'P', 20.0, -3.0, 'letter')
     drawing.letters(
         ((0.0, 0.0), 'C', -9.0, 6.0),
@@ -380,10 +391,9 @@ def _figure_ix(ratio: float, angle: float) -> Shown:
     at = _through_hole(cam, angle)
     reach = min(2.0, 0.97 * cam.range_rad)
     drawing = Drawing(-2.3, 2.3, -3.2, 1.4, 320.0)
-    _cheeks(drawing, cam, angle, reach)
     places = {name: np.array(_at((at[name][0], at[name][1]), angle)) for name in 'MNPO'}
     hole = places['O']
-    drawing.line(places['M'], hole, look='thread')
+    _cheeks(drawing, cam, angle, reach, hole)
     drawing.line(np.zeros(2), places['P'])
     drawing.line(places['P'], places['M'])
     drawing.line(np.zeros(2), places['M'], look='thin')
@@ -414,9 +424,9 @@ def _figure_x(angle: float) -> Shown:
     at = _through_hole(cam, angle)
     places = {name: np.array(_at((at[name][0], at[name][1]), angle)) for name in 'MNPO'}
     drawing = Drawing(-2.3, 2.3, -3.0, 1.7, 320.0)
-    _cheeks(drawing, cam, angle, 1.7)
+    _cheeks(drawing, cam, angle, 1.7, places['O'])
     drawing.line(places['N'], places['M'], look='thin')
-    drawing.line(places['M'], places['O'], np.array([0.0, -3.0]), look='thread')
+    drawing.line(places['O'], (0.0, -3.0), look='thread')
     for side in (-1.0, 1.0):
         drawing.line((0.08 * side, -2.0), (0.6 * side, -2.0), look='heavy')
     drawing.line(np.zeros(2), places['N'])

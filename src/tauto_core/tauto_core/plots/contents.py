@@ -735,7 +735,7 @@ def _machine(voyage: Voyage) -> Chart:
         drawn.parts,
         equal=True,
         note=drawn.note,
-        names=drawn.letters,
+        names=[each[:3] for each in drawn.letters],
         y_ticks=not drawn.is_broken,
     )
 

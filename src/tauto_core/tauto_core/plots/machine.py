@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from typing import Literal, NamedTuple, cast
 
 import numpy as np
 
@@ -86,8 +86,16 @@ BROKEN_RADII = 3.0
 """Length of a broken thread, likewise."""
 _CIRCLE = np.linspace(0.0, math.tau, 121)
 
-Letter: TypeAlias = tuple[str, float, float]
 Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
+
+
+class Letter(NamedTuple):
+    """A letter of Euler's, its place at rest, and the part that carries it."""
+
+    name: str
+    x: float
+    y: float
+    moves_with: Carrier = 'case'
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,7 @@ class MachineDrawing:
         note: the materials, and the dimensions that the scene does not give.
         is_broken: whether a thread is drawn shorter than it is, so that heights below the break
             are not those of the machine.
-        letters: Euler's, and their places (x, y), where the machine is a figure of his.
+        letters: Euler's, where the machine is a figure of his.
     """
 
     parts: list[Outline]
@@ -225,28 +233,39 @@ def draw_machine(scene: Scene) -> MachineDrawing:
         assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
     box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
-    figure, letters = _letters(scene.trochlea.cam.kind, thread, -depth)
+    figure, letters = _letters(
+        scene.trochlea.cam.kind, thread, -depth, (-0.5 * across, 0.5 * high)
+    )
     return MachineDrawing(
         [_path('case', box.T, 'grey'), *parts], note + figure, is_broken, letters
     )
 
 
-def _letters(cam: str, thread: ThreadKind, end: float) -> tuple[str, tuple[Letter, ...]]:
+def _letters(
+    cam: str, thread: ThreadKind, end: float, corner: tuple[float, float]
+) -> tuple[str, tuple[Letter, ...]]:
     """Return a sentence on Euler's figure of a machine (1727) and its letters; none if it is not.
 
-    `end` is the height at which the thread is drawn to end, at the weight, the hole or the lever.
+    `end` is the height at which the thread is drawn to end, at the weight, the hole or the lever,
+    and `corner` that of the weight from its middle, where its letter stands beside another.
     """
-    centre, said = ('C', 0.0, 0.0), " The letters are those of Euler's figure "
+    centre, said = Letter('C', 0.0, 0.0), " The letters are those of Euler's figure "
     if isinstance(thread, LeverThread) and thread.arm is not None and cam == 'involute':
         (x, y), (across, up) = fulcrum_mm(thread), _along_lever(thread, thread.weight_arm)
-        pulled, weight = ('B', 0.0, end), ('D', x + across, end + y + up)
-        return f'{said}III.', (centre, ('A', x, end + y), pulled, weight)
+        place = x + across, end + y + up
+        weight = Letter('P', place[0] + corner[0], place[1] + corner[1], 'lever')
+        ends = (
+            Letter('A', x, end + y),
+            Letter('B', 0.0, end, 'lever'),
+            Letter('D', *place, 'lever'),
+        )
+        return f'{said}III.', (centre, *ends, *[weight] * any(corner))
     if isinstance(thread, HoleThread) and cam == 'hole':
-        return f'{said}X.', (centre, ('O', 0.0, end))
+        return f'{said}X.', (centre, Letter('O', 0.0, end))
     if thread.kind == 'vertical' and cam == 'circular_arc':
-        return f'{said}I.', (centre, ('P', 0.0, end))
+        return f'{said}I.', (centre, Letter('P', 0.0, end, 'weight'))
     if thread.kind == 'vertical' and cam == 'involute':
-        return f'{said}IV.', (centre, ('R', 0.0, end))
+        return f'{said}IV.', (centre, Letter('R', 0.0, end, 'weight'))
     return '', ()
 
 
@@ -362,7 +381,9 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Mach
             _area(f'{regulator.body} at rest', body, 'orange', 'body'),
         ],
         f'To scale. The centre of the {regulator.body} moves on the curve.{assumed}',
-        letters=(('A', 0.0, 0.0), ('M', across, up)) if regulator.curve == 'euler' else (),
+        letters=(Letter('A', 0.0, 0.0, 'ship'), Letter('M', across, up, 'ship'))
+        if regulator.curve == 'euler'
+        else (),
     )
 
 
@@ -404,7 +425,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
         ],
         'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
         'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
-        letters=(('C', 0.0, 0.0), ('G', 0.0, -MM * depth)),
+        letters=(Letter('C', 0.0, 0.0), Letter('G', 0.0, -MM * depth, 'wheel')),
     )
 
 

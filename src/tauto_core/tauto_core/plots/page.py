@@ -61,6 +61,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     Returns:
         lines: outlines, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`,
             the part with which it moves (`machine.Carrier`). `note` is on these.
+        letters: Euler's, each with `name`, `x`, `y` and `with`.
         parts: parts of the voyage, each from `from_s` on for `length_s`. At logged samples they
             have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`;
             every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical, to
@@ -124,6 +125,10 @@ def animation(voyage: Voyage) -> dict[str, Any]:
                 'with': part.moves_with,
             }
             for part in drawn.parts
+        ],
+        'letters': [
+            {'name': each.name, 'x': each.x, 'y': each.y, 'with': each.moves_with}
+            for each in drawn.letters
         ],
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
