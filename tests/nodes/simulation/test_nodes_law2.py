@@ -166,8 +166,16 @@ def middleware_threads() -> set[str]:
     return {task.name for task in threads if (task / 'comm').read_text().startswith('dds.ev')}
 
 
-def test_who_runs_a_graph_is_no_part_of_it(tmp_path: Path) -> None:
-    """What can hang a node in the middleware cannot hang the supervisor."""
+def test_who_runs_a_graph_is_no_part_of_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What can hang a node in the middleware cannot hang the supervisor.
+
+    Nor do the nodes import what lies in the working folder.
+    """
+    monkeypatch.chdir(tmp_path)
+    for module in ('json', 'yaml', 'tauto_nodes', 'sitecustomize'):
+        Path(f'{module}.py').write_text(f"raise SystemExit('{module} of the working folder')")
     before = middleware_threads()
     plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0)
     seen: set[str] = set()
