@@ -299,11 +299,13 @@ def test_bad_fixes_are_left_out_and_time_may_begin_again():
     nowhere = fix_samples(
         fixes.stamp_ns, fixes.latitude + 0.0, fixes.longitude, np.ones((len(fixes.stamp_ns), 3))
     )
-    nowhere.latitude[5], nowhere.status[7] = math.nan, -1
+    nowhere.latitude[5], nowhere.status[7], nowhere.latitude[9] = math.nan, -1, 85.0
+    nowhere.latitude[11] = nowhere.longitude[11] = 0.0
     source, whole = (regressors(SCENE, live=True) for _ in range(2))
     source.feed({SHIP_FIX: nowhere})
     whole.feed({SHIP_FIX: fixes})
-    assert source.health() == {'latitude_refused': 2, 'latitude_unknown': 0}
+    counts = {name: n for name, n in source.health().items() if n}
+    assert counts == {'latitude_refused': 4, 'fixes_out_of_reach': 1, 'fixes_at_0_0': 1}
     end = fixes.stamp_ns[-1:]
     reached = source.at(end)
     np.testing.assert_allclose(reached, whole.at(end), rtol=1e-9)

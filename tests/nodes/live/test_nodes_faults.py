@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from conftest import Bench, overrides
+from conftest import WARM, Bench, overrides
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
@@ -23,10 +23,25 @@ from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
 from visualization_msgs.msg import MarkerArray
 
-from tauto_core.bags import TOPICS, encode, read_bag
+from tauto_core.bags import TOPICS, decode, encode, read_bag
 from tauto_core.clockwork import DialSetting
 from tauto_core.clockwork.trochlea import SLACK_NAMES
-from tauto_core.samples import READING, SHIP_IMU, SLACK, ImuSamples, TimeSamples, scalars, take
+from tauto_core.navigation.longitude import STATUS_NO_FIX, fix_samples
+from tauto_core.samples import (
+    LONGITUDE_ERROR,
+    LONGITUDE_FIX,
+    READING,
+    SHIP_FIX,
+    SHIP_IMU,
+    SLACK,
+    FixSamples,
+    ImuSamples,
+    TimeSamples,
+    count,
+    same,
+    scalars,
+    take,
+)
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll
@@ -338,6 +353,71 @@ def test_who_asks_for_it_has_the_dial_set_anew(bench: Bench) -> None:
     for _ in range(2):
         send(publisher, still_sensor(5.0), bench, trochlea)
     bench.until(lambda: trochlea.health()['dial_settings'] == 1)
+
+
+def test_a_place_without_a_good_fix_is_unknown_and_said(bench: Bench, tmp_path: Path) -> None:
+    """A dial that is right is read each second; each part of the passage has its own fixes.
+
+    A second estimator, whose rate follows gravity, hears the same receiver.
+    """
+    file = tmp_path / 'scene.yaml'
+    file.write_text(WARM.replace('temperature_squared, gravity, temperature', 'gravity'), 'utf-8')
+    heavy = DriftEstimatorNode(
+        namespace='/other',
+        cli_args=['--ros-args', '-r', f'{SHIP_FIX}:=/{SHIP_FIX}'],
+        **overrides(source='foreign', scene=str(file)),
+    )
+    drift = DriftEstimatorNode(**overrides(**FOREIGN))
+    longitude = LongitudeNode(**overrides(**FOREIGN))
+    ship = bench.add(Node('ship'), heavy, drift, longitude)
+    heard = Heard(ship)
+    receiver, dial = (
+        ship.create_publisher(port(topic).message, topic, port(topic).profile)
+        for topic in (SHIP_FIX, READING)
+    )
+    places: list[bytes] = []
+    ship.create_subscription(port(SHIP_FIX).message, LONGITUDE_FIX, places.append, 100, raw=True)
+    errors, fixes = longitude.outputs[LONGITUDE_ERROR], longitude.outputs[LONGITUDE_FIX]
+    heard_by = drift.inputs[READING], *longitude.inputs.values(), heavy.inputs[SHIP_FIX]
+    bench.until(lambda: fixes.matched and all(source.matched for source in heard_by))
+
+    def sail(until_s: int, *place: float, status: int = 0) -> FixSamples:
+        """Return the places that are published by then, with such a fix in each second."""
+        places.clear()
+        before = fixes.sent
+        for second in range(errors.sent + 1, until_s + 1):
+            stamp = np.array([START_NS + second * 10**9])
+            for north, east in zip(place[::2], place[1::2], strict=True):
+                fix = fix_samples(stamp, np.array([north]), np.array([east]), np.ones((1, 3)))
+                fix.status[:] = status
+                receiver.publish(encode(SHIP_FIX, fix)[0])
+                taken = longitude.inputs[SHIP_FIX].taken
+                for one in (longitude, heavy):
+                    bench.until(lambda s=one.inputs[SHIP_FIX], n=taken: s.taken > n)
+            dial.publish(encode(READING, TimeSamples(stamp, '', stamp, same('dial', 1)))[0])
+            bench.until(lambda n=second: errors.sent == n)
+        bench.until(lambda: len(places) == fixes.sent - before)
+        published = decode(LONGITUDE_FIX, places, np.zeros(len(places), np.int64))
+        assert isinstance(published, FixSamples)
+        assert (published.status == STATUS_NO_FIX).all()
+        return published
+
+    assert not count(sail(3, 50.0, -5.0, status=-1))  # no fix
+    bench.until(lambda: heard.says('longitude', DiagnosticStatus.WARN, 'no fix has come'))
+    assert longitude.health()['fixes_invalid'] == heavy.health()['latitude_refused'] == 3
+    np.testing.assert_array_equal(sail(6, 50.0, -5.0).latitude, 50.0)
+    np.testing.assert_array_equal(sail(9, 0.0, 0.0).latitude, 50.0)
+    np.testing.assert_array_equal(sail(12, 50.0, 135.0).latitude, 50.0)
+    for name in ('longitude', 'other/drift_estimator'):
+        words = 'fixes_at_0_0 3, fixes_out_of_reach 3'
+        bench.until(lambda n=name, w=words: heard.says(n, DiagnosticStatus.WARN, w))
+    assert heavy.health()['latitude_refused'] == 9
+    ship.destroy_publisher(receiver)
+    aged = sail(18)
+    assert (aged.stamp_ns - START_NS)[-1] == 16 * 10**9  # fix_max_age, 10 s, after the last good
+    assert np.all(np.diff(aged.position_covariance[:, 4]) > 0.0)
+    words = 'the last fix is 12 s old, fix_max_age is 10'
+    bench.until(lambda: heard.says('longitude', DiagnosticStatus.WARN, words))
 
 
 def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:

@@ -30,7 +30,7 @@ from tauto_core.navigation.kalman import (
     prior,
     same_fields,
 )
-from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, in_order
+from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, LiveFixes, in_order
 from tauto_core.navigation.regressors import HELD_NS, MotionRegressors, integral_names, regressors
 from tauto_core.samples import (
     CORRECTED,
@@ -461,6 +461,7 @@ class DriftStage(Stateful):
             `HISTORY` readings, and by `track.REMEMBERED` later observations, for which the filter
             is then repeated in the order of the stamps.
         motion: a source of the integrals of the covariates that replaces these topics.
+        fixes: sorts the fixes of a live receiver.
     """
 
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
@@ -471,7 +472,11 @@ class DriftStage(Stateful):
     )  # fmt: skip
 
     def __init__(
-        self, scene: Scene, expect_schedule: bool = True, motion: MotionRegressors | None = None
+        self,
+        scene: Scene,
+        expect_schedule: bool = True,
+        motion: MotionRegressors | None = None,
+        fixes: LiveFixes | None = None,
     ) -> None:
         self._scene, self._model = scene, clock_model(scene)
         if not expect_schedule:
@@ -479,7 +484,7 @@ class DriftStage(Stateful):
         self._schedule = schedule(scene) if expect_schedule else None
         self._motion = motion
         if motion is None and self._model.coefficients:
-            self._motion = regressors(scene, live=not expect_schedule)
+            self._motion = regressors(scene, live=not expect_schedule, fixes=fixes)
         self._integral = np.empty((0, len(self._model.coefficients)))
         self._begun: tuple[int, tuple[float, ...]] | None = None
         none = np.empty(0, np.int64)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import entry
-from tauto_core.navigation.longitude import BEFORE_ALL, STATUS_FIX, in_order
+from tauto_core.navigation.longitude import BEFORE_ALL, STATUS_FIX, LiveFixes, in_order
 from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
@@ -362,7 +362,7 @@ class SlowRegressor(MotionRegressors):
         live: whether stamps may go back, as in a graph whose time begins again.
     """
 
-    kept = ('stamp', 'piece', 'said', 'integral', 'last', 'health')
+    kept: ClassVar[tuple[str, ...]] = ('stamp', 'piece', 'said', 'integral', 'last', 'health')
     topic: ClassVar[str]
     name: ClassVar[str]
     """The measured quantity, in the names of counters."""
@@ -450,18 +450,31 @@ class SlowRegressor(MotionRegressors):
 
 
 class Gravity(SlowRegressor):
-    """Gravity of the places on `ship/fix`, less Eötvös' term between them."""
+    """Gravity of the places on `ship/fix`, less Eötvös' term between them.
 
+    Args:
+        scene: gives gravity where the dial was regulated.
+        fixes: sorts the fixes of a live receiver; None: they are those of a scene.
+    """
+
+    kept = (*SlowRegressor.kept, 'fixes')
     topic, name = SHIP_FIX, 'latitude'
 
-    def __init__(self, scene: Scene, *, live: bool) -> None:
-        super().__init__(live=live)
-        self._gravity = scene.g
+    def __init__(self, scene: Scene, fixes: LiveFixes | None) -> None:
+        super().__init__(live=fixes is not None)
+        self._gravity, self._fixes = scene.g, fixes
 
     def usable(self, samples: FixSamples) -> NDArray[np.bool_]:
-        """Return which fixes have a place on the globe."""
+        """Return which fixes have a place on the globe, within the reach of a live ship."""
         on_globe = (np.abs(samples.latitude) <= 90.0) & (np.abs(samples.longitude) <= 360.0)
-        return on_globe & (samples.status >= STATUS_FIX)
+        good: NDArray[np.bool_] = on_globe & (samples.status >= STATUS_FIX)
+        if self._fixes is not None and good.any():
+            good[good] = self._fixes.taken(take(samples, good))
+        return good
+
+    def health(self) -> dict[str, int]:
+        """Return counters; those of the live fixes name why some were refused."""
+        return {**super().health(), **(self._fixes.health() if self._fixes else {})}
 
     def values(self, samples: FixSamples) -> FloatArray:
         """Return latitude and longitude [degrees]."""
@@ -534,14 +547,14 @@ class AllRegressors(MotionRegressors):
         return {name: n for source in self._sources for name, n in source.health().items()}
 
 
-def regressors(scene: Scene, *, live: bool) -> MotionRegressors:
-    """Return the source of the integrals of a scene's covariates; arguments as `Regressors`."""
+def regressors(scene: Scene, *, live: bool, fixes: LiveFixes | None = None) -> MotionRegressors:
+    """Return the source of the integrals of a scene's covariates; arguments as its classes."""
     covariates = scene.drift.covariates or ()
     sources: dict[tuple[str, ...], MotionRegressors] = {}
     if moves := tuple(name for name in covariates if name in SHAKEN_BY):
         sources[moves] = Regressors(scene, live=live)
     if 'gravity' in covariates:
-        sources['gravity',] = Gravity(scene, live=live)
+        sources['gravity',] = Gravity(scene, (fixes or LiveFixes()) if live else None)
     if felt := tuple(name for name in covariates if name in HEAT):
         sources[felt] = Temperature(scene, tuple(HEAT[name] for name in felt), live=live)
     only, *others = sources.values()

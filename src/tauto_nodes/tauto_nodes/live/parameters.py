@@ -264,6 +264,15 @@ _MOUNT = Parameter(
     "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or one "
     'from which a static transform of tf2 leads there. With a foreign source',
 )
+_FIX_SPEED = Parameter(
+    'fix_max_speed',
+    50.0,
+    'with a foreign source: most that the ship makes; a fix out of her reach is refused '
+    'until such fixes persist for a minute, and the sigma of a place grows by it with age',
+    unit='m/s',
+    low=0.1,
+    high=1000.0,
+)
 _CLOCK = Parameter(
     'publish_clock',
     False,
@@ -357,7 +366,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
             'good; otherwise it does so only where /clock goes back, under `use_sim_time`',
         ),
     ),
-    'drift_estimator': (*_STAGE, _IMU, _MOUNT),
+    'drift_estimator': (*_STAGE, _IMU, _MOUNT, _FIX_SPEED),
     'longitude': (
         *_STAGE,
         Parameter(
@@ -368,15 +377,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
             low=0.1,
             high=86400.0,
         ),
-        Parameter(
-            'fix_max_speed',
-            50.0,
-            'with a foreign source: most that the ship makes; a fix out of her reach is refused '
-            'until such fixes persist for a minute, and the sigma of a place grows by it with age',
-            unit='m/s',
-            low=0.1,
-            high=1000.0,
-        ),
+        _FIX_SPEED,
     ),
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),

@@ -483,7 +483,11 @@ class DriftEstimatorNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__(
             'drift_estimator',
-            lambda own: DriftStage(own.scene(), expect_schedule=own['source'] == 'scene'),
+            lambda own: DriftStage(
+                own.scene(),
+                expect_schedule=own['source'] == 'scene',
+                fixes=LiveFixes(max_speed=own['fix_max_speed']),
+            ),
             **node_options,
         )
 
