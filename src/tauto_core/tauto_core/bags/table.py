@@ -229,7 +229,7 @@ TOPICS: dict[str, Topic] = {
             TIME_REFERENCE,
             'trochlea',
             'stamp: true time; time_ref: reading of the dial; source: `dial`, with a live sensor '
-            'also when it was set and how much it has lost since (docs/nodes.md)',
+            'also when it was set and how much it has lost since (docs/live.md)',
         ),
         Topic(
             s.OBSERVATION,
