@@ -10,7 +10,7 @@ from rich.console import Console
 
 from tauto_core.cli.tables import voyage_table
 from tauto_core.navigation import how_good
-from tauto_core.results import answer
+from tauto_core.results import answer, belief_of
 
 RESULT: dict[str, Any] = {
     'scene': 'h4',
@@ -79,6 +79,31 @@ def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
     assert 'rated and corrected, 0.000 ± 0.095 nmi. That' in answer({'longitude': none})
     untried = {**RESULT['longitude'], 'prize_pounds': None}
     assert answer({'longitude': untried}).endswith('0.024 ± 0.095 nmi west.')
+
+
+def test_the_sentence_says_whose_the_sigma_is_and_where_his_model_does_not_hold() -> None:
+    longitude, assumes = RESULT['longitude'], 'the rate found in port to last'
+    whose = f'The ± is what her navigator believes, who takes {assumes}.'
+    held = belief_of(longitude, assumes)
+    assert held['belief'] == whose
+    assert answer({'longitude': longitude | held}).endswith(f'by the Act of 1714. {whose}')
+    assert held['model_holds']
+    assert held['error_sigmas'] == 0.02378 / 0.0951
+    # the landfall on the way refutes him, although the end, where he knows it, does not
+    madeira = {'at_s': 2_592_000.0, 'error_nmi': -695.45, 'sigma_nmi': 0.15}
+    broken = belief_of({**longitude, 'landfalls': [madeira]}, assumes)
+    assert not broken['model_holds']
+    assert broken['error_sigmas'] == 695.45 / 0.15
+    said = broken['belief'].removeprefix(f'{whose} His model does not hold: ')
+    assert said.startswith('the truth lay 4,600 of his standard deviations away after 30 days. ')
+    assert all(f'({key})' in said for key in ('drift.covariates', 'drift.random_walk_fm'))
+    # five of them are no refutation, and the rate equation is no remedy to who has it
+    five = belief_of({**longitude, 'error_nmi': 5.0, 'sigma_nmi': 1.0}, assumes)
+    assert five['model_holds']
+    assert (
+        'covariates'
+        not in belief_of({**longitude, 'sigma_nmi': 1e-3}, 'the rate to follow')['belief']
+    )
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from tauto_core.navigation import (
     how_good,
     projection,
 )
-from tauto_core.navigation.covariates import dial_model, expected_walk_per_s
+from tauto_core.navigation.covariates import assumption, dial_model, expected_walk_per_s
 from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
@@ -258,12 +258,14 @@ class Summary:
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and the prize by the Act of 1714.
 
-        Keys: those of `LongitudeTally.result`; and the result of `projection` where the clock was
-        unchecked for less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
+        Keys: those of `LongitudeTally.result`; `assumes`, what the navigator takes the rate to
+        do; the `belief` in words; and the result of `projection` where the clock was unchecked for
+        less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
         """
         found = self._tally.result()
         if found is None:
             return {}
+        found |= belief_of(found, assumption(self._scene))
         clock, estimate, error = self.clock(), self.drift(), self._rate_error()
         if self._has_stopped:
             return {**found, 'projection': [], 'not_projected': 'the clock stopped'}
@@ -379,10 +381,47 @@ def _answer(result: Mapping[str, Any]) -> str:
     # a voyage that is too short for the Act has no prize, not even none
     judged = longitude.get('prize_pounds') is not None
     verdict = f' That is {how_good(abs(east_nmi))}.' if judged else ''
+    belief = f' {longitude["belief"]}' if 'belief' in longitude else ''
     return (
         f'{when} the dial puts the ship {place} of where she is; rated and corrected, '
-        f'{corrected}.{verdict}'
+        f'{corrected}.{verdict}{belief}'
     )
+
+
+BELIEVED = 5.0
+"""Standard deviations beyond which the truth refutes the model of the navigator."""
+
+
+def belief_of(longitude: Mapping[str, Any], assumes: str) -> dict[str, Any]:
+    """Return whose the ± of a longitude is, and whether his model holds.
+
+    Keys: `assumes`, what he takes the rate to do; `error_sigmas`, the largest error of the
+    longitude at a landfall or the end, in his standard deviations; `error_sigmas_at_s`, when [s];
+    `model_holds`, whether it is within `BELIEVED`; `belief`, all that in words.
+    """
+    judged = [
+        (abs(each['error_nmi']) / each['sigma_nmi'], each['at_s'])
+        for each in (*longitude['landfalls'], longitude)
+        if each['sigma_nmi']
+    ]
+    sigmas, at_s = max(judged, default=(0.0, longitude['at_s']))
+    holds = sigmas <= BELIEVED
+    said = f'The ± is what her navigator believes, who takes {assumes}.'
+    if not holds:
+        when = f' after {span(at_s)}' if at_s != longitude['at_s'] else ''
+        equation = '' if 'follow' in assumes else 'the rate equation (drift.covariates), '
+        said += (
+            f' His model does not hold: the truth lay {significant(sigmas, 2)} of his standard '
+            f'deviations away{when}. What helps: {equation}a rate that wanders '
+            '(drift.random_walk_fm), or a fix at sea (drift.lunars).'
+        )
+    return {
+        'assumes': assumes,
+        'error_sigmas': sigmas,
+        'error_sigmas_at_s': at_s,
+        'model_holds': holds,
+        'belief': said,
+    }
 
 
 def _side(east_nmi: float) -> str:
@@ -398,9 +437,10 @@ _Row: TypeAlias = tuple[str, str, str]
 
 SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
-    'are standard deviations. The navigator finds those of estimated and corrected figures from '
-    'the observations alone. That of the dial comes from the slowest changes of its rate during '
-    'the run, and is part of both projections. An error in σ is the estimate less the truth, over '
+    'are standard deviations. Those of estimated and corrected figures are what the navigator '
+    'believes, by his observations and his model. That of the dial comes from the slowest changes '
+    'of its rate during the run, and is part of both projections. An error in σ is the estimate '
+    'less the truth, over '
     'the standard deviation. The truth is the error of the dial, or its mean rate over the time '
     'that the row names.'
 )

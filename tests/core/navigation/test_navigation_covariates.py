@@ -33,6 +33,7 @@ from tauto_core.navigation.covariates import (
     SEA_S,
     SEA_TOLERANCE,
     Fit,
+    assumption,
     fit,
     runs,
 )
@@ -594,6 +595,21 @@ def test_what_a_scene_states_is_not_tried():
     heave, roll = clock_model(scene).coefficients
     assert roll == ('roll', 0.25, 0.125)
     assert heave.value == pytest.approx(1.02, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ('more', 'words'),
+    [
+        ('', 'the rate to follow heave and roll'),
+        (
+            ', random_walk_fm: 12, white_fm: 0.4',
+            'the rate to follow heave and roll and to wander by 12 s/day in a day and to scatter '
+            'by 0.40 s in a day',
+        ),
+    ],
+)
+def test_the_assumption_names_what_the_rate_follows_and_how_it_wanders(more, words):
+    assert assumption(run_scene_of(LINEAR, more=more)) == words
 
 
 def test_waves_that_the_motion_does_not_show_are_not_tried():

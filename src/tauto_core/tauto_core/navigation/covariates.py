@@ -43,6 +43,7 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.motions import Component, ComponentsShip, ShipKind
 from tauto_core.ship.motions.sea import SeaShip
+from tauto_core.wording import significant
 
 # -----------------------------------------------------------------------------
 # The assumptions of the navigator about the clock and the observations before the voyage.
@@ -89,6 +90,25 @@ def dial_model(scene: Scene) -> ClockModel:
         lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
         gnss_sigma_s=drift.gnss_sigma or GNSS_SIGMA_S,
     )
+
+
+def assumption(scene: Scene) -> str:
+    """Return what the navigator takes the rate to do, on which all his ± rest."""
+    model, names = dial_model(scene), (scene.drift.covariates or ())
+    words = []
+    if names:
+        named = ', '.join(name.replace('_', ' ') for name in names)
+        words.append(f'to follow {" and ".join(named.rsplit(", ", 1))}')
+    if model.random_walk_fm_per_s > RANDOM_WALK_FM_FLOOR_PER_S:
+        walk = math.sqrt(model.random_walk_fm_per_s * DAY_S) * DAY_S
+        words.append(f'to wander by {significant(walk, 2)} s/day in a day')
+    if model.white_fm_s > WHITE_FM_FLOOR_S:
+        white = math.sqrt(model.white_fm_s * DAY_S)
+        words.append(f'to scatter by {significant(white, 2)} s in a day')
+    rate = 'the rate' if names else 'the rate found in port'
+    if scene.voyage is None and not names:
+        rate = 'the rate that he observed'
+    return f'{rate} {" and ".join(words or ["to last"])}'
 
 
 # -----------------------------------------------------------------------------
