@@ -295,6 +295,25 @@ def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
     assert count == len(reading.stamp_ns)
 
 
+@pytest.mark.parametrize('step_s', [-0.25, -0.5, -0.9])
+@pytest.mark.parametrize('rate_hz', [20.0, 100.0])
+def test_a_step_back_by_less_than_a_second_makes_the_estimate_less_sure(step_s, rate_hz):
+    stage, drift = LiveTrochlea(SCENE), DriftStage(SCENE, expect_schedule=False)
+    imu = sensor(rate_hz=rate_hz)
+    stamps = imu.stamp_ns + np.where(
+        np.arange(len(imu.stamp_ns)) < 12.3 * rate_hz, 0, step_s * 1e9
+    )
+    reading = said_of(stage, [replace(imu, stamp_ns=stamps.astype(np.int64))])[READING]
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    # the stamp of the last kept sample lies up to a step of the scene, 0.05 s, before the step
+    assert setting.unsure_ns * 1e-9 == pytest.approx(-step_s, abs=0.06)
+    variance = drift.feed({READING: reading})[ESTIMATE].position[:, 1] ** 2
+    released = (RELEASE_SIGMA * nominal_period_s(SCENE, compile_machine(SCENE))) ** 2
+    grown = (setting.unsure_ns * 1e-9) ** 2 + released
+    assert np.diff(variance).max() == pytest.approx(grown, rel=0.01)
+
+
 @pytest.mark.parametrize('late_s', [0.5, 0.95, 1.05, 5.0, 30.0])
 def test_a_late_block_is_left_aside_however_long_it_is(late_s: float):
     imu = sensor(90.0)

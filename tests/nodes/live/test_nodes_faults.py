@@ -5,6 +5,7 @@ fault is reported.
 from __future__ import annotations
 
 import os
+import pickle
 import random
 import subprocess
 import sys
@@ -322,6 +323,50 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     said = {(one.number, one.stops, one.unsure_ns // 10**9) for one in settings if one}
     assert said == {(1, 0, 0), (1, 1, 0), (1, 2, 22)}
     assert drift.health()['dial_settings'] == 0
+
+
+@pytest.mark.parametrize(('moving_s', 'stands_s'), [(0.0, -1.7e9), (0.0, 0.0), (4.0, 3.95)])
+def test_stamps_that_stand_are_an_error_that_names_them(
+    moving_s: float, stands_s: float, bench: Bench
+) -> None:
+    """Of a driver that never sets them, or that hangs; the node's memory does not grow."""
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    publisher, heard = with_sensor(bench, trochlea)
+    send(publisher, still_sensor(moving_s), bench, trochlea)
+    stamp_ns = START_NS + round(stands_s * 1e9)
+    standing = replace(still_sensor(40.0), stamp_ns=np.full(800, stamp_ns))
+    sizes = []
+    for _ in range(2):
+        send(publisher, standing, bench, trochlea)
+        sizes.append(len(pickle.dumps(trochlea.stage.state())))
+    assert sizes[1] < sizes[0] + 100
+    words = f'its stamps stand still at {stamp_ns / 1e9:.3f} s. Let the driver stamp each sample'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
+
+
+def test_a_late_sample_is_counted_and_is_no_fault(bench: Bench) -> None:
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    publisher, heard = with_sensor(bench, trochlea)
+    imu = still_sensor(10.0)
+    imu.stamp_ns[99] -= 2 * 10**8
+    send(publisher, take(imu, slice(0, 100)), bench, trochlea)
+    assert not trochlea.trouble  # while the late one is the newest
+    send(publisher, take(imu, slice(100, None)), bench, trochlea)
+    assert trochlea.health()['out_of_order'] == 1
+
+    def values() -> dict[str, str]:
+        status = heard.status.get('trochlea', DiagnosticStatus())
+        return {pair.key: pair.value for pair in status.values}
+
+    bench.until(lambda: values().get('out_of_order') == '1')
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.OK, 'under way'))
+
+    def rate_hz() -> float:
+        publisher.publish(encode(SHIP_IMU, take(imu, slice(-1, None)))[0])
+        return float(values().get('ship/imu rate [Hz]', 0.0))
+
+    bench.until(lambda: rate_hz() > 0.0)
+    assert float(values()['ship/imu age [s]']) >= 0.0
 
 
 def test_only_the_clock_topic_sets_the_dial_anew_when_it_goes_back(bench: Bench) -> None:

@@ -391,7 +391,8 @@ def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
 # sample continues the last good one, those set aside were wrong and are left out. If they continue
 # each other for `CONFIRMED_GAPS` longest gaps, time or motion has really jumped, and a new run
 # begins with them. Samples behind the last one that fill a gap of the last `LATE_S` are late and
-# left out, however many they are; others that go back for good are a step of the sensor's time.
+# left out, however many they are; others that go back, until they pass the last one, are a step of
+# the sensor's time. One of less than `FILLED` steps is not told from samples out of order.
 # This depends on the samples alone, not on batches or on the speed at which a bag is played.
 #
 # Of a sensor faster than the scene the samples between those that are kept are not dropped: each
@@ -404,6 +405,7 @@ CONFIRMED_GAPS = 1.0
 LATE_S = 60.0
 """Time for which a gap is remembered, and samples from it are known to be late."""
 LEAST_SUSPECTS = 3
+FEW = 10
 MOST_SUSPECTS = 20_000
 
 THINNED_PART = 0.75
@@ -444,7 +446,9 @@ class MotionRun(NamedTuple):
     stepped_ns: int = 0
 
 
-_STATE = ['_kept', '_before_ns', '_window', '_nodes', '_waiting', '_means', '_gaps', 'counts']
+_STATE = [
+    '_kept', '_before_ns', '_window', '_nodes', '_waiting', '_means', '_gaps', '_astray', 'counts',
+]  # fmt: skip
 
 
 class Continuity:
@@ -466,6 +470,7 @@ class Continuity:
         self._means: list[FloatArray] = []
         self._suspects: list[tuple[RollSample, ImuSamples]] = []
         self._gaps: list[tuple[int, int]] = []
+        self._astray = 0
         self.counts = {
             'duplicated': 0,
             'out_of_order': 0,
@@ -476,15 +481,18 @@ class Continuity:
 
     @property
     def holds_s(self) -> float:
-        """Stamp of the latest sample set aside less that of the last good one [s]; 0: none is."""
-        if not self._suspects or self._last is None:
+        """Stamp of the latest sample set aside less that of the last good one [s].
+
+        0 where fewer than `FEW` were in a row: these are late, or wrong.
+        """
+        if self._astray < FEW or not self._suspects or self._last is None:
             return 0.0
         return (self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
 
     def restart(self) -> None:
         """Make the next sample begin a new run, whatever it contains."""
         self._last = self._kept = None
-        self._waiting = []
+        self._waiting, self._astray = [], 0
         self._drop_suspects()
 
     def feed(self, imu: ImuSamples) -> list[MotionRun]:
@@ -509,8 +517,9 @@ class Continuity:
                 self._before_ns, begins, parts = self._step_ns, True, [one]
                 self._last, self._kept = place, one
                 self._window, self._nodes, self._means = [_row(one)], [place.stamp_ns], []
-            elif self._goes_on(self._last, place):
+            elif self._goes_on(self._last, place) and not self._steps_back(place):
                 self._drop_suspects()
+                self._astray = 0
                 parts += self._spaced(place, one)
             elif place.stamp_ns == self._last.stamp_ns:
                 self.counts['duplicated'] += 1
@@ -542,16 +551,37 @@ class Continuity:
         if aside and (len(aside) == MOST_SUSPECTS or not self._goes_on(aside[-1][0], place)):
             self._drop_suspects()
         aside.append((place, one))
+        self._astray += 1
         covered_ns = place.stamp_ns - aside[0][0].stamp_ns
-        if len(aside) < LEAST_SUSPECTS or covered_ns < CONFIRMED_GAPS * self._max_gap_ns:
+        if len(aside) < LEAST_SUSPECTS:
             return None
-        fills = [any(a < one.stamp_ns < b for a, b in self._gaps) for one, _ in aside]
-        if 2 * sum(fills) > len(aside):
+        if covered_ns < CONFIRMED_GAPS * self._max_gap_ns and not self._steps_back(place):
+            return None
+        if self._are_late():
             self._drop_suspects()
             return None
         confirmed = join([sample for _, sample in aside])
         aside.clear()
         return confirmed
+
+    def _steps_back(self, place: RollSample) -> bool:
+        """Return whether the samples aside went back and now pass the last good one."""
+        aside = [one for one, _ in self._suspects]
+        if self._last is None or len(aside) < LEAST_SUSPECTS:
+            return False
+        back_ns, usual_ns = self._last.stamp_ns - aside[0].stamp_ns, self._usual_ns
+        passes = back_ns > FILLED * usual_ns and place.stamp_ns > self._last.stamp_ns
+        follows = aside[-1] == place or self._goes_on(aside[-1], place)
+        return passes and follows and not self._are_late()
+
+    def _are_late(self) -> bool:
+        """Return whether most samples aside fill a gap."""
+        fills = [any(a < one.stamp_ns < b for a, b in self._gaps) for one, _ in self._suspects]
+        return 2 * sum(fills) > len(fills)
+
+    @property
+    def _usual_ns(self) -> int:
+        return max(self._step_ns, self._before_ns)
 
     def _remember(self, last_ns: int, next_ns: int) -> None:
         """Note a gap in the motion, and forget those of long ago."""
@@ -575,7 +605,7 @@ class Continuity:
             if abs(_unexplained(self._last, place)) < MEAN_RAD:
                 self._window.append(_row(one))
             return []
-        usual_ns, last_ns = max(self._step_ns, self._before_ns), self._last.stamp_ns
+        usual_ns, last_ns = self._usual_ns, self._last.stamp_ns
         parts: list[ImuSamples] = []
         self._before_ns = elapsed_ns
         if self._window[-1][0] == last_ns or elapsed_ns > FILLED * usual_ns:

@@ -717,6 +717,9 @@ OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX, SLACK)
 RECENT_S = 10.0
 """Time for which /diagnostics has an error that has passed, or a counter that has risen [s]."""
 
+LATE, LATE_PART = ('out_of_order', 'duplicated'), 20
+"""Counters of late and repeated messages, of which one in so many is usual in a network."""
+
 Finding = tuple[bytes, str]
 
 
@@ -809,23 +812,37 @@ class Diagnostics:
     def publish(self) -> None:
         """Publish the status as it is now."""
         node, now_s = self._node, time.monotonic()
-        health = node.health()
-        self._past.append((now_s, health))
+        health, inputs = node.health(), node.inputs.items()
+        received = {f'{topic} received': source.received for topic, source in inputs}
+        self._past.append((now_s, {**health, **received}))
         while len(self._past) > 1 and self._past[1][0] <= now_s - RECENT_S:
             self._past.popleft()
         at_s, before = self._past[0]
-        if now_s - at_s < RECENT_S:
-            before = {}  # not yet that old: all that has been counted is recent
-        risen = {k: n - before.get(k, 0) for k, n in health.items() if n > before.get(k, 0)}
+        elapsed_s = now_s - at_s
+        # not yet that old: all that has been counted is recent
+        counted = before if elapsed_s >= RECENT_S else {}
+        late = max(1, sum(n - counted.get(k, 0) for k, n in received.items()) // LATE_PART)
+        rises = {k: n - counted.get(k, 0) for k, n in health.items()}
+        risen = {k: n for k, n in rises.items() if n > (late if k in LATE else 0)}
         level, message = assess(node, now_s, risen)
-        counts = {f'{topic} received': port.received for topic, port in node.inputs.items()}
-        counts |= {f'{topic} sent': port.sent for topic, port in node.outputs.items()}
+        values: dict[str, object] = {**received}
+        if elapsed_s:
+            values |= {
+                f'{k.removesuffix("received")}rate [Hz]': f'{(n - before.get(k, 0)) / elapsed_s:.4g}'
+                for k, n in received.items()
+            }
+        values |= {
+            f'{topic} age [s]': f'{now_s - source.last_s:.3g}'
+            for topic, source in inputs
+            if source.last_s is not None
+        }
+        values |= {f'{topic} sent': port.sent for topic, port in node.outputs.items()}
         status = DiagnosticStatus(
             level=level,
             name=node.get_fully_qualified_name().lstrip('/'),
             hardware_id=str(node.settings.values.get('scene', '')),
             message=message,
-            values=[KeyValue(key=k, value=str(n)) for k, n in {**counts, **health}.items()],
+            values=[KeyValue(key=k, value=str(n)) for k, n in {**values, **health}.items()],
         )
         array = DiagnosticArray(status=[status])
         array.header.stamp = node.get_clock().now().to_msg()
