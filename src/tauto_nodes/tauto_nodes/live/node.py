@@ -826,16 +826,12 @@ class Diagnostics:
         risen = {k: n for k, n in rises.items() if n > (late if k in LATE else 0)}
         level, message = assess(node, now_s, risen)
         values: dict[str, object] = {**received}
-        if elapsed_s:
-            values |= {
-                f'{k.removesuffix("received")}rate [Hz]': f'{(n - before.get(k, 0)) / elapsed_s:.4g}'
-                for k, n in received.items()
-            }
-        values |= {
-            f'{topic} age [s]': f'{now_s - source.last_s:.3g}'
-            for topic, source in inputs
-            if source.last_s is not None
-        }
+        for topic, source in inputs:
+            if elapsed_s:
+                came = source.received - before.get(f'{topic} received', 0)
+                values[f'{topic} rate [Hz]'] = f'{came / elapsed_s:.4g}'
+            if source.last_s is not None:
+                values[f'{topic} age [s]'] = f'{now_s - source.last_s:.3g}'
         values |= {f'{topic} sent': port.sent for topic, port in node.outputs.items()}
         status = DiagnosticStatus(
             level=level,
