@@ -25,7 +25,7 @@ LARGEST_PICTURE = 400_000
 WORDS = {
     # figure: (most today, goal)
     'README.md': (600, 600),
-    'docs': (47_400, 45_000),
+    'docs': (46_900, 45_000),
 }
 """Words of the pages that are kept. A limit is lowered when a figure has fallen."""
 
@@ -61,17 +61,22 @@ def test_links_lead_somewhere() -> None:
             assert made or target.startswith('https://') or place.exists(), (page, target)
 
 
-def test_the_site_leads_to_every_page() -> None:
-    """In its navigation, and from the first page or that of the theory."""
+def test_links_lead_from_the_first_page_to_every_other() -> None:
+    """Through any number of pages; the navigation of the site has each of them."""
     navigation = text_of(ROOT / 'zensical.toml')
-    linked = {
-        (index.parent / target).resolve()
-        for index in (DOCS / 'index.md', DOCS / 'theory' / 'index.md')
-        for target in re.findall(r'\]\(([^)#]+)', text_of(index))
-    }
-    for page in [*PAGES[1:], *(DOCS / name for name in MADE - {'cli.md', 'euler.md'})]:
+    reached = {DOCS / 'index.md'}
+    new = set(reached)
+    while new:
+        new = {
+            (page.parent / target).resolve()
+            for page in new
+            for target in re.findall(r'\]\(([^)#]+\.md)', text_of(page))
+        }
+        new = {page for page in new if page in PAGES} - reached
+        reached |= new
+    assert set(PAGES[1:]) <= reached
+    for page in [*PAGES[1:], *(DOCS / name for name in MADE)]:
         assert f'"{page.relative_to(DOCS)}"' in navigation
-        assert page == DOCS / 'index.md' or page in linked, page
 
 
 def test_equations_are_numbered_in_order_and_none_is_without() -> None:
