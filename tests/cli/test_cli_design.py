@@ -2,10 +2,13 @@
 
 import json
 import math
+import re
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import tauto_core as tauto
 from tauto_core.cli.app import app
 
 
@@ -76,3 +79,25 @@ def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
         assert found[key] == pytest.approx(whole[name], rel=1e-14)
         assert found['disc_radius_m'] == found['base_radius_m']
         assert found['inertia_kg_m2'] == pytest.approx(q * r * r / (2 * g), rel=1e-13)
+
+
+def test_the_design_is_a_scene_that_keeps_its_period(tmp_path):
+    """The toy of 50 g: isochronous without the inertia of the weight, and never replaced."""
+    file, toy = tmp_path / 'toy.yaml', ('--period', 2, '--inertia', 9.6e-5, '--pull', '50 g')
+    said = run(*toy, '-o', file)
+    assert 'base radius    0.00193233 m' in said
+    found = tauto.isochronism(file, [0.2, 1.0])
+    np.testing.assert_allclose(found.period_s, 2.0, rtol=1e-12)
+    before = file.read_bytes()
+    again = CliRunner().invoke(app, ['design', *map(str, toy), '-o', str(file)])
+    assert again.exit_code == 2
+    assert 'exists, and is not replaced' in again.stderr
+    assert file.read_bytes() == before
+    # the cam for the weight, as the file's remark has it
+    text = re.sub(r'\n  (cam|power):\n(    .*\n)+', '\n', file.read_text())
+    text += ''.join(re.findall(r'^#( +(?:cam|power).*\n)', text, re.MULTILINE)).replace(
+        '   ', '  '
+    )
+    (tmp_path / 'heavy.yaml').write_text(text)
+    heavy = tauto.isochronism(tmp_path / 'heavy.yaml', [0.2, 1.0])
+    np.testing.assert_allclose(heavy.period_s, 2.0, rtol=1e-9)

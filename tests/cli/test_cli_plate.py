@@ -175,9 +175,94 @@ def test_a_plate_larger_than_the_paper_is_refused_before_anything_is_written(
     assert not list(tmp_path.iterdir())
 
 
+TOY = ('cam', 'measured', '--plate', '--set', 'trochlea.cam.base_radius=0.002')
+
+
+def test_a_dxf_of_lines_has_corners_on_the_arcs(tmp_path: Path) -> None:
+    """R12 without arcs and bulges; the area of a ring of n chords is n/2 r² sin(2π/n).
+
+    The Bézier curves by which ezdxf flattens arcs are off by 2.7e-4 of a radius, of 0.15 mm.
+    """
+    for name, more in (('arcs', ()), ('lines', ('--lines',))):
+        run(*TOY, '--thread', '0.3', '--dxf', tmp_path / f'{name}.dxf', *more)
+    arcs, document = (readfile(tmp_path / f'{name}.dxf') for name in ('arcs', 'lines'))
+    assert document.dxfversion == 'AC1009'
+    assert not document.audit().errors
+    kinds = {each.dxftype() for each in document.modelspace()}
+    assert kinds == {'POLYLINE', 'TEXT'}
+    for layer in ('PLATE', 'TOOL'):
+        (edge,) = arcs.modelspace().query(f'LWPOLYLINE[layer=="{layer}"]')
+        near = np.array([(p.x, p.y) for p in dxf_path.make_path(edge).flattening(1e-6)])
+        lines = document.modelspace().query(f'POLYLINE[layer=="{layer}"]')
+        assert all(each.is_closed and not each.has_arc for each in lines)
+        points = np.array([(v.x, v.y) for v in lines[0].points()])
+        near = near[np.any(near != np.roll(near, -1, axis=0), axis=1)]
+        ends = np.roll(near, -1, axis=0) - near
+        for point in points[::7]:
+            share = np.clip(np.sum((point - near) * ends, 1) / np.sum(ends**2, 1), 0.0, 1.0)
+            assert np.min(np.hypot(*(near + share[:, None] * ends - point).T)) < 5e-5
+    (bore,) = document.modelspace().query('POLYLINE[layer=="BORE"]')
+    x, y = np.array([(v.x, v.y) for v in bore.points()]).T
+    count, area = len(x), 0.5 * abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))))
+    assert area == pytest.approx(0.5 * count * 0.25 * math.sin(math.tau / count), rel=1e-9)
+    # the sagitta r (1 − cos(π/n)) of half a radius
+    assert 0.5 * (1.0 - math.cos(math.pi / count)) < 1e-4
+
+
+def test_a_small_cam_is_also_drawn_enlarged_with_its_scale(tmp_path: Path) -> None:
+    """A plate of some 8 mm ten times, of which no line is black, and one of 40 mm not at all."""
+    small, large = tmp_path / 'small.svg', tmp_path / 'large.svg'
+    run(*TOY, '--thread', '0.3', '--svg', small, '--template', tmp_path / 'paper.svg')
+    run('cam', 'ideal', '--plate', '--svg', large)
+    for file in (small, tmp_path / 'paper.svg'):
+        text = file.read_text('utf-8')
+        assert 'enlarged 10 : 1' in text
+        (view,) = re.findall(r'scale\(10\)">(.*)</g>', text, re.DOTALL)
+        assert 'black' not in view
+        assert ' id=' not in view
+        assert text.count('class="BORE"') == 1
+    assert 'enlarged' not in large.read_text('utf-8')
+
+
+def test_what_is_too_small_for_a_tool_is_said_with_the_pull_that_cures_it() -> None:
+    """A bore of half and pins of 0.3 cusps: a tool of 1 mm needs a cusp at 3.33 mm."""
+    result = CliRunner().invoke(app, [*TOY])
+    words = 'the cusp is 2 mm from the axle, and a tool of 1 mm makes no pin holes of 0.6 mm.'
+    assert words in result.stderr
+    pull, weight, puts = map(
+        float,
+        re.findall(r'pull of (\S+) N, a weight of (\S+) g, puts it at (\S+) mm', result.stderr)[0],
+    )
+    assert weight == pytest.approx(1e3 * pull / 9.80665, rel=5e-3)
+    design = ['design', '--period', '1', '--inertia', '1e-4', '--json', '--pull']
+    before, after = (
+        json.loads(run(*design, str(each)))
+        for each in (1e-4 * math.tau**2 / 0.002, 1e-4 * math.tau**2 / (1e-3 * puts))
+    )
+    assert words in before['too_small']
+    assert after['too_small'] == ''
+    assert 3.333 < puts < 3.333 / 0.88
+    assert '--tool' in run('cam', '-h')
+    assert json.loads(run(*TOY, '--tool', '0.6', '--json'))['too_small'] == ''
+
+
+@pytest.mark.parametrize('thread', [2.0, 1.5, 1.35])
+def test_a_thread_too_thick_for_its_cusp_is_blamed_and_the_thinner_one_fits(thread: float) -> None:
+    result = CliRunner().invoke(app, [*TOY, '--thread', str(thread)])
+    assert result.exit_code == 2
+    said = re.match(
+        r'tauto: --thread = \S+ mm: the slot for it leaves no room for a bore of 1 mm beside a '
+        r'cusp 2 mm from the axle. Use a thread of at most (\S+) mm',
+        result.stderr.splitlines()[-1],
+    )
+    assert said
+    run(*TOY, '--thread', said[1])
+
+
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
+        (('measured', '--lines'), '--lines: is for --dxf'),
         (('globe_in_oil',), 'scene = globe_in_oil: has no pair of mirror-image cheeks'),
         (('clock_own_cam_lever',), 'has no pair of mirror-image cheeks'),
         (('measured', '--cutter', '1'), '--cutter = 1 mm: the cutter'),

@@ -417,6 +417,8 @@ def cam(
     pin_circle_mm: Quantity | None = None,
     slot_mm: Quantity | None = None,
     thickness_mm: Quantity | None = None,
+    tool_mm: Quantity | None = None,
+    lines: bool = False,
     **overrides: object,
 ) -> CamOutline:
     """Look at a cam's curve, draw it, or turn it into a plate.
@@ -455,6 +457,10 @@ def cam(
         pin_circle_mm: distance of pins from the axle [mm]; default: 0.65 cusps.
         slot_mm: depth of the slot [mm]; default: 0.3 cusps.
         thickness_mm: thickness of the plate [mm], for solids; default: 2.
+        tool_mm: diameter of the smallest tool [mm]; default: 1. Holes that need a smaller one are
+            named.
+        lines: write the DXF as R12, with straight lines alone, for software that reads no arcs;
+            without a tolerance they are within 1e-4 mm of the arcs.
         overrides: as for `load`.
 
     Returns:
@@ -481,15 +487,18 @@ def cam(
         'pin_circle_mm': pin_circle_mm,
         'slot_mm': slot_mm,
         'thickness_mm': thickness_mm,
+        'tool_mm': tool_mm,
     }
     sizes = {name: number(name, size, 'mm') for name, size in lengths.items() if size is not None}
     reach = None if reach_rad is None else number('reach_rad', reach_rad, 'rad')
     is_plate = plate or not files.keys().isdisjoint(('template', 'step', 'stl'))
     count = 200 if points is None else whole('points', points)
     cutting.check_cut(files, sizes, is_plate, count)
+    if lines and dxf is None:
+        raise UsageError(Argument('lines', value=True), ': is for ', Argument('dxf'), '. Name one')
     loaded = _load(scene, overrides)
     with naming(_origin(scene), loaded.name):
-        return cutting.outline_of(loaded, files, sizes, is_plate, count, reach)
+        return cutting.outline_of(loaded, files, sizes, is_plate, count, reach, lines=lines)
 
 
 def design(
@@ -505,6 +514,8 @@ def design(
     length_unit: str = 'm',
     weight_unit: str = 'N',
     gravity: Quantity = STANDARD_GRAVITY,
+    tool_mm: Quantity = 1.0,
+    file: File | None = None,
 ) -> WheelDesign:
     """Find the missing number in the design of a wheel and its cam.
 
@@ -526,15 +537,19 @@ def design(
         length_unit: m, mm, scruple, rhenish_foot, line or paris_foot.
         weight_unit: N, kg or pound (of Paris).
         gravity: acceleration of gravity [m/s2].
+        tool_mm: diameter of the smallest tool [mm]; holes that need a smaller one are named.
+        file: write a scene of it, ending in .yaml; the file must not exist.
 
     Returns:
-        All numbers, in SI units.
+        All numbers, in SI units, and `too_small`: what is too small for the tool.
 
     Raises:
         UsageError: not exactly one is left out, one is given twice, a unit is not known, or a
             number is not between 1e-30 and 1e30.
+        SceneError: no such machine can be sailed.
     """
     from tauto_core.machines.design import wheel_design
+    from tauto_core.scene import reference
     from tauto_core.scene.units import in_words
 
     sizes = {
@@ -546,7 +561,7 @@ def design(
         'pull': pull,
         'base_radius': base_radius,
     }
-    return wheel_design(
+    found = wheel_design(
         {
             name: size
             if size is None or (isinstance(size, str) and in_words(size))
@@ -557,7 +572,13 @@ def design(
         length_unit=length_unit,
         weight_unit=weight_unit,
         gravity=number('gravity', gravity, 'm/s2'),
+        tool_mm=number('tool_mm', tool_mm, 'mm'),
     )
+    if file is not None:
+        reference.write_scene(
+            str(path('file', file)), lambda name: reference.scene_of_design(found, name)
+        )
+    return found
 
 
 def axle(
@@ -866,13 +887,15 @@ def new_scene(
         UsageError: an unknown kind, kinds that do not go together, or a file that cannot be
             written.
     """
-    from tauto_core.scene.reference import write_scene
+    from tauto_core.scene import reference
 
     asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
     if file is not None:
         path('file', file)
     kinds = {key: kind for key, kind in asked.items() if kind is not None}
-    return write_scene(None if file is None else str(file), kinds)
+    return reference.write_scene(
+        None if file is None else str(file), lambda name: reference.new_scene(name, kinds)
+    )
 
 
 def check_bag(bag: File) -> Soundness:

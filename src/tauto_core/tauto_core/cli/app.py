@@ -268,7 +268,7 @@ ENTRIES: dict[str, Entry] = {
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
     'axle': Command(('axle',), shown.axle),
     'altitudes': Command(('altitudes',), shown.altitudes),
-    'design': Command(('design',), shown.design),
+    'design': Command(('design',), shown.design, writes=('file',)),
     'hull': Command(('hull',), shown.hull, writes=('out', 'plot')),
     'logbook': Command(('logbook',), shown.logbook),
     'budget': Command(('budget',), shown.budget, has_scene=True, warns=True),

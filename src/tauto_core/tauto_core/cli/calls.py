@@ -269,7 +269,7 @@ _METAVARS = {
     **dict.fromkeys(('support', 'contact'), 'KIND'),
 }
 """Metavars that the type does not tell."""
-_SHORT = {'new_scene': 'file', 'logbook': 'out'}
+_SHORT = {'new_scene': 'file', 'design': 'file', 'logbook': 'out'}
 """Options that are `-o`, too, by call."""
 
 

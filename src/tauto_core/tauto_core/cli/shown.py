@@ -74,7 +74,11 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
     if made.acts_from_rad is not None and made.plate is None:
         thread = f'a thread of {given["thread_mm"]:g} mm'
         say(f'{thread} bends round the edges up to {made.acts_from_rad:.4g} rad')
-    for each in (*left_out(made.keys_left_out), *(f'wrote {file}' for file in made.files)):
+    for each in (
+        *left_out(made.keys_left_out),
+        *filter(None, [made.too_small]),
+        *(f'wrote {file}' for file in made.files),
+    ):
         say(each)
     if as_json:
         return made.facts()
@@ -119,6 +123,8 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     sizes = {name: value for name, value in asdict(found).items() if value is not None}
     if as_json:
         return sizes
+    if small := sizes.pop('too_small'):
+        say(small)
     from tauto_core.machines.design import units
 
     length_unit, weight_unit = given['length_unit'], given['weight_unit']

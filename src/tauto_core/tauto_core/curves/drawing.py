@@ -10,6 +10,7 @@ of the outline bounds the error of the lever arm.
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -176,6 +177,9 @@ BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
 """Diameter of the bore, of the pin holes, radius of their circle and depth of the slot over the
 distance of the cusp from the axle. They lie within a circle through the cusp, in which no cheek
 cuts."""
+
+TOOL_MM = 1.0
+"""Diameter of the smallest tool, where none is stated."""
 
 PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
 """Directions of the pin holes from the axle: turned by half a turn the plate does not fit."""
@@ -383,6 +387,15 @@ def cam_plate(
             if away != at
         ]
         room = min(_room(centre, edge), *others) - WALL_MM
+        thinner = 0.94 * (thread - size + 2.0 * room)
+        if room < 0.5 * size and name == 'bore_mm' and bore_mm is slot_mm and thinner > 0.0:
+            raise UsageError(
+                Argument('thread_mm', f'{thread:g} mm', spaced=True),
+                f': the slot for it leaves no room for a bore of {size:.4g} mm beside a cusp '
+                f'{tip:.4g} mm from the axle. Use a thread of at most {thinner:.2g} mm, or give a '
+                'smaller ',
+                *(Argument(name), ' or ', Argument('slot_mm')),
+            )
         if not 0.5 * size <= room:
             raise UsageError(
                 Argument(name, f'{size:.4g} mm', spaced=True),
@@ -418,6 +431,32 @@ def cam_plate(
         slot,
         tolerance_mm,
         cutter_mm,
+    )
+
+
+def too_small(
+    tip_mm: float, pull: float, gravity: float, tool_mm: float, given: Container[str] = ()
+) -> str:
+    """Return the holes of a plate that a tool cannot make, and the cure; '' where it makes all.
+
+    The sizes are those of `cam_plate` but for the given ones. In the same period lever arms are
+    inverse to the pull [N]: I ω² = P b.
+    """
+    shares = {('bore_mm', 'bore'): BORE, ('pins_mm', 'pin holes'): PINS}
+    small = {
+        word: share
+        for (name, word), share in shares.items()
+        if name not in given and share * tip_mm < tool_mm
+    }
+    if not small:
+        return ''
+    # two digits of 0.94 of it are less than it
+    less = float(f'{0.94 * pull * tip_mm * min(small.values()) / tool_mm:.2g}')
+    named = ', no '.join(f'{word} of {share * tip_mm:.2g} mm' for word, share in small.items())
+    return (
+        f'the cusp is {tip_mm:.3g} mm from the axle, and a tool of {tool_mm:g} mm makes no {named}'
+        f'. A pull of {less:.2g} N, a weight of {1000.0 * less / gravity:.3g} g, puts it at '
+        f'{tip_mm * pull / less:.3g} mm in the same period'
     )
 
 

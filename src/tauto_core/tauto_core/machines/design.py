@@ -12,6 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tauto_core.curves.drawing import MM_PER_M, too_small
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.units import PARIS_FOOT_M, PARIS_POUND_KG, RHENISH_FOOT_M, in_unit, quantity
@@ -114,6 +115,8 @@ class WheelDesign:
         pull_n: pull in the thread [N], without inertia.
         base_radius_m: base radius of the involute, a hole's rate [m].
         gravity_m_s2: acceleration of gravity [m/s2].
+        too_small: the holes of its plate that no tool makes, and the cure; see
+            `curves.drawing.too_small`.
     """
 
     period_s: float
@@ -124,6 +127,7 @@ class WheelDesign:
     pull_n: float
     base_radius_m: float
     gravity_m_s2: float
+    too_small: str = ''
 
 
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
@@ -149,6 +153,7 @@ def wheel_design(
     length_unit: str,
     weight_unit: str,
     gravity: float,
+    tool_mm: float,
 ) -> WheelDesign:
     """Return the design of which three sizes are given; see `tauto.design`.
 
@@ -161,6 +166,7 @@ def wheel_design(
         length_unit: unit of lengths, one of `LENGTH_UNITS_M`.
         weight_unit: unit of weights and the pull, N or one of `WEIGHT_UNITS_KG`.
         gravity: acceleration of gravity [m/s2].
+        tool_mm: diameter of the smallest tool [mm].
 
     Raises:
         UsageError: not exactly one is left out, one is given twice, a number is not between 1e-30
@@ -228,6 +234,7 @@ def wheel_design(
         found.pull,
         found.lever_rate,
         gravity,
+        too_small(MM_PER_M * found.lever_rate, found.pull, gravity, tool_mm),
     )
 
 

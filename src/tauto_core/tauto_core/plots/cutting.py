@@ -8,6 +8,7 @@ the thread.
 from __future__ import annotations
 
 import math
+import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,6 +24,7 @@ from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.drawing import (
     MM_PER_M,
+    TOOL_MM,
     ArcPath,
     Cheek,
     Circle,
@@ -33,6 +35,7 @@ from tauto_core.curves.drawing import (
     cheeks_meet_rad,
     lever_cheek,
     plate_rates,
+    too_small,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
 from tauto_core.curves.lever_geometry import MirroredLever
@@ -87,6 +90,8 @@ class CamOutline:
         meeting_rad: angle at which the cheeks cross, where that is before they end [rad]: beyond
             it they cannot be cut from one plate.
         plate: the plate and its cost in rate, where it was asked for.
+        too_small: the holes of a plate that the smallest tool does not make, and the cure; see
+            `curves.drawing.too_small`.
     """
 
     scene: Scene
@@ -102,6 +107,7 @@ class CamOutline:
     acts_from_rad: float | None = None
     meeting_rad: float | None = None
     plate: ScenePlate | None = None
+    too_small: str = ''
 
     def __repr__(self) -> str:
         return f'<CamOutline of {self.scene.name}: {len(self.x_m)} points>'
@@ -130,7 +136,7 @@ class CamOutline:
 
     def facts(self) -> dict[str, object]:
         """Return points and ends for JSON; of a plate, its dimensions and costs."""
-        left_out = {'keys_left_out': list(self.keys_left_out)}
+        left_out = {'keys_left_out': list(self.keys_left_out), 'too_small': self.too_small}
         if self.plate is not None:
             return self.plate.facts() | left_out
         ends = ('reach_rad', 'acts_from_rad', 'meeting_rad')
@@ -171,7 +177,7 @@ def check_cut(
     if is_plate:
         return
     for name, size in sizes.items():
-        if name != 'thread_mm':
+        if name not in ('thread_mm', 'tool_mm'):
             raise UsageError(
                 Argument(name, f'{size:g} mm', spaced=True),
                 ': is a size of a plate. Ask for one, ',
@@ -201,15 +207,17 @@ def outline_of(
     is_plate: bool,
     points: int,
     reach_rad: float | None,
+    *,
+    lines: bool = False,
 ) -> CamOutline:
     """Return a scene's cam, or its curve in a fluid, and write what is asked for.
 
     The files are by the argument of `tauto.cam`; existing ones are replaced. Each cheek or branch
     has so many points, up to `reach_rad` within the cam (None: `cam_extent`), and is cut back by
-    half the thickness of the thread, one of the sizes [mm]; the others are those of a plate. A
-    reach beyond the cam, a thread that it cannot guide, either for a curve in a fluid, and what
-    `check_cut` and `plate_of` refuse, are a UsageError; a cam or curve that cannot be built is a
-    SceneError, a file that cannot be written an OutputError.
+    half the thickness of the thread, one of the sizes [mm]; the others are those of a plate. With
+    `lines` a DXF has no arcs. A reach beyond the cam, a thread that it cannot guide, either for a
+    curve in a fluid, and what `check_cut` and `plate_of` refuse, are a UsageError; a cam or curve
+    that cannot be built is a SceneError, a file that cannot be written an OutputError.
     """
     check_cut(files, sizes, is_plate, points)
     plate = plate_of(scene, reach_rad, sizes) if is_plate else None
@@ -234,13 +242,19 @@ def outline_of(
         write_rows(
             files['csv'], tuple(table), zip(*map(np.ndarray.tolist, table.values()), strict=True)
         )
-    for kind, draw in (('svg', drawing.svg), ('dxf', drawing.dxf)):
-        if kind in files:
-            write_output(files[kind], draw())
+    if 'svg' in files:
+        write_output(files['svg'], drawing.svg())
+    if 'dxf' in files:
+        write_output(files['dxf'], drawing.dxf(sizes.get('tolerance_mm', 1e-4) if lines else None))
     written += [files[kind] for kind in DRAWN if kind in files]
     if plate is not None:
         plate = replace(plate, files=tuple(written))
-    return replace(shown, files=tuple(written), plate=plate)
+    small = ''
+    if scene.trochlea is not None and scene.trochlea.cam.kind != 'lever_corrected':
+        tip = MM_PER_M * float(scene.trochlea.made_cam(scene.g).p(0.0))
+        pull = scene.trochlea.power.pull.at_rest(scene.g)
+        small = too_small(tip, pull, scene.g, sizes.get('tool_mm', TOOL_MM), sizes)
+    return replace(shown, files=tuple(written), plate=plate, too_small=small)
 
 
 def _fluid_curve(
@@ -427,6 +441,9 @@ THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
 CUT = (CHEEK_LEFT, CHEEK_RIGHT, CURVE, 'PLATE', 'BORE', 'PIN')
 """Layers that are cut; all others are for information, but TOOL, the path of a cutter."""
 
+VIEW_MM, VIEW_SCALES = 75.0, (5, 10, 20, 50, 100)
+"""Largest side of an enlarged view, and its scales: a drawing of 15 mm is small."""
+
 _GAP_MM, _MARGIN_MM = 4.0, 5.0
 _BARS_MM = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 _BLUE = '#1f77b4'
@@ -456,6 +473,12 @@ class Line(NamedTuple):
             # no arc turns by more than half a turn; with y downwards a left turn is SVG's flag 0
             parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
         return ''.join(parts) + 'Z'
+
+
+def _ring(hole: Circle) -> Line:
+    """Return a circle as a path of two arcs."""
+    ends = hole.x + np.array([-hole.radius, hole.radius]), np.full(2, hole.y)
+    return Line(hole.layer, *ends, np.ones(2))
 
 
 class Note(NamedTuple):
@@ -518,11 +541,42 @@ class Drawing:
             for hole in self.circles
         )
 
+    def enlarged(self, across: float, above: float) -> tuple[str, float, float]:
+        """Return a small drawing enlarged, as SVG, with its width and height [mm].
+
+        Its left upper corner is at (across, above), y upwards; of one that is not small it is
+        empty. A DXF has none: a cutter would follow it.
+        """
+        whole = Drawing(self.title, [a for a in self.lines if a.layer != 'SCALE'], self.circles)
+        left, low, right, top = whole.box
+        scale = VIEW_MM // max(right - left, top - low)
+        scale = max((each for each in VIEW_SCALES if each <= scale), default=0)
+        if not scale:
+            return '', 0.0, 0.0
+        shapes = re.sub(
+            r' id="\w+"|class="\w+" ', '', whole.shapes(self.text_mm / TEXT_MM / scale)
+        )
+        text = f'<text x="{across:.4f}" y="{-above:.4f}">enlarged {scale} : 1</text>'
+        place = across - scale * left, -above + scale * top + LINE * self.text_mm
+        return (
+            f'<g font-family="sans-serif" font-size="{self.text_mm:.4g}">{text}</g>\n<g '
+            f'transform="translate({place[0]:.4f} {place[1]:.4f}) scale({scale})">'
+            f'{shapes.replace("black", _BLUE)}</g>',
+            scale * (right - left),
+            scale * (top - low) + LINE * self.text_mm,
+        )
+
     def svg(self) -> bytes:
-        """Return the drawing as SVG to scale, in millimetres on paper."""
+        """Return the drawing as SVG to scale, in millimetres on paper; a small one also enlarged.
+
+        The enlarged view is on the right of all else.
+        """
         left, low, right, top = self.box
         ends = (note.x + LETTER * self.text_mm * len(note.text) for note in self.notes)
-        width = max(right, *ends) - left + 2.0 * _MARGIN_MM
+        right = max(right, *ends)
+        view, across, down = self.enlarged(right + _GAP_MM, top)
+        right, low = (right + _GAP_MM + across, min(low, top - down)) if view else (right, low)
+        width = right - left + 2.0 * _MARGIN_MM
         height = top - low + 2.0 * _MARGIN_MM
         texts = [
             f'<text x="{note.x:.4f}" y="{-note.y:.4f}">{escape(note.text)}</text>'
@@ -531,30 +585,41 @@ class Drawing:
         words = '\n'.join(texts)
         font = f'font-family="sans-serif" font-size="{self.text_mm:.4g}"'
         shapes = self.shapes(self.text_mm / TEXT_MM)
-        body = f'{shapes}\n<g {font} xml:space="preserve">\n{words}\n</g>'
+        body = f'{shapes}\n<g {font} xml:space="preserve">\n{words}\n</g>{view}'
         box = left - _MARGIN_MM, -top - _MARGIN_MM, width, height
         return svg_document(self.title, box, body)
 
-    def dxf(self) -> bytes:
-        """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line."""
+    def dxf(self, sagitta: float | None = None) -> bytes:
+        """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line.
+
+        With a sagitta [mm] it is R12, and chords that leave arcs by at most that replace them.
+        """
         from ezdxf import options, units  # type: ignore[attr-defined]
+        from ezdxf.document import Drawing as Document
         from ezdxf.filemanagement import new
 
         options.write_fixed_meta_data_for_testing = True  # no dates, no random GUID
-        document = new('R2010', setup=False, units=units.MM)
+        # R12 has no place for the unit, which the notes name; `new` would warn of that
+        document = (
+            new('R2010', setup=False, units=units.MM) if sagitta is None else Document.new('R12')
+        )
         layers = [line.layer for line in self.lines] + [hole.layer for hole in self.circles]
         for layer in dict.fromkeys(layers):
             document.layers.add(layer, color=7 if layer in CUT else 1 if layer == 'TOOL' else 5)
         document.layers.add('NOTES', color=5)
         space = document.modelspace()
-        for line in self.lines:
+        rings = [] if sagitta is None else [_ring(each) for each in self.circles]
+        for line in (*self.lines, *rings):
             bulge = np.zeros_like(line.x) if line.bulge is None else line.bulge
-            points = np.column_stack([line.x, line.y, bulge]).tolist()
-            attributes = {'layer': line.layer}
-            space.add_lwpolyline(
-                points, 'xyb', close=line.bulge is not None, dxfattribs=attributes
-            )
-        for each in self.circles:
+            close, attributes = line.bulge is not None, {'layer': line.layer}
+            if sagitta is None:
+                points = np.column_stack([line.x, line.y, bulge]).tolist()
+                space.add_lwpolyline(points, 'xyb', close=close, dxfattribs=attributes)
+            else:
+                x, y = ArcPath(line.x, line.y, bulge).polygon(sagitta) if close else line[1:3]
+                points = np.column_stack([x, y]).tolist()
+                space.add_polyline2d(points, close=close, dxfattribs=attributes)
+        for each in self.circles if sagitta is None else ():
             space.add_circle((each.x, each.y), each.radius, dxfattribs={'layer': each.layer})
         for note in self.notes:
             text = space.add_text(note.text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
@@ -715,7 +780,8 @@ def plate_of(
     reach = cam_extent(scene) if reach_rad is None else reach_rad
     _check_reach(reach, cam.range_rad)
     lengths = {**PLATE_SIZES, **(sizes or {})}
-    lengths.pop('thickness_mm', None)
+    for of_others in ('thickness_mm', 'tool_mm'):
+        lengths.pop(of_others, None)
     plate = cam_plate(cam, reach, **lengths)
     asked = {*AMPLITUDES, abs(trochlea.release_angle)}
     swings = np.array(sorted(a for a in asked if plate.acts_from_rad < a <= reach) or [reach])
@@ -753,7 +819,10 @@ def write_template(path: Path, made: ScenePlate) -> None:
             Argument('reach_rad'),
         )
     # y points down on paper; the thread at rest is drawn from beyond the plate on
-    across = 0.5 * (PAPER_MM[0] - float(np.max(x) + np.min(x)))
+    shapes = Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes)
+    view = shapes.enlarged(0.5 * PAPER_MM[0] - MARGIN_MM, -2.0 * MARGIN_MM)[0]
+    share = 0.25 if view else 0.5
+    across = share * PAPER_MM[0] - 0.5 * float(np.max(x) + np.min(x))
     down = MARGIN_MM + 0.5 * (room[1] + float(np.max(y) + np.min(y)))
     crosses = ''.join(
         f'<path d="M{hole.x - arm:.4f} {-hole.y:.4f}h{2.0 * arm:.4f}'
@@ -789,10 +858,10 @@ this line before cutting</text>
 <path id="CHECK" d="M{begin} {ruler}h{CHECK_MM:g}"/>
 <path d="{ticks}"/>
 <g transform="translate({across:.6f} {down:.6f})">
-{Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes).shapes()}
+{shapes.shapes()}
 <g stroke="{_BLUE}" stroke-width="0.1">
 {crosses}<path d="M0 {-float(np.max(y)) - 3.0:.4f}v-8m-1.2 2.4l1.2 -2.4l1.2 2.4"/>
 </g>
 </g>
-</g>"""
+</g>{view}"""
     write_output(path, svg_document(heading, (0.0, 0.0, *PAPER_MM), page))

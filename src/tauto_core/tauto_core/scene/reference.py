@@ -6,7 +6,7 @@ import json
 import os
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Callable, Iterator, Mapping, Set
 from difflib import get_close_matches
 from functools import cache
 from itertools import chain, product
@@ -19,6 +19,7 @@ from pydantic.fields import FieldInfo
 from tauto_core.curves.cam import CAMS
 from tauto_core.files import write_whole
 from tauto_core.machines.compiling import compile_trochlea
+from tauto_core.machines.design import WheelDesign
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
 from tauto_core.machines.sections import Trochlea
@@ -388,13 +389,13 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
     return '\n'.join([*head, *_lines(Scene, content, '', '')]) + '\n'
 
 
-def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
-    """Return the text of `new_scene`, and write it to a new file, if one is named.
+def write_scene(file: str | None, text_of: Callable[[str], str]) -> str:
+    """Return the text of a scene by its name, and write it to a new file, if one is named.
 
     A file that exists, ends in neither .yaml nor .yml or cannot be written is a `UsageError`.
     """
     if file is None:
-        return new_scene('new_scene', kinds)
+        return text_of('new_scene')
     given, place = Argument('file', file), Path(file)
     if file.endswith(os.sep) or place.is_dir():  # a Path drops the slash of a folder
         raise UsageError(given, ': is a folder. Name a file in it, such as new.yaml')
@@ -404,12 +405,32 @@ def write_scene(file: str | None, kinds: Mapping[str, str]) -> str:
         near = place.with_suffix(ENDINGS[0])
         raise UsageError(given, f': must end in {" or ".join(ENDINGS)}. Use {near}')
     # the name of a file need not be text, that of a scene is
-    text = new_scene(place.stem.encode('utf-8', 'replace').decode(), kinds)
+    text = text_of(place.stem.encode('utf-8', 'replace').decode())
     try:
         write_whole(place, text.encode())
     except OSError as error:
         said = f': cannot be written: {error.strerror}. Name another file'
         raise UsageError(given, said) from None
+    return text
+
+
+def scene_of_design(design: WheelDesign, name: str) -> str:
+    """Return a scene of a design as YAML, released at 1 rad on land, once it has been checked."""
+    head = (
+        '# Found by tauto design. The pull has no inertia; a weight has, with another cam:\n'
+        f'#   cam: {{kind: weight_corrected, period: {design.period_s:.9g}}}\n'
+        f'#   power: {{kind: weight, mass: {design.pull_n / design.gravity_m_s2:.6g}}}\n'
+    )
+    trochlea = {
+        'inertia': design.inertia_kg_m2,
+        'cam': {'kind': 'involute', 'base_radius': design.base_radius_m},
+        'thread': {'kind': 'vertical'},
+        'power': {'kind': 'force', 'force': design.pull_n},
+        'release_angle': 1.0,
+    }
+    whole = {'name': name, 'duration': 3600.0, 'gravity': design.gravity_m_s2}
+    text = head + write_mapping({**whole, 'trochlea': trochlea})
+    parse_scene(text, name)
     return text
 
 
