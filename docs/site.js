@@ -1,6 +1,6 @@
 /* Formulas written in plain text, as MathML: browsers typeset it by themselves.
 
-A block is one whose lines begin with a number such as (A.1). In a sentence a formula is emphasised,
+A block is one whose lines begin with a number such as (wheel.1). In a sentence a formula is emphasised,
 *ψ = θ + α_c*, which any reader of Markdown shows in italics. A slash stays a slash, since in plain
 text a quotient ends where the reader sees it. Words stay words. */
 'use strict';
@@ -163,11 +163,11 @@ text a quotient ends where the reader sees it. Words stay words. */
 
   for (const code of document.querySelectorAll('.md-typeset .language-text pre > code')) {
     const lines = code.textContent.trimEnd().split('\n');
-    if (!/^\([A-Z]\d*\.\d+\)/.test(lines[0])) continue;
+    if (!/^\([a-z_]+\.\d+\)/.test(lines[0])) continue;
     const block = document.createElement('div');
     block.className = 'equations';
     for (const line of lines) {
-      const [, number, rest] = line.match(/^(\([A-Z]\d*\.\d+\))?\s*(.*)$/);
+      const [, number, rest] = line.match(/^(\([a-z_]+\.\d+\))?\s*(.*)$/);
       const columns = rest.split(/\s{3,}/).map((each) =>
         isWords(each) ? '<span>' + escape(each) + '</span>' : math(each, true));
       block.insertAdjacentHTML('beforeend', '<div class="equation"><span class="number">' + (number ?? '') + '</span>' +

@@ -79,18 +79,24 @@ def test_links_lead_from_the_first_page_to_every_other() -> None:
         assert f'"{page.relative_to(DOCS)}"' in navigation
 
 
-def test_equations_are_numbered_in_order_and_none_is_without() -> None:
+def test_equations_are_numbered_by_page_and_cited_where_they_are() -> None:
     theory = DOCS / 'theory'
-    found: dict[str, list[int]] = {}
+    numbers: set[str] = set()
     for page in re.findall(r'\]\((\w+\.md)\)', text_of(theory / 'index.md')):
-        for line in text_of(theory / page).splitlines():
-            if re.match(r' {4}\S', line):
-                number = re.match(r' {4}\(([A-Z]\d*)\.(\d+)\) ', line)
-                assert number, (page, line)
-                found.setdefault(number[1], []).append(int(number[2]))
-    assert found
-    for part, numbers in found.items():
-        assert numbers == list(range(1, len(numbers) + 1)), part
+        lines = [line for line in text_of(theory / page).splitlines() if re.match(r' {4}\S', line)]
+        for number, line in enumerate(lines, start=1):
+            assert line.startswith(f'    ({page[:-3]}.{number}) '), (page, line)
+            numbers.add(f'{page[:-3]}.{number}')
+    assert len(numbers) > 50
+    stems = '|'.join(sorted({number.partition('.')[0] for number in numbers}))
+    sources = [*(ROOT / 'src').rglob('*.py'), *(ROOT / 'tests').rglob('*.py'), *PAGES]
+    cited = {
+        (each.name, number)
+        for each in sources
+        for number in re.findall(rf'\(((?:{stems})\.\d+)[) ]', text_of(each))
+    }
+    assert len(cited) > 50
+    assert not {each for each in cited if each[1] not in numbers}
 
 
 def test_formulas_in_sentences_are_marked_for_the_site() -> None:

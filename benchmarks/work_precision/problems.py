@@ -1,6 +1,6 @@
 """The problems of the benchmark: two machines, on land and in one sea, and a suspended case.
 
-In a to e every program solves the same equation (docs/theory/machine_at_sea.md E2), with psi the
+In a to e every program solves the same equation (docs/theory/machine_at_sea.md), with psi the
 wheel's absolute angle, rho the roll, b the lever arm per angle:
 
     a, d   I psi'' + P b (psi - gamma) = 0,                        gamma = rho
@@ -9,7 +9,7 @@ wheel's absolute angle, rho the roll, b the lever arm per angle:
 
 gamma is the apparent vertical beta (b, c, e), theta = psi - rho the wheel's angle in its case,
 released at rest there. rho is the exact sum of the sea's components, and beta and g_eff follow
-from it (docs/theory/ship.md E1), so that Tauto's error by sampling the ship counts.
+from it (docs/theory/ship.md), so that Tauto's error by sampling the ship counts.
 
 f is the pendulum on its axle at any angles, on land (C in axle.md): a case in its bearing,
 released at rest at theta = phi = 0.7 rad, 40 degrees. Both modes swing and the motion is regular:

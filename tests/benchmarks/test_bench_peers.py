@@ -1,4 +1,4 @@
-"""The peers against closed forms and SciPy (E1 in ship.md, E2 in machine_at_sea.md)."""
+"""The peers against closed forms and SciPy (ship.md, machine_at_sea.md)."""
 
 from __future__ import annotations
 

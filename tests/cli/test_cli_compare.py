@@ -79,8 +79,8 @@ def test_json_is_one_object() -> None:
     assert found['duration_s'] == 600.0
     assert [row['roll_deg'] for row in found['rows']] == pytest.approx([0.0, 20.0])
     still, rolling = (row['trace_s'] for row in found['rows'])
-    # Euler's second cam is linear: the roll shakes the readings and leaves no drift (E2 in
-    # machine_at_sea.md)
+    # Euler's second cam is linear: the roll shakes the readings and leaves no drift
+    # (machine_at_sea.md)
     assert max(map(abs, still)) < 1e-9
     assert 1e-5 < max(map(abs, rolling)) < 0.1
 

@@ -212,7 +212,7 @@ def test_figures_agree_with_each_other(measured):
     turned = trochlea['phase_rad'] / math.tau * scene.clock.nominal_period
     assert clock['reading_s'] == pytest.approx(turned, abs=2e-9)
     assert abs(trochlea['beats'] - trochlea['phase_rad'] / math.pi) <= 1
-    # 15″ of longitude a second; fast is west (E6 in longitude.md)
+    # 15″ of longitude a second; fast is west (longitude.md)
     raw = report['longitude']['raw_error_arcmin']
     assert raw == pytest.approx(-clock['error_s'] / 4.0, abs=1e-12)
 

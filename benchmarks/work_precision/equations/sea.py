@@ -136,13 +136,13 @@ class SeaPieces:
 #
 # The case's equations are in `case_kernels`; its state is (theta, phi, theta', phi'). For the
 # wheel, x = psi - gamma is the angle that the cam feels, eps = m b^2/I, and u = p/I is the
-# momentum of the machine over the wheel's inertia (docs/theory/machine_at_sea.md E2):
+# momentum of the machine over the wheel's inertia (docs/theory/machine_at_sea.md):
 #
 #     x' = (u - gamma')/(1 + eps x^2)
 #     u' = x (eps x'^2 - b (P + m g_eff)/I) - (c/I) theta',      theta' = x' + gamma' - rho'
 #
 # No gamma'' is needed. The lean is eta = gamma - rho = atan2(A, B), A = z0 rho'' - g sin rho,
-# B = g cos rho - z0 rho'^2 (specific force in the ship's axes, ship.md E1), and
+# B = g cos rho - z0 rho'^2 (specific force in the ship's axes, ship.md), and
 # g_eff^2 = A^2 + B^2.
 
 

@@ -30,7 +30,7 @@ class Felt:
 
 
 def felt(numbers: Numbers, time_s: float) -> Felt:
-    """Return what the machine feels of the ship at a time (theory/ship.md E1); zero on land."""
+    """Return what the machine feels of the ship at a time (theory/ship.md); zero on land."""
     sea = numbers.sea
     if sea is None:
         return Felt(mp.mpf(0), mp.mpf(0), mp.mpf(0), mp.mpf(0))

@@ -146,7 +146,7 @@ def test_every_entry_has_a_name_a_short_sentence_and_a_key_of_a_scene() -> None:
 
 
 def test_the_figures_are_those_of_the_formulas() -> None:
-    """G2.7, G1.1, (A.2), and a level lever in a case that heels, whose weight pulls as cos."""
+    """(heat.4), (gravity.1), (wheel.2), and a level lever that heels: its weight pulls as cos."""
     worth = {row.what: str(row.worth) for row in TABLE}
     steel, brass = MATERIALS['steel'], MATERIALS['brass']
     spring = 0.5 * steel.force * DAY_S
@@ -178,7 +178,7 @@ def test_the_figures_are_those_of_the_formulas() -> None:
 
 @pytest.mark.parametrize(('depth', 'shift'), [(0.05, 376.0), (0.1, -1380.0)])
 def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth: float, shift: float) -> None:
-    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848; the roots of (G5.4) count."""
+    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848; the roots of (suspension.5) count."""
     inertia, omega, gravity = 4e-4, math.tau, 9.81
     hung = tauto.load('second_cam_at_sea', suspension=GIMBALS | {'depth': depth}).suspension
     assert hung is not None
@@ -191,7 +191,7 @@ def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth: float, shift: 
 
 
 def test_the_mode_of_a_wheel_in_a_case_on_an_axle_solves_the_printed_equations() -> None:
-    """det(K − ω²M) = 0 of (E3.1) with the wheel, written out."""
+    """det(K − ω²M) = 0 of (suspension.1) with the wheel, written out."""
     e, c, k, inertia, omega, gravity = 0.015, 0.05, 0.12, 4e-4, math.tau, 9.81
     axle = {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005}
     hung = tauto.load(

@@ -168,7 +168,7 @@ def brassy(celsius: tuple[float, float], hours: float, **changes: Any) -> Scene:
 
 
 TEN_K = DAY_S * ((1.0 + 18.9e-6 * 10.0) ** -0.5 - 1.0)
-"""Rate of wheel and cam of brass, 10 K warmer: -8.16 s/day (heat.md, G2.7)."""
+"""Rate of wheel and cam of brass, 10 K warmer: -8.16 s/day (heat.4)."""
 
 
 def test_heat_is_that_since_the_departure() -> None:
@@ -234,7 +234,7 @@ def test_a_larger_cheek_of_a_lever_is_worth_what_a_larger_involute_is() -> None:
         return made
 
     def arm_m(each: LeverMachine) -> float:
-        """Return t = r u at θ = 1, u = θ − δ with the lean δ of the free thread (G4)."""
+        """Return t = r u at θ = 1, u = θ − δ with the lean δ of the free thread (threads.md)."""
         tau = each.geometry.tau_of(np.ones(1))
         return each.geometry.base_radius * (1.0 - float(each.geometry.pose(tau).delta[0]))
 

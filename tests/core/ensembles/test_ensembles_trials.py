@@ -166,7 +166,7 @@ def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
 
 
 def test_a_wind_drawn_anew_scatters_as_logs_do():
-    """H2: 2.98 m/s rms between two logs, 1.3 between their means; 19 degrees in the median."""
+    """2.98 m/s rms between two logs, 1.3 between their means; 19 degrees in the median."""
     days, draws = 60, 400
     entries = tuple(
         (f'1770-{1 + day // 28:02}-{1 + day % 28:02}T12:00', 40.0, -20.0, 90.0, 15.0, None)

@@ -76,7 +76,7 @@ def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: 
 
 
 def test_the_descent_alone_is_slow_and_the_way_back_is_another() -> None:
-    """The figures of the theory's table, from another program (physics of the fluid, G6)."""
+    """The figures of the table of companion.md, from another program."""
     curve = joined_companion(GIVEN['cycloid'], 'descent', 1.0)
     quarter = 0.5 * math.pi * math.sqrt(1.0 / G)
     slow = [descent_time(curve, G, s) / quarter - 1.0 for s in (0.05, 0.2, 0.4, 0.5)]

@@ -130,7 +130,7 @@ def quarter(cam, amplitude):
 
 @pytest.mark.parametrize('amplitude', [1.0, -1.2])
 def test_it_keeps_time(amplitude):
-    """The involute in its place has a period 1.03 times as long at 1 rad (A in threads.md)."""
+    """The involute in its place has a period 1.03 times as long at 1 rad (threads.md)."""
     expected = math.tau / OMEGA / 4
     # DOP853 at 1e-12 with the crossing from its dense output, one Newton step better
     assert quarter(CAM, amplitude) == pytest.approx(expected, rel=1e-10)

@@ -139,7 +139,7 @@ MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
 @pytest.mark.parametrize(
     ('changes', 'numbers', 'follows'),
     [
-        # carried mass, pulling mass, force, stiffness; γ = β or α_c (theory E2's table)
+        # carried mass, pulling mass, force, stiffness; γ = β or α_c (table of machine_at_sea.md)
         ({'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
         ({'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
         ({'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), True),
@@ -222,7 +222,7 @@ def test_isochronism():
     assert table.nominal_period_s == regulator.small_period
     assert table.amplitude_rad.tolist() == [1.0, 0.1]
     assert table.period_s[1] == regulator.period(0.1)
-    # E2 in machine_at_sea.md: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
+    # machine_at_sea.md: a spring of 5 N/m gains 404 s/day at 1 rad (to the digits given)
     assert table.rate_s_per_day[0] == pytest.approx(404.0, abs=0.5)
     slow = isochronism(regulator, [0.1], nominal_period_s=1.0)
     assert slow.nominal_period_s == 1.0

@@ -2,12 +2,12 @@
 
 It shares nothing with the compiled engine but the forcing's polynomials: lever arms come from
 the cam, and the variables are ϑ and ϑ̇, which need the second derivative γ̈
-(docs/theory/machine_at_sea.md E2, as printed):
+(docs/theory/machine_at_sea.md, as printed):
 
     (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀ + s R),    θ = ϑ + τ,
 
 d = sgn θ̇ and s, that of the last impulse, are constant between events. Friction slides but does
-not hold: where it would, an error says so. An unbalanced wheel feels (A.6) besides.
+not hold: where it would, an error says so. An unbalanced wheel feels (machine_at_sea.4) besides.
 
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.5.
 """
@@ -370,7 +370,7 @@ def by_reference() -> Iterator[None]:
 
 
 def _tangent(mean: float) -> float:
-    """Return tan χ where χ + sin χ cos χ = `mean` = 2rϑ/λ (cams.md D.3), by Newton's method.
+    """Return tan χ where χ + sin χ cos χ = `mean` = 2rϑ/λ (cams.3), by Newton's method.
 
     The cam solves this for arrays, which takes ten times as long. Near its edge, π/2, the equation
     is flat, and the cam's solution is taken.
@@ -473,9 +473,8 @@ def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:
 # Roll and heave at every instant are sums of cosines, with exact derivatives. A wheel with one
 # degree of freedom is integrated by the reference propagator, whose forcing they replace; the
 # lever and the swinging thread by the Lagrangians of thread_references.py; a suspended case by its
-# own linear equations (docs/theory/suspension.md E3). Nothing is shared with the engine or with
-# the forecast but the machine's geometry and the definition of the phase (docs/theory/reading.md
-# E4).
+# own linear equations (docs/theory/suspension.md). Nothing is shared with the engine or with
+# the forecast but the machine's geometry and the definition of the phase (docs/theory/reading.md).
 
 STEPS_OF_CASE = 16
 """Least number of steps in a swing of the case's fast mode; the dense output errs by their eighth
@@ -492,7 +491,7 @@ class Felt(NamedTuple):
 
 
 class ShipAt:
-    """The exact motion of a ship of harmonics, at the clock or its case's bearing (ship.md E1)."""
+    """The exact motion of a ship of harmonics, at the clock or its case's bearing (ship.md)."""
 
     def __init__(self, scene: Scene) -> None:
         ship = scene.ship
@@ -553,7 +552,7 @@ def _terms(
 
 
 class CaseAt:
-    """The exact motion felt in a suspended case: linear equations (suspension.md E3) by DOP853.
+    """The exact motion felt in a suspended case: linear equations (suspension.md) by DOP853.
 
     e θ̈ + c φ̈ + g θ = −ÿ, k² φ̈ + g c (φ − θ) = 0; the specific force points along θ and has the
     size of the contact force over the mass.

@@ -1,4 +1,4 @@
-"""Machines whose thread may go slack by SciPy's DOP853, written from H4's equations.
+"""Machines whose thread may go slack by SciPy's DOP853, written from the equations of threads.md.
 
 Taut or slack, wheel and weight have their own coordinates here; a taut thread is a tension that
 keeps its constraint, and a slack one is none. Nothing is shared with the engine but the
@@ -71,7 +71,7 @@ class Ship:
 
 
 class TrueShip(Ship):
-    """The force at the clock by E1, of the ship of test_motion_slack that falls: no z̃ in it."""
+    """The force at the clock (ship.1), of the falling ship of test_motion_slack: no z̃ in it."""
 
     amplitude = 2.5
 
@@ -84,7 +84,7 @@ class TrueShip(Ship):
         heave, omega = math.tau / 3.1, math.tau / 7.0
         roll, rate = 0.05 * math.cos(omega * now), -0.05 * omega * math.sin(omega * now)
         upward = self.gravity - self.amplitude * heave * heave * math.cos(heave * now + 1.6)
-        # f′ of E1: in axes that turn with the roll, 3 m above it
+        # f′ of ship.md: in axes that turn with the roll, 3 m above it
         y = upward * math.sin(roll) + 3.0 * omega * omega * roll
         return y, upward * math.cos(roll) - 3.0 * rate * rate
 
@@ -227,7 +227,7 @@ class Ideal(Reference):
         return np.array([y[1] - line[1], bend, y[3], tension - self.pull(y[2], g)])
 
     def shared(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
-        """H4: ψ̇⁺ = (J ψ̇⁻ + m ρ (v + ρ γ̇))/(J + m ρ²), v⁺ = ρ (ψ̇⁺ − γ̇)."""
+        """(threads.4): ψ̇⁺ = (J ψ̇⁻ + m ρ (v + ρ γ̇))/(J + m ρ²), v⁺ = ρ (ψ̇⁺ − γ̇)."""
         line, _, _ = ship(t)
         inertia, mass = self.machine.inertia, self.machine.carried_mass
         rho, _, lift = self.arm(y[0])
@@ -236,7 +236,7 @@ class Ideal(Reference):
         return np.array([y[0], psi, lift, rho * (psi - line[1])])
 
     def kinetic(self, t: float, y: np.ndarray, ship: Ship) -> float:
-        """Energy of wheel and weight beside the line, with ϑ̇ as H4's loss has it."""
+        """Energy of wheel and weight beside the line, with ϑ̇ as the loss of (threads.4) has it."""
         speed = y[1] - ship(t)[0][1]
         return float(
             0.5 * self.machine.inertia * speed**2 + 0.5 * self.machine.carried_mass * y[3] ** 2

@@ -103,7 +103,7 @@ def forced(case, *, log=4.0, duration=40.0, ship=SEA):
 
 @pytest.mark.parametrize('name', CASES)
 def test_forty_seconds_at_sea_against_dop853(name):
-    """Physics E2 as printed, with DOP853's own events; six sweeps leave 1e-12 rad, as measured."""
+    """machine_at_sea.md as printed, DOP853 with events; six sweeps leave 1e-12 rad, measured."""
     close = {'rtol': 0.0, 'atol': 5e-12}
     machine, forcing = forced(CASES[name])
     assert takes_free_ends(machine)

@@ -1,6 +1,6 @@
 """Machines whose numbers change with temperature, against a full integration of them.
 
-The reference takes the printed equation (G2.5 in heat.md): the cam grows, I changes and İψ̇
+The reference takes the printed equation (heat.2): the cam grows, I changes and İψ̇
 acts, the spring and the oil change continuously. The engine has them as numbers over I.
 """
 

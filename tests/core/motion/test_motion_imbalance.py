@@ -41,7 +41,7 @@ def wave(t, amplitude, period, phase):
 
 
 def ship(t, sea):
-    """ρ and the specific force (ÿ, g + z̈) at the clock (E1)."""
+    """ρ and the specific force (ÿ, g + z̈) at the clock (ship.1)."""
     if not sea:
         return 0.0, 0.0, G
     rho, rate, bend = wave(t, *ROLL)
@@ -69,7 +69,7 @@ def exact(sea, trochlea, times, release=1.0):
         return sum(w * e for w, e in zip(weights, ends, strict=True)) / (60.0 * step)
 
     def slopes(t, y):
-        # p = (I + m t²) ψ̇ − m t² γ̇ (E2.2)
+        # p = (I + m t²) ψ̇ − m t² γ̇ (machine_at_sea.2)
         psi, p = y
         _, across, up = ship(t, sea)
         arm = RATE * (psi - line(t))

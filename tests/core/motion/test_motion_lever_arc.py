@@ -68,7 +68,7 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     assert np.ptp(found.angle) > 1.0
 
 
-# T/T₀ at 0.5, 1 and 1.5 rad: shared physics G4; two of the tied lever to port are not given there
+# T/T₀ at 0.5, 1 and 1.5 rad: threads.md; two of the tied lever to port are not given there
 PERIODS = {
     'tied': (TIED, (1.00754, 1.02994, 1.06793)),
     'arc': (ARC, (1.00806, 1.03308, 1.07831)),
@@ -195,7 +195,7 @@ def test_thread_and_arc_meet(radius, arc, length):
 
 @pytest.mark.parametrize(('heel', 'known'), [(5.0, -165.0), (10.0, -659.0)])
 def test_a_level_lever_without_gimbals_loses_as_the_root_of_the_cosine_of_heel(heel, known):
-    """Small swings about the same rest; the figures are those of shared physics G4."""
+    """Small swings about the same rest; the figures are those of threads.md."""
     waves = [{'amplitude': math.radians(heel), 'period': 1e9, 'phase': 0.0}]
     scene = scene_of(
         trochlea=trochlea(ARC, release_angle=1e-3),

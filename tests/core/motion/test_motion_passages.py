@@ -1,4 +1,4 @@
-"""The counts of the dial: turns at upward passages of ϑ, beats at those of θ (E4 in reading.md).
+"""The counts of the dial: turns at upward passages of ϑ, beats at those of θ (reading.md).
 
 The references count signs on a grid far finer than any two passages lie apart.
 """
@@ -120,7 +120,7 @@ def waves(series: list[dict[str, float]], t: Any, order: int) -> Any:
 
 
 def apparent_vertical(t: Any) -> tuple[Any, Any, Any]:
-    """β, β̇ and g_eff at the clock, 3 m above the roll axis (E1 in ship.md)."""
+    """β, β̇ and g_eff at the clock, 3 m above the roll axis (ship.md)."""
     roll, rate, bend, jerk = (waves(ROLL, t, k) for k in range(4))
     c, s = np.cos(roll), np.sin(roll)
     y, up = 3.0 * (rate**2 * s - bend * c), 9.80665 + waves(HEAVE, t, 2)
@@ -132,7 +132,7 @@ def apparent_vertical(t: Any) -> tuple[Any, Any, Any]:
 
 
 def swing_at_sea(follows: bool, amplitude: float) -> tuple[np.ndarray, ...]:
-    """Return ϑ, ϑ̇ and θ on the grid, by DOP853 from ϑ and the momentum (E2 in machine_at_sea.md).
+    """Return ϑ, ϑ̇ and θ on the grid, by DOP853 from ϑ and the momentum (machine_at_sea.md).
 
     Of a wheel whose thread goes with the case, or of a weight that follows the apparent vertical.
     """

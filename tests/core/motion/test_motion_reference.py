@@ -70,7 +70,7 @@ AT_SEA = {
 
 @pytest.mark.parametrize('name', AT_SEA)
 def test_half_a_minute_at_sea_against_dop853_on_the_same_samples(name):
-    """Physics E2 as printed, in ϑ with the second derivative of γ: another formulation.
+    """machine_at_sea.md as printed, in ϑ with the second derivative of γ: another formulation.
 
     DOP853 at 1e-13 leaves a few 1e-14 rad a swing, 1e-12 of these; some 100 steps may each err
     by 2e-12 of the amplitude.

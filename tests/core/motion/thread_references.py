@@ -117,7 +117,7 @@ class LeverReference:
 
 
 class OwnCamReference(LeverReference):
-    """The same with the cam that makes the lever isochronous (docs/theory/cams.md D).
+    """The same with the cam that makes the lever isochronous (docs/theory/cams.md).
 
     Along s = ∫√(I dθ² + J dβ²), W sin β = ½ ω²s². So β(s) is known, I θ_s² = 1 − J β_s², and θ(s)
     is the integral of a series.

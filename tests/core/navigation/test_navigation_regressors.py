@@ -182,7 +182,7 @@ def test_the_prior_is_that_of_the_machine_as_it_stands(more):
     """Its steady swing at other gravities, by quadrature; a free wheel keeps its action instead.
 
     On the involute a weight of mass is slower the wider it swings. Where drag or action make the
-    swing wider as gravity falls, k is 1.005 of the rate at that amplitude (physics, G3).
+    swing wider as gravity falls, k is 1.005 of the rate at that amplitude (rate.md).
     """
     scene = south(power='', more=more)
     swing = steady_swing(compile_machine(scene))

@@ -1,4 +1,4 @@
-"""The motions of a ship in waves from the coefficients of her hull (G7 in hull.md)."""
+"""The motions of a ship in waves from the coefficients of her hull (hull.md)."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def deptford():
 
 @pytest.fixture(scope='module')
 def ship(deptford):
-    """The ship of the table in G7 in hull.md: centre of gravity in the waterline."""
+    """The ship of the table in hull.md: centre of gravity in the waterline."""
     return Hull(deptford, 11.0, 0.08, centre_of_gravity=0.0)
 
 
@@ -124,7 +124,7 @@ def test_a_place_forward_sinks_as_the_bow_does(ship):
 
 
 # -----------------------------------------------------------------------------
-# The table of G7 in hull.md, from two other programs with meshes of their own.
+# The table of hull.md, from two other programs with meshes of their own.
 
 # fmt: off
 TABLE = (  # heading, forward, up, heave, athwart, fore and aft, vertical, freely, pitching
@@ -152,7 +152,7 @@ def test_what_a_sea_costs_a_weight_by_heading_and_place(ship, row):
 
 
 def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
-    """12 m forward at 5 knots into the sea (G7 in hull.md c)."""
+    """12 m forward at 5 knots into the sea (hull.md)."""
     knots = 5.0 * 1852.0 / 3600.0
 
     def heave():
@@ -171,7 +171,7 @@ def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
 
 
 def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
-    """k_yy 0.22, 0.25, 0.28 L in head seas, z_G -1, 1 m in beam seas (G7 in hull.md)."""
+    """k_yy 0.22, 0.25, 0.28 L in head seas, z_G -1, 1 m in beam seas (hull.md)."""
     place = [ClockPlace(12.0, 0.0, 3.0)]
     for k_yy, wanted in ((0.22, -36.0), (0.25, -54.0), (0.28, -76.0)):
         ship = Hull(deptford, 11.0, 0.08, centre_of_gravity=0.0, k_yy=k_yy * 44.0)
@@ -282,7 +282,7 @@ def test_the_encounter_is_that_of_the_course(ship):
 
 @pytest.mark.parametrize('heading', [0.5 * math.pi, 1.5 * math.pi])
 def test_she_rolls_in_long_waves_as_the_roll_equation_says(deptford, heading):
-    """The same signs and phases as E5 in sea.md, whose slope coefficient is then nearly 1."""
+    """The same signs and phases as sea.md, whose slope coefficient is then nearly 1."""
     ship = Hull(deptford, 11.0, 0.08)
     omega = np.array([0.15, 0.2, 0.25])
     waves = Harmonics(np.ones(3), math.tau / omega, np.array([0.3, 1.0, 5.0]))

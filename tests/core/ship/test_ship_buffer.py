@@ -29,7 +29,7 @@ def roll_at(t, order=0):
 
 
 def tilt_at(t):
-    """Direction of the apparent vertical in the case, from E1 in ship.md."""
+    """Direction of the apparent vertical in the case, from ship.md."""
     y = GRAVITY * np.sin(roll_at(t)) - HEIGHT * roll_at(t, 2)
     z = GRAVITY * np.cos(roll_at(t)) - HEIGHT * roll_at(t, 1) ** 2
     return np.arctan2(-y, z)

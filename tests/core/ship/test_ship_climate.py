@@ -1,4 +1,4 @@
-"""Weather drawn from a climate, against the closed forms of its process (theory F2)."""
+"""Weather drawn from a climate, against the closed forms of its process (weather.md)."""
 
 import math
 from typing import Any

@@ -1,4 +1,4 @@
-"""A hull in the sea of a scene: the IMU readings and the effect on a clock (G7 in hull.md)."""
+"""A hull in the sea of a scene: the IMU readings and the effect on a clock (hull.md)."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def scene_on_land(ready: Scene) -> Scene:
     ('plane', 'printed'), [('vertical', -53.8), ('free', -46.8), ('ship', -91.0)]
 )
 def test_a_weight_in_head_seas_loses_by_its_plane(scene: Any, plane: str, printed: float) -> None:
-    """Third row of the table of G7; its hull has another centre of gravity, by a metre or so."""
+    """Third row of hull.md's table; its hull has another centre of gravity, by a metre or so."""
     found, felt = rates(scene(**{'trochlea.plane': plane}))
     # waves of 9 s are slow beside a swing of 1 s: the next order is (1/9)², of a third
     assert found == pytest.approx(felt, rel=0.03)

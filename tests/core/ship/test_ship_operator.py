@@ -1,4 +1,4 @@
-"""A response amplitude operator with any motions, at all headings and speeds (E5 in sea.md)."""
+"""A response amplitude operator with any motions, at all headings and speeds (sea.md)."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> N
 def test_what_the_supply_vessel_costs_a_weight(
     degrees: int, heave: float, other: float, at: int
 ) -> None:
-    """The figures of G7 in hull.md, from the same data by another program: s/day, amidships."""
+    """The figures of hull.md, from the same data by another program: s/day, amidships."""
     omega = 2.0 * math.pi / 9.0 * np.geomspace(0.5, 4.5, 4000)
     course = Encounter(0.0, math.radians(degrees), G)
     found = operator_answer(waves(omega), operator(), course, heave=False)

@@ -109,7 +109,7 @@ def test_gimbals_leave_the_force_of_a_plane_that_only_rolls() -> None:
 
 @pytest.mark.parametrize('plane', ['free', 'vertical', 'ship'])
 def test_pitch_alone_costs_only_the_plane_that_pitches(plane: str) -> None:
-    """G7: a plane that pitches by θ with the ship feels g cos θ, the others g."""
+    """hull.md: a plane that pitches by θ with the ship feels g cos θ, the others g."""
     pitch = np.linspace(-0.3, 0.3, 61)
     none = np.zeros(61)
     still = Turned(none, none, none)

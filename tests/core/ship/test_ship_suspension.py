@@ -197,7 +197,7 @@ def test_full_equations_follow_dop853_on_a_rolling_support(height):
 
 @pytest.mark.parametrize('large', [False, True])
 def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
-    """Without friction the axle does not feel the ship turn about it; E1 then has no force."""
+    """Without friction a ship that turns about the axle leaves it; (ship.1) has no force."""
     waves = [{'amplitude': 0.5, 'period': 7.0, 'phase': 0.4}]
     scene = rolling(waves, height=0.0, suspension__large_angles=large)
     _, phi, phi_rate, theta, contact = in_the_case(scene)
@@ -208,7 +208,7 @@ def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
 
 @pytest.mark.parametrize(('large', 'close'), [(False, 2e-2), (True, 5e-3)])
 def test_slow_motion_lets_the_case_hang_along_the_apparent_vertical(large, close):
-    """E1 from the ship's own sensor: β and g_eff, to (Ω/ω)², here a thousandth.
+    """(ship.1) from the ship's own sensor: β and g_eff, to (Ω/ω)², here a thousandth.
 
     Small angles leave the changes of gravity out of θ: another hundredth here.
     """

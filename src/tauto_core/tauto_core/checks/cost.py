@@ -882,7 +882,7 @@ class Waves(NamedTuple):
 
 
 def scene_waves(scene: Scene) -> Waves:
-    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (E1 in ship.md).
+    """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (ship.md).
 
     None for a ship that lies still, or whose motion was measured; in weather those of the highest
     sea.

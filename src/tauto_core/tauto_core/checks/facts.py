@@ -117,7 +117,7 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
         machine.modes, machine.base_radius, k_squared, waves.frequency, scene.g, scene.duration
     )
     if machine.damping:
-        # (A.3) for small swings, the case at rest: a wave turns the thread by δ/τ, complex
+        # (threads.1) for small swings, the case at rest: a wave turns the thread by δ/τ, complex
         square, inertia, damping = waves.frequency**2, machine.inertia, machine.damping
         pull, per_s = machine.mass * scene.g * machine.base_radius, 1j * waves.frequency
         turned = (pull + per_s * damping * machine.base_radius / machine.length) / (
@@ -429,9 +429,9 @@ _OIL = '15.6 s/day by 3.5 % of the drag in the clock of portsmouth_jamaica'
 _MGAL = '1 s/day for a weight by 22.7 mGal; some 30 mGal rms at sea, 100 to 300 near islands'
 _THREAD = '0.3 s/day by a thread of 1 m, 90 by one of 16 m, in a roll of 0.1 rad and 9 s'
 
-# Figures: heat from G2.7 and G2.8 of heat.md, hull from hull.md, cork from −⟨z̈²⟩/8g² in its sea
+# Figures: heat from (heat.4) and (heat.5), hull from hull.md, cork from −⟨z̈²⟩/8g² in its sea
 # up to 4 ω_p, gravity from gravity.md, thread and lever from threads.md, Euler's weight from
-# wheel.md; the case's answer from G5.4 of suspension.md.
+# wheel.md; the case's answer from (suspension.5).
 TABLE = tuple(
     LeftOut(*row)
     for row in (
@@ -601,8 +601,8 @@ def frequency_in_light_case(
 ) -> float:
     """Return ω of small swings of a wheel that turns a case of `USUAL_MASS` [rad/s].
 
-    In gimbals it is a root of (G5.4) in suspension.md; on an axle, of the equations with M and K
-    of the links (E3.1) in (θ, φ) and I/M for the wheel's ψ. Of the modes it is the one with most
+    In gimbals it is a root of (suspension.5); on an axle, of the equations with M and K of the
+    links (suspension.1) in (θ, φ) and I/M for the wheel's ψ. Of the modes it is the one with most
     of the potential energy in the thread. Nothing damps the case.
     """
     e, c, share = hung.link, hung.depth, inertia / USUAL_MASS

@@ -230,7 +230,7 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
 
     It is a SceneError if the machine or its suspension cannot be built, the impulse lies beyond
     the range of the wheel, the release and the ship's motion at the start put the cam angle beyond
-    the cam (E4 in reading.md), drag lets the wheel creep, the motion is more abrupt than any
+    the cam (reading.md), drag lets the wheel creep, the motion is more abrupt than any
     propagator resolves, or the voyage cannot be sailed; a MotionDataError if measured motion
     cannot be used.
     """

@@ -64,7 +64,7 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
     """Return the reading [ns] since the dial was set: nominal_period · φ / 2π.
 
     The phase φ is π (half_turns + fraction), 0 ≤ fraction < 1. The whole part is counted in
-    integers, so long runs lose no resolution (theory/reading.md, E4).
+    integers, so long runs lose no resolution (theory/reading.md).
     """
     half_period = 0.5 * nominal_period_s * NS_PER_S
     whole = math.floor(half_period)
@@ -99,7 +99,7 @@ def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> floa
 
 # -----------------------------------------------------------------------------
 # Noise of the dial: white and random-walk frequency noise, in exact discrete form
-# (theory/reading.md, E8).
+# (theory/reading.md).
 
 NOISE_BLOCK = 4096
 """Number of log indices drawn from one generator; the result depends on it."""

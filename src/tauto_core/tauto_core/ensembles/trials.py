@@ -147,7 +147,7 @@ def season_of(passage: LoggedPassage) -> str:
 
 
 # -----------------------------------------------------------------------------
-# Unknowns of a passage, drawn at random: the wind (theory/logbooks.md, H2), and the hull.
+# Unknowns of a passage, drawn at random: the wind (theory/logbooks.md), and the hull.
 
 WIND_OFFSET = 0.92
 """Standard deviation of a log's wind over a passage [m/s]: means of two logs differ by 1.3 rms."""

@@ -190,7 +190,7 @@ def swing_energy(
 
 
 def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return R s θ [J], (n,), the part of the conserved energy by recoil (E2 in escapement.md).
+    """Return R s θ [J], (n,), the part of the conserved energy by recoil (escapement.md).
 
     s, the sign of the last impulse, is that of a swing that reaches both impulses: sgn θ̇ beyond
     the angle of the impulse, −sgn θ̇ before it.

@@ -2,7 +2,7 @@
 
 With Δ = T − T₀ lengths of the wheel grow by λ = 1 + αΔ and those of its cam by λ_c = 1 + α_cΔ,
 springs change by 1 + βΔ, and oil thins. Lever arm t and lift h of the cam are left as they are:
-the numbers that multiply them take λ_c (G2.5 in heat.md). So every machine at T is a machine of
+the numbers that multiply them take λ_c (heat.2). So every machine at T is a machine of
 the same form with other numbers.
 """
 

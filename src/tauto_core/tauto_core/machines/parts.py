@@ -272,7 +272,7 @@ ESCAPEMENTS = 'tauto_core.machines.escapements'
 
 
 class Rest(Section):
-    """Friction and recoil of the tooth on a pallet between impulses (E2 in escapement.md)."""
+    """Friction and recoil of the tooth on a pallet between impulses (escapement.md)."""
 
     friction: NonNegative = Field(
         default=0.0, description='friction torque against the motion [N m]'
@@ -410,7 +410,7 @@ class Imbalance(NamedTuple):
     """A wheel whose centre of mass is beside its axle.
 
     Its torque is −m d g_eff sin(ψ − β + φ₀), ψ the wheel's absolute angle and β the direction of
-    the apparent vertical (A.6 in machine_at_sea.md).
+    the apparent vertical (machine_at_sea.4).
 
     Attributes:
         moment: m d, mass of the wheel times the distance [kg m].

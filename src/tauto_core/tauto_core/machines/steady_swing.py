@@ -1,4 +1,4 @@
-"""The steady swing: the escapement gives the energy that drag takes (E2 in escapement.md).
+"""The steady swing: the escapement gives the energy that drag takes (escapement.md).
 
 A swing has four arcs, each between a turning point A and an impulse; an arc that ends in its
 turning point is followed back in time. With δ the departure of the energy from that of a free

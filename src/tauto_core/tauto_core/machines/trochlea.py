@@ -3,7 +3,7 @@
 Then the base of all kinds of thread: keys, the machine that they make, refusals.
 
 I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
-spring, m g_eff for a weight (E2 in machine_at_sea.md; Euler 1727, XVI–XX). In a case at rest this
+spring, m g_eff for a weight (machine_at_sea.md; Euler 1727, XVI–XX). In a case at rest this
 is the motion in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 
@@ -81,7 +81,7 @@ class Machine:
         """Return the machine as it is at a temperature [°C], a time after the start [s].
 
         It does not change with temperature any more. Its cam is the same: the growth of the lever
-        arm is in masses, force and stiffness (G2.5 in heat.md), so that angles, rates, periods and
+        arm is in masses, force and stiffness (heat.2), so that angles, rates, periods and
         torques are those of the hot machine.
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))

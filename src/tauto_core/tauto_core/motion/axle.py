@@ -152,7 +152,7 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     pull = law.gravity * sine_theta + b * cosine_theta - a * sine_theta
     lever = law.radius - c * cosine
     if law.rolls:
-        # no slip, s̈ = −b(φ̈ − ρ̈), and F eliminated from (C.5)
+        # no slip, s̈ = −b(φ̈ − ρ̈), and F eliminated from (axle.5)
         spun = c * sine * swung - pull
         inertia = k * k + (c * sine) * (c * sine) + lever * lever
         turned = lever * (law.radius * at.turn_bend - spun) - c * sine * pressing

@@ -222,7 +222,7 @@ def _sum(series: list[float], x: float) -> float:
 # so that the instant keeps its digits however long the run.
 #
 # `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` the force of the weight in
-# the fluid along the curve [N]; the phase is that of E4 in reading.md, (s, −ṡ/ω) with ω = √(g/f).
+# the fluid along the curve [N]; the phase is that of reading.md: (s, −ṡ/ω) with ω = √(g/f).
 # With friction arcs count from the point where nothing pulls the body along, until it is held.
 
 

@@ -4,7 +4,7 @@ First the passages: zero upwards (a turn), zero (a beat), the cam's edge. Then t
 
 Such are Euler's second cam drawn by a force, a spring's own cam, and any linear lever arm t = t'ϑ
 under a constant pull F whose neutral line is the case's. With α_c the tilt of the case, the
-absolute angle ψ = θ + α_c and viscous drag c₁, (E2.1) becomes
+absolute angle ψ = θ + α_c and viscous drag c₁, (machine_at_sea.1) becomes
 
     ψ̈ + 2δψ̇ + ω₀²ψ = ω₀²α_c + 2δα̇_c,    2δ = c₁/I,    ω₀² = F t'/I,
 

@@ -182,7 +182,7 @@ class Forcing:
 class Motion:
     """The regulator's motion at n logged instants, all (n,).
 
-    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (E4 in reading.md).
+    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (reading.md).
     """
 
     angle: FloatArray
@@ -206,7 +206,7 @@ def no_motion() -> Motion:
 
 
 # -----------------------------------------------------------------------------
-# The oscillator phase (E4 in docs/theory/reading.md) and its exact reduction to half turns.
+# The oscillator phase (docs/theory/reading.md) and its exact reduction to half turns.
 #
 # φ is the unwrapped angle of (s, −ṡ/ω) less its value at the start, with s = ∫√M dϑ the arc length
 # of the well and ω its small-amplitude frequency. A turn is added at every upward passage of ϑ =
@@ -273,7 +273,7 @@ def polar(
 ) -> FloatArray:
     """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad], (n,).
 
-    A turn ends where x passes zero upwards, which is where turns are counted (E4 in reading.md). A
+    A turn ends where x passes zero upwards, which is where turns are counted (reading.md). A
     release lies there only where it is at rest at zero and starts upwards. So rounding cannot put
     any other release on either side of the joint. At rest at zero the angle is that of the motion
     just after, which the acceleration starts; only its sign is used.

@@ -439,7 +439,7 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Outside) ->
     speed = n * arc_speed
     rate = speed + tilt.rate
     pull = pull_of(per_inertia, 0.0, at.gravity)
-    # (P.2), with nt = s (b − deficit)
+    # (methods.2), with nt = s (b − deficit)
     against = s * (wheel.shape.rate - lane(arc.lever_deficit, 0)) * pull
     w_rate = arc_speed * line.rate * slope - against - n * resistance(per_inertia, rate, mode)
     if per_inertia.growth is not None:

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
 #
-# θ is the angle of the wheel, β that of the lever (β_l in E2.3, machine_at_sea.md), I and J
+# θ is the angle of the wheel, β that of the lever (β_l in machine_at_sea.3), I and J
 # their moments of inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one:
 # with j = J/I the pair n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). What steps need
 # are n, w, χ' = dχ/ds, cos β, sin β and θ. As functions of s they are smooth up to a dead point
@@ -277,10 +277,10 @@ def _complete(
 #
 # With s, n, w, χ', β and j of `arc_series`, κ = (m AD − m′AE)/√(IJ), A = n + √j w, and the
 # tilt of the case α = β_v − τ, where β_v is the direction of the apparent vertical and τ its
-# tilt in the case, (E2.3) becomes
+# tilt in the case, (machine_at_sea.3) becomes
 #
 #     L/I = ½ṡ² + Aα̇ṡ + ½(1 + j)α̇² − √j κ g_eff sin(β − τ),    p = ṡ + Aα̇,
-#     (P.3)   ṡ = p − Aα̇,    ṗ = ṡα̇ dA/ds − κ w g_eff cos(β − τ) − n · drag,
+#     (methods.3)   ṡ = p − Aα̇,    ṗ = ṡα̇ dA/ds − κ w g_eff cos(β − τ) − n · drag,
 #
 # with dA/ds = χ'(√j n − w): no second derivative of the ship's motion is needed. X is s, ωY is p.
 # g_eff and β_v are those at the fulcrum. With the fulcrum to port the lever turns by −β: sin β, w
@@ -379,7 +379,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         store(nodes.g_across, 0, g_eff * sine + aside * (1.0 - versine))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the terms of (P.3) beyond the rotation of the plane."""
+        """Fill the terms of (methods.3) beyond the rotation of the plane."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes: LeverNodes = work.nodes
         hot, at = _at_nodes(self, work), _near_nodes(self.shape, s)
@@ -513,7 +513,7 @@ def _pushed(
 ) -> tuple[Numeric, Numeric, Numeric]:
     """Return s̈, the tension and the drag of ṡ and α̈, at the nodes of a step or at an instant.
 
-    s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈, as (P.3) has it. `a` is A, and `gravity` is g_eff
+    s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈, by (methods.3). `a` is A, and `gravity` is g_eff
     cos(β − τ). The tension is a quantity of its sign.
     """
     n, w = arc.n, arc.w

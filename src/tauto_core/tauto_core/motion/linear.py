@@ -1,7 +1,7 @@
 """The exact solution of ż = (iω − δ) z + f: one step a span, however many swings it takes.
 
 In the rotating frame, Y = e^{−iωt} z, variation of constants makes of a span of length h one sum
-and one factor (P.1 in docs/theory/methods.md):
+and one factor (methods.1):
 
     Y(t + h) = e^{−δh} (Y(t) + e^{−iωt} b),    b = ∫₀^h e^{(δ − iω)s} f(t + s) ds.
 
@@ -106,7 +106,7 @@ def short_cosine_sine(x: Any) -> Any:
 # -----------------------------------------------------------------------------
 # Constant rows for spans of a linear oscillator that a polynomial u drives.
 #
-# The integral b of the span (P.1 in docs/theory/methods.md) and u, u̇, ü at its end are
+# The integral b of the span (methods.1) and u, u̇, ü at its end are
 # linear in the numbers that determine u: its coefficients, or the samples that it interpolates.
 # The product of one row with these numbers therefore gives b, u, u̇ and ü, and no polynomial is
 # fitted.

@@ -1,4 +1,4 @@
-"""A slack thread as a motion: the wheel goes free, the weight falls, the thread tautens (H4).
+"""A slack thread (threads.4): the wheel goes free, the weight falls, the thread tautens.
 
 While the thread is slack the wheel feels only its drag, the escapement and the case; the weight
 feels only apparent gravity and a spring that pulls at it. When the weight is as far from the wheel

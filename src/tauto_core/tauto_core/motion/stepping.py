@@ -85,7 +85,7 @@ from tauto_core.scene.errors import PropagationError
 # The passages of zero that a clock counts: upward ones of ϑ as turns, all of θ as beats.
 #
 # ϑ, the angle the cam feels, or the coordinate that stands for it, and θ, the wheel's angle in its
-# case, differ by the tilt of the neutral line in the case (E2 in machine_at_sea.md). Where the
+# case, differ by the tilt of the neutral line in the case (machine_at_sea.md). Where the
 # swing is large beside that tilt, clear of it, both pass zero once each half swing, and the signs
 # of ϑ at the nodes of a step are enough. Elsewhere an angle may reach zero and turn back between
 # two nodes, and is followed on the polynomials of the step.

@@ -216,8 +216,8 @@ class CaseSwing(Protocol):
 # -----------------------------------------------------------------------------
 # The suspended case at any angles, as a system of two rotating planes: those of its modes.
 #
-# With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (C.2) and (C.3)
-# become in a bearing that moves (E3 in suspension.md)
+# With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (axle.2) and (axle.3)
+# become in a bearing that moves (suspension.md)
 #
 #     N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
 #     φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ.
@@ -503,7 +503,7 @@ class AxleSwing(SteppedSwing):
 # -----------------------------------------------------------------------------
 # The suspended case at small angles: both normal modes, by the exact steps of `linear`.
 #
-#     (E3.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
+#     (suspension.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
 #
 # With θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`) each mode is an independent oscillator,
 # q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/h, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
@@ -691,7 +691,7 @@ class AxleModes(Stateful):
 #
 #     φ̈ = −p ((g + z̈) sin φ + ÿ cos φ) − 2ζω_c (φ̇ − ρ̇) − f sgn (φ̇ − ρ̇),    p = l/(k² + l²)
 #
-# (G5.1 in suspension.md). In the ship the case has the angle φ − ρ, as a wheel has θ in its case,
+# (suspension.2). In the ship the case has the angle φ − ρ, as a wheel has θ in its case,
 # so that the driver finds the turning points of that angle, where the friction f turns round, and
 # moves the case with the ship while friction holds it. The neutral line is the vertical: τ = −ρ.
 

@@ -249,8 +249,8 @@ def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
 # The swinging thread in two rotating planes: its normal modes of small swings.
 #
 # The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i
-# Y_i, i = 1, 2. All that is not linear in (A.3), and all that the ship does, disturbs the planes.
-# The accelerated axle enters by the apparent gravity alone (E2 in machine_at_sea.md), so that no
+# Y_i, i = 1, 2. All that is not linear in (threads.1), and the ship's motion, disturb the planes.
+# The accelerated axle enters by the apparent gravity alone (machine_at_sea.md), so that no
 # derivative of the ship's motion is needed but α̇, the rate of the case, for the drag.
 
 THREAD_NODES = 'vertical', 'gravity', 'beside', 'alpha_rate'
@@ -516,7 +516,7 @@ def _pushed(
     drag: Numeric,
     alpha_rate: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
-    """Return ψ̈ and δ̈ of (A.3), the tension over m [m/s2] and the free thread l [m].
+    """Return ψ̈ and δ̈ of (threads.1), the tension over m [m/s2] and the free thread l [m].
 
     `down` and `across` are the accelerations of the weight along the thread and across it,
     g_eff cos(δ − β) and g_eff sin(δ − β), with what acts beside g_eff and the pull of a spring

@@ -3,7 +3,7 @@
 The arc as its coordinate, the lever arm of the thread, and the terms over the inertia.
 
 The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
-w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (E2 in machine_at_sea.md) no second derivative of
+w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (machine_at_sea.md) no second derivative of
 the ship's motion is needed:
 
     q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
@@ -67,7 +67,7 @@ from tauto_core.samples import FloatArray
 # the arc s = ∫√(M/I) dϑ = ½ (ϑ√(1 + k²ϑ²) + asinh(kϑ)/k) it is one. With n = dϑ/ds and the
 # momentum p = ṡ + γ̇n,
 #
-#     (P.2)   ṡ = p − γ̇n,    ṗ = ṡγ̇ dn/ds − n (pull · t + drag).
+#     (methods.2)   ṡ = p − γ̇n,    ṗ = ṡγ̇ dn/ds − n (pull · t + drag).
 #
 # Steps need functions of s that are even, and take them as polynomials in u = s²/limit that agree
 # with them to rounding (interpolated at Chebyshev nodes). Beyond the limit the functions

@@ -1,4 +1,4 @@
-"""The rate equation: the change of the clock's rate by the ship's motion (E11 in rate.md).
+"""The rate equation: the change of the clock's rate by the ship's motion (rate.md).
 
 The rate is y + Σ k_j x_j. Here are the clock model of a scene and the coefficients k_j, from short
 runs of the scene's own machine; `regressors` has the x_j.

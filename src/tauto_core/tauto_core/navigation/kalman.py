@@ -37,7 +37,7 @@ from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import LANDFALL, LUNAR, PORT
 
 # -----------------------------------------------------------------------------
-# The coefficients of the rate equation as further states of the drift filter (E11 in rate.md).
+# The coefficients of the rate equation as further states of the drift filter (rate.md).
 #
 # The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor measures and
 # constant coefficients k_j. Over a time τ in which the integrals of the regressors grow by ΔX_j,
@@ -321,7 +321,7 @@ def predict(
 
 
 def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
-    """Return a predicted state with its variance widened after an outlier (E7 in navigator.md).
+    """Return a predicted state with its variance widened after an outlier (navigator.md).
 
     Either the offset may have jumped by the innovation ν, or the rate may have changed by ν/τ just
     after the last observation used, τ > 0 ago. P grows by ν² for the first and by (ν/τ)² (τ,

@@ -128,7 +128,7 @@ def fix_samples(
 
 ERROR_NAMES = ('raw_error_arcmin', 'raw_error_nmi', 'error_arcmin', 'error_nmi', 'sigma_nmi')
 ARCMIN_PER_S = 15.0 / 60.0
-"""Angle by which the mean sun moves in a second [arc minutes] (E6 in longitude.md)."""
+"""Angle by which the mean sun moves in a second [arc minutes] (longitude.md)."""
 
 HALF_TURN_ARCMIN = 180.0 * 60.0
 
@@ -152,7 +152,7 @@ _COUNTED = (
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     """Return the error of the longitude [arc minutes, east positive] for a clock fast by x [s].
 
-    λ = −15″ x: a fast clock puts the ship west of its true meridian (E6 in longitude.md). It lies
+    λ = −15″ x: a fast clock puts the ship west of its true meridian (longitude.md). It lies
     within [−180°, 180°), since a clock shows the time of day: one that is wrong by a whole day is
     right.
     """
@@ -496,7 +496,7 @@ def prize_pounds(distance_nmi: float) -> int:
     """Return the prize by the Act for a longitude found within a distance >= 0 [pounds].
 
     £20,000 within 30 miles, £15,000 within 40, £10,000 within 60, the limits included, else 0
-    (E6 in longitude.md). NaN or a negative distance is an EstimationError.
+    (longitude.md). NaN or a negative distance is an EstimationError.
     """
     if not distance_nmi >= 0.0:
         raise EstimationError(
@@ -519,7 +519,7 @@ def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
     """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
 
     30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, for so many days > 0 since the clock was
-    last compared with the true time, at a landfall in latitude φ (E6 in longitude.md). Without any
+    last compared with the true time, at a landfall in latitude φ (longitude.md). Without any
     time it is an EstimationError.
     """
     if not days > 0.0:

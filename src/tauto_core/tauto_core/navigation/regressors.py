@@ -1,4 +1,4 @@
-"""The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (E11 in rate.md).
+"""The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (rate.md).
 
 Motion comes from `ship/imu`, gravity from the places of `ship/fix`, the temperature
 from `ship/temperature`.
@@ -299,7 +299,7 @@ class Regressors(MotionRegressors):
     def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
         """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), the rate of a weight by shaking.
 
-        f_x counts for a thread that leans freely (G7 in hull.md). Of one whose plane is fixed to
+        f_x counts for a thread that leans freely (hull.md). Of one whose plane is fixed to
         the ship it counts less the force along her axle, which such a thread cannot follow. On a
         thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
         """

@@ -221,7 +221,7 @@ def walk_per_s(random_walk_fm: float) -> float:
 class Clock(Section):
     """The dial. Without a nominal period it is set for small swings of the regulator.
 
-    Noise that is left out or 0 is not simulated (E8 in reading.md).
+    Noise that is left out or 0 is not simulated (reading.md).
     """
 
     nominal_period: Positive | None = Field(
@@ -334,7 +334,7 @@ class DriftSettings(Section):
     prior_rate_sigma: Sigma = Field(
         default=1000.0,
         description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day]; the "
-        'default covers a dial regulated for small swings (E7 in navigator.md)',
+        'default covers a dial regulated for small swings (navigator.md)',
     )
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
@@ -357,7 +357,7 @@ class DriftSettings(Section):
         default=None,
         description='list of heave, roll, gravity, temperature, temperature_squared: motions of '
         'the ship, gravity by her latitude, and the temperature of the clock, on which the rate '
-        'is taken to depend (E11 in rate.md)',
+        'is taken to depend (rate.md)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
@@ -495,7 +495,7 @@ def _plain_date(value: object) -> object:
 
 
 # -----------------------------------------------------------------------------
-# A log-book: places in time with wind and air (theory/logbooks.md, H1 to H3).
+# A log-book: places in time with wind and air (theory/logbooks.md).
 
 FASTEST_KNOTS = 14.0
 """A faster step of a log is a correction of the reckoning, not a motion [knots]."""

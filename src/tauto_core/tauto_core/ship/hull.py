@@ -1,4 +1,4 @@
-"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (G7 in hull.md).
+"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (hull.md).
 
 `HullCoefficients` has the result of a panel method for a hull at rest: added mass, damping and the
 exciting forces of waves. `Hull` adds the weights that she carries and gives her six motions at
@@ -870,7 +870,7 @@ def rate_by_place(
 ) -> list[PlaceRate]:
     """Return the rate of a weight-driven clock in a sea, for each heading and place.
 
-    The static formula (G7.4 in hull.md), for waves slow beside the swing. Integrals over the
+    The static formula (hull.4), for waves slow beside the swing. Integrals over the
     waves' own frequencies; accelerations with omega_e^2.
 
     Args:

@@ -1,4 +1,4 @@
-"""Coefficients of a hull from boundary elements, by capytaine (G7 in hull.md).
+"""Coefficients of a hull from boundary elements, by capytaine (hull.md).
 
 capytaine (M. Ancellin, F. Dias, J. Open Source Softw. 4, 2019, 1341) is the extra `hull`. It
 solves for the waves that the hull makes by moving, and for those that she scatters, with sources

@@ -1,7 +1,7 @@
 """Readings of an inertial sensor beside the clock: from the ship's motion and back, and sorted.
 
 Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll ρ is
-right-handed about x: starboard down is positive. Equations: theory/ship.md, E1.
+right-handed about x: starboard down is positive. Equations: theory/ship.md.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def imu_samples(
     turning: bool = True,
     felt: bool = True,
 ) -> ImuSamples:
-    """Return the readings of an IMU beside the clock (theory/ship.md, E1).
+    """Return the readings of an IMU beside the clock (theory/ship.md).
 
     The acceleration of the clock, `height` z0 above the roll axis, is
     ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes
@@ -156,7 +156,7 @@ def imu_samples(
 
 
 def attitude(imu: ImuSamples) -> Attitude:
-    """Return roll, roll rate and specific force from any IMU samples (theory/ship.md, E1).
+    """Return roll, roll rate and specific force from any IMU samples (theory/ship.md).
 
     The roll is that of the yaw-pitch-roll sequence,
 
@@ -708,7 +708,7 @@ def _between(before: ImuSamples, after: ImuSamples, number: int) -> ImuSamples:
 # A ship that moves in all six ways: readings at her clock, and the force that its thread follows.
 
 ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
-"""The plane in which the weight of a clock can follow the apparent vertical (G7 in hull.md).
+"""The plane in which the weight of a clock can follow the apparent vertical (hull.md).
 
 `free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
 `ship`: the plane athwart that is fixed to the ship and pitches with her.

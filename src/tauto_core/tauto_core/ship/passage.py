@@ -181,7 +181,7 @@ class RhumbLeg:
 
 
 def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
-    """Return the shorter rhumb line between two places [degrees] (E6 in longitude.md).
+    """Return the shorter rhumb line between two places [degrees] (longitude.md).
 
     On a course α, a distance s changes the meridian arc by dm = cos α ds and the longitude by
     dλ = sin α ds/r, with the radius r of the parallel. So 1/r has the same mean over the leg as

@@ -328,7 +328,7 @@ def _strays(
 def _apparent(
     time_s: FloatArray, moved: Channels, ship: ShipKind, scene: Surroundings
 ) -> tuple[FloatArray, FloatArray]:
-    """Return direction [rad] and size over g of the apparent gravity at some times (E1)."""
+    """Return direction [rad] and size over g of the apparent gravity at some times (ship.md)."""
     roll, rate, bend = (_summed(moved.roll, time_s, order) for order in range(3))
     sway = -ship.height * (bend * np.cos(roll) - rate**2 * np.sin(roll))
     lift = scene.g - ship.height * (bend * np.sin(roll) + rate**2 * np.cos(roll))
@@ -421,7 +421,7 @@ class _Steep:
         self.least_upward = scene.g * float(np.min(force.upward))
 
     def force(self, times: _Times) -> _Force:
-        """Return the force at some times (E1 in ship.md, G7 in hull.md)."""
+        """Return the force at some times (ship.md, hull.md)."""
         moved, six, g, height = self._moved, self._moved.six, self._g, self._height
         roll, heave = times.summed(moved.roll, 0), times.summed(moved.heave, 2)
         sine, cosine = np.sin(roll), np.cos(roll)

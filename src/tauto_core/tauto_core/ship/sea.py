@@ -1,4 +1,4 @@
-"""A long-crested sea, its components, and the response of a ship to them (theory/sea.md, E5)."""
+"""A long-crested sea, its components, and the response of a ship to them (theory/sea.md)."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 
 
 # -----------------------------------------------------------------------------
-# The roll of a ship in the waves that it meets (theory/sea.md, E5).
+# The roll of a ship in the waves that it meets (theory/sea.md).
 
 
 def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
@@ -157,7 +157,7 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
 
 
 # -----------------------------------------------------------------------------
-# The motions of a ship by her response amplitude operator (theory/sea.md, E5).
+# The motions of a ship by her response amplitude operator (theory/sea.md).
 
 
 @dataclass(frozen=True)
@@ -299,7 +299,7 @@ def _operator_values(
 
 
 # -----------------------------------------------------------------------------
-# The motions of a hull at the place of the clock (G7 in hull.md).
+# The motions of a hull at the place of the clock (hull.md).
 
 
 def hull_answer(

@@ -47,7 +47,7 @@ from tauto_core.ship.weathers import HIGHEST_M, WeatherKind
 # Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps` of
 # the waves, `speed_mps` where the ship makes way, and for each motion that is known its real and
 # imaginary part, `surge_re`, `surge_im` and so on [m or rad per m of wave amplitude], as factors
-# of exp(i ω t) at the ship's origin, in the axes of theory/ship.md, E1; other columns are ignored.
+# of exp(i ω t) at the ship's origin, in the axes of theory/ship.md; other columns are ignored.
 # All headings and speeds have the same frequencies, and all speeds the same headings.
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'

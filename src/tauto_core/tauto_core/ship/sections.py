@@ -38,7 +38,7 @@ RAO_LENGTH_MEANS = (
 
 CUTOFF = 4.0
 """Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
-energy, but not of its accelerations, which have no limit without a hull (G7 in hull.md)."""
+energy, but not of its accelerations, which have no limit without a hull (hull.md)."""
 LEAST_CUTOFF = 1.5
 Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=LEAST_CUTOFF, le=32.0)]
 MOST_CUTOFF = 8.0
@@ -51,8 +51,7 @@ CUTOFF_MEANS = (
 def cutoff_for(length: float | None, peak_period: float) -> float:
     """Return the cutoff of a sea: for a hull that of waves of a tenth of her length [m].
 
-    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (G7 in
-    hull.md).
+    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (hull.md).
     """
     if length is None:
         return CUTOFF
@@ -123,7 +122,7 @@ class SpectrumTable(Section):
 
 
 class Roll(Section):
-    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (E5 in sea.md)."""
+    """Linear roll: ρ̈ + 2ζω_nρ̇ + ω_n²ρ = ω_n² κ_e · wave slope (sea.md)."""
 
     natural_period: Positive = Field(description='natural period 2π/ω_n of the roll [s]')
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
@@ -137,7 +136,7 @@ class Roll(Section):
 
 
 class HullWeights(Section):
-    """Length of a hull, and how the weights lie in her (G7 in hull.md)."""
+    """Length of a hull, and how the weights lie in her (hull.md)."""
 
     length: Positive | None = Field(
         default=None, description='length of the waterline, to which the shape is scaled [m]'

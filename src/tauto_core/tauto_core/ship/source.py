@@ -33,7 +33,7 @@ from tauto_core.ship.sections import MOTIONS
 from tauto_core.ship.waves import Fades, Harmonics, SampledFades, SampledHarmonics
 
 # -----------------------------------------------------------------------------
-# The navigator's observations of the true time (theory/navigator.md, E7).
+# The navigator's observations of the true time (theory/navigator.md).
 
 PORT, LANDFALL, LUNAR = 'port', 'landfall', 'lunar'
 """Values of `TimeReference.source` for observations."""

@@ -32,7 +32,7 @@ from tauto_core.ship.suspensions import SuspensionKind
 
 # -----------------------------------------------------------------------------
 # Whether the axle of a suspended case stays in its bearing, also between samples
-# (theory/suspension.md, E3).
+# (theory/suspension.md).
 #
 # The contact force over the mass is P/(1 + (c/k)² sin²δ) with δ = φ − θ and
 #
@@ -116,7 +116,7 @@ def pressing(case: HungCase, motion: CaseMotion, sway: FloatArray, lift: FloatAr
 
 
 def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> FloatArray:
-    """Return dP/dt at small angles [m/s3], (n,), as theory/suspension.md, E3, has them."""
+    """Return dP/dt at small angles [m/s3], (n,), as theory/suspension.md has them."""
     e, c, k, gravity = case
     theta, phi, theta_rate, phi_rate = (
         motion.theta,
@@ -280,7 +280,7 @@ class BearingBuffer(MotionBuffer):
         return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
     def fill(self, imu: Sensed | HungImu, new: dict[str, FloatArray]) -> None:
-        """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md, E1)."""
+        """Fill in ÿ and g + z̈: the specific force turned by the roll (theory/ship.md)."""
         from tauto_core.ship import kernels  # kernels
 
         assert not isinstance(imu, HungImu)

@@ -161,7 +161,7 @@ def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
 
 
 # -----------------------------------------------------------------------------
-# Waves as a ship under way meets them (theory/sea.md, E5).
+# Waves as a ship under way meets them (theory/sea.md).
 
 STANDING = 1e-12
 """Least encounter frequency [rad/s]; slower waves move with the ship and seem to stand still."""
@@ -208,7 +208,7 @@ class Encounter:
 
 # -----------------------------------------------------------------------------
 # Motion in a sea that changes: sums of harmonics that fade into one another
-# (theory/weather.md, F1).
+# (theory/weather.md).
 #
 # Between two states, at t_k and t_k+1, the motion is
 #

@@ -1,4 +1,4 @@
-"""The two forms in which the lever's kernels hold (P.3) of docs/theory/methods.md.
+"""The two forms in which the lever's kernels hold (methods.3).
 
 At the stages of a step it is the disturbance of an oscillator, at an instant s̈ and the rate of the
 momentum. `test_motion_real_threads` compares the motion with an independent integrator.

@@ -2,7 +2,7 @@
 
     (I + m t²) ϑ̈ + m t t′ ϑ̇² + F t = −I γ̈ − c₁θ̇ − c₂ θ̇|θ̇| − c₀ sgn θ̇ − R s
 
-(E2 of docs/theory/machine_at_sea.md), with t = h′(ϑ) the lever arm of the machine's cam and
+(docs/theory/machine_at_sea.md), with t = h′(ϑ) the lever arm of the machine's cam and
 F = P + κh + m g_eff. The coordinate of the kernels is ϑ, its momentum (1 + μt²)ϑ̇ + γ̇; or the arc s
 and ṡ + γ̇n. Their time derivatives are those of the chain rule.
 """

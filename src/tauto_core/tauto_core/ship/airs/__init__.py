@@ -127,7 +127,7 @@ class BoxTemperature:
     """Temperature in the box of the clock, at the logged instants of a scene with `air`.
 
     Between two knots the air is a + b s + D cos(φ + ω s), s after the first of them; then the box
-    has the temperature (G2.3 in air.md)
+    has the temperature (air.3)
 
         a + b (s − τ) + D (cos x + ω τ sin x)/(1 + ω² τ²) + c exp(−s/τ), x = φ + ω s.
 
@@ -552,7 +552,7 @@ def departures(time_s: FloatArray, known: FloatArray) -> FloatArray:
 
     A departure that is not known is the expected one of a process that forgets within
     `DEPARTS_S` (Ornstein and Uhlenbeck 1930), between its known neighbours: nearly linear in
-    time in a short gap, and none far from a thermometer (theory/logbooks.md, H5). Neighbours
+    time in a short gap, and none far from a thermometer (theory/logbooks.md). Neighbours
     beyond the next say nothing.
 
     Args:

@@ -1,4 +1,4 @@
-"""A ship in a long-crested sea, and its motion there (theory/sea.md, E5)."""
+"""A ship in a long-crested sea, and its motion there (theory/sea.md)."""
 
 from __future__ import annotations
 
@@ -332,7 +332,7 @@ class SeaShip(ShipKind):
         return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
-        """Yield the damping of the roll and, with a hull, how her weights lie (G7 in hull.md)."""
+        """Yield the damping of the roll and, with a hull, how her weights lie (hull.md)."""
         if self.roll is not None:
             least, most = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
             yield RoughlyKnown(

@@ -106,7 +106,7 @@ class SuspensionKind(Kind):
 
 
 class AxleSuspension(SuspensionKind):
-    """The clock's case hung on a cylindrical axle in the ship's bearing (E3 in suspension.md)."""
+    """The clock's case hung on a cylindrical axle in the ship's bearing (suspension.md)."""
 
     rank = 1
     starter: ClassVar[Mapping[str, float]] = {
@@ -183,7 +183,7 @@ LARGEST_FRICTION = 0.5
 
 
 class GimbalsSuspension(SuspensionKind):
-    """The clock's case in gimbals: a pendulum on pivots fixed in the ship (G5 in suspension.md).
+    """The clock's case in gimbals: a pendulum on pivots fixed in the ship (suspension.md).
 
     The inner ring turns about the axis of the roll; the outer one keeps that axis level fore and
     aft, without friction.

@@ -1,4 +1,4 @@
-"""Weather drawn from the wave climate of a part of the ocean (theory/weather.md, F2)."""
+"""Weather drawn from the wave climate of a part of the ocean (theory/weather.md)."""
 
 from __future__ import annotations
 

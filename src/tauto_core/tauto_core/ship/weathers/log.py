@@ -1,4 +1,4 @@
-"""Weather grown from the winds along a voyage, of a log or a hindcast (logbooks.md, H1)."""
+"""Weather grown from the winds along a voyage, of a log or a hindcast (logbooks.md)."""
 
 from __future__ import annotations
 
