@@ -5,6 +5,8 @@ from __future__ import annotations
 import inspect
 import json
 from collections.abc import Iterator
+from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -13,6 +15,7 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core import api
+from tauto_core.cli import calls
 from tauto_core.cli.app import ENTRIES, ROS_COMMANDS, Group, app
 from tauto_core.cli.calls import OF_PYTHON, Command, meanings
 from tauto_core.cli.terminal import option
@@ -85,3 +88,16 @@ def test_every_call_with_a_scene_takes_the_accuracy(call: Any) -> None:
     asked = {'amplitudes': [1.0]} if call is tauto.isochronism else {}
     with pytest.raises(tauto.TautoError, match=r'ideal: solver\.accuracy = -1'):
         call('ideal', **asked, accuracy=-1)
+
+
+def test_a_bar_has_the_name_of_what_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    labels: list[str] = []
+
+    def bar(label: str) -> Any:
+        labels.append(label)
+        return nullcontext(lambda _share: None)
+
+    monkeypatch.setattr(calls, 'progress_bar', bar)
+    for words in (['logbook', __file__], ['sail', 'ideal', '--duration', '60'], ['hull']):
+        CliRunner().invoke(app, words)
+    assert labels == [Path(__file__).name, 'ideal', 'hull']

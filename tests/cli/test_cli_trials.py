@@ -91,6 +91,8 @@ def test_wrong_passages_are_left_out_and_told(tmp_path):
         (['--skip-wrong'], '--skip-wrong: needs --logs'),
         (['--days', '42..'], '--days 42..: needs --logs'),
         (['--wind-draws', '2'], '--wind-draws 2: needs --logs'),
+        # the first in the order of the help
+        (['--wind-draws', '2', '--ocean', 'x', '--port', 'y'], '--port y: needs --logs'),
         (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),
         (['--logs', 'LOG', '--days', 'long'], '--days long: must be a range'),
         (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),

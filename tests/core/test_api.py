@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 import subprocess
@@ -24,15 +23,19 @@ from tauto_core.bags.codec import decode_as
 from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.plots import contents
+from tauto_core.results import LOGGED, MOTION, OBSERVED
 from tauto_core.samples import Samples
 
 BAGS = Path(__file__).parents[2] / 'bags'
-ARRAYS = [
-    name
-    for name, value in inspect.getmembers(tauto.Voyage)
-    if name.endswith(('_s', '_rad', '_s_per_day', '_nmi', '_deg', '_rad_s', '_m_s2'))
-    and hasattr(value, '__doc__')
-]
+ARRAYS = [*LOGGED, *OBSERVED, *MOTION]
+FIGURES = {
+    'error_s': 'clock',
+    'rate_s_per_day': 'clock',
+    'amplitude_rad': 'trochlea',
+    'raw_error_nmi': 'longitude',
+    'error_nmi': 'longitude',
+    'sigma_nmi': 'longitude',
+}
 
 
 @pytest.fixture(scope='module')
@@ -82,15 +85,19 @@ def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Vo
     assert sailed.answer in repr(sailed)
     assert sailed.time_s[[0, -1]].tolist() == [0.0, 120.0]
     assert sailed.clock_error_s[-1] == printed['clock']['error_s']
-    assert sailed.offset_s[-1] == printed['drift']['offset_s']
+    assert sailed.estimated_error_s[-1] == printed['drift']['offset_s']
     assert sailed.raw_longitude_error_nmi[-1] == printed['longitude']['raw_error_nmi']
     assert sailed.angle_rad[0] == 1.0
     assert np.abs(sailed.motion_roll_rad).max() < 0.3
     assert sailed.motion_gravity_m_s2.mean() == pytest.approx(9.80665, abs=0.2)
+    for name, section in FIGURES.items():
+        assert getattr(sailed, name) == printed[section][name]
     for name in ARRAYS:
         array = getattr(sailed, name)
         assert array.ndim == 1, name
-        if not name.startswith(('motion_', 'obs')):
+        with pytest.raises(ValueError, match='read-only'):
+            array[:] = 5.0
+        if not name.startswith(('motion_', 'obs', 'temp')):
             assert len(array) == len(sailed.time_s), name
 
 
@@ -230,7 +237,7 @@ def test_one_clock_with_two_values_is_compared() -> None:
     clock = tauto.load('clock_cheek_weight')
     narrow = tauto.load(clock, name='narrow', trochlea__release_angle=0.5)
     given = {'duration': 600.0, 'escapement__energy': 1.3e-4}
-    found = tauto.compare(clock, narrow, jobs=1, suspension='without', **given)
+    found = tauto.compare([clock, narrow], jobs=1, suspension='without', **given)
     assert [row.clock for row in found.rows] == ['clock_cheek_weight', 'narrow']
     for row, scene in zip(found.rows, (clock, narrow), strict=True):
         alone = tauto.load(scene, **given).model_copy(update={'suspension': None})
@@ -242,7 +249,11 @@ def test_one_clock_with_two_values_is_compared() -> None:
     [
         (lambda: tauto.load('ideal', duration=0.0), r'\(duration is given, in place'),
         (lambda: tauto.load({'name': 'mine'}), 'a built-in name .*, and is of type dict'),
-        (lambda: tauto.compare(['ideal', 'measured']), 'scene: must be .*, and is of type list'),
+        (lambda: tauto.compare(['ideal'], 'measured'), 'scene: must be .*, and is of type list'),
+        (lambda: tauto.sail('ideal', trochlea_inertia=1.0), 'key of a scene. Write trochlea__in'),
+        (lambda: tauto.replay('no_bag', smooth=True), 'smooth=True: no drift in hindsight'),
+        (lambda: tauto.trial('ideal', 'x.csv', file='x.svg'), 'is no argument. Use plot='),
+        (lambda: tauto.isochronism('measured', [30, 60]), '30: 4.8 turns.* Write 30deg'),
         (lambda: tauto.sail('nowhere'), 'no such file or built-in scene'),
         (lambda: tauto.load('ideal', trochlea__inerta=1.0), 'Did you mean `inertia`'),
         (

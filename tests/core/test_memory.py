@@ -29,5 +29,11 @@ def test_a_voyage_is_the_same_whatever_its_memory_held(
     monkeypatch.setattr(np, 'empty', lambda *a, **k: poisoned(EMPTY(*a, **k)))
     monkeypatch.setattr(np, 'empty_like', lambda *a, **k: poisoned(EMPTY_LIKE(*a, **k)))
     found = tauto.sail(scene, duration=60.0)
-    for name in ('angle_rad', 'clock_error_s', 'offset_s', 'longitude_error_nmi', 'roll_rad'):
+    for name in (
+        'angle_rad',
+        'clock_error_s',
+        'estimated_error_s',
+        'longitude_error_nmi',
+        'roll_rad',
+    ):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name), name)

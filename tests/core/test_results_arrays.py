@@ -71,7 +71,7 @@ def test_a_frame_has_the_logged_arrays(voyage: tauto.Voyage) -> None:
     assert found.index.name == 'time_s'
     assert found.loc[60.0, 'clock_error_s'] == voyage.clock_error_s[-1]
     assert 'temperature_celsius' not in found  # the scene has no air
-    assert found.attrs['units']['rate_s_per_day'] == 's/day'
+    assert found.attrs['units']['estimated_rate_s_per_day'] == 's/day'
 
 
 def test_a_body_in_a_fluid_moves_in_metres() -> None:

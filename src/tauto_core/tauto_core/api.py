@@ -46,6 +46,11 @@ Range: TypeAlias = str | tuple[float | str, float | str]
 Progress: TypeAlias = Callable[[float], None]
 Counting: TypeAlias = Callable[[float, int], None]
 
+NO_SMOOTH = (
+    ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` of the '
+    'result, which knows all observations'
+)
+
 # -----------------------------------------------------------------------------
 # Arguments of Python calls: their types, checked before anything runs.
 
@@ -232,6 +237,7 @@ def replay(
     stability: bool = False,
     plot: File | None = None,
     keep: bool = True,
+    smooth: bool = False,
 ) -> Voyage:
     """Estimate drift and longitude again, from a bag alone.
 
@@ -242,6 +248,7 @@ def replay(
             averaging time, with 95 % confidence.
         plot: draw the stability (.svg, .png, .pdf); replaces the file.
         keep: as for `sail`.
+        smooth: is refused.
 
     Returns:
         The voyage; its `result` has the `stability` on request.
@@ -253,6 +260,8 @@ def replay(
     from tauto_core import voyage
     from tauto_core.bags import read_bag
 
+    if smooth:
+        raise UsageError(Argument('smooth', value=True), NO_SMOOTH)
     drawn = [] if plot is None else _plots(plot)
     if drawn and not stability:
         wanted = ' draws what ', Argument('stability', value=True), ' gives. Give both, or neither'
@@ -947,7 +956,7 @@ def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) 
 
 
 def compare(
-    *clocks: File | Scene,
+    *clocks: File | Scene | Sequence[File | Scene],
     ship_of: File | Scene | None = None,
     duration: Quantity | None = None,
     accuracy: Quantity | None = None,
@@ -970,7 +979,8 @@ def compare(
     ship of `ship_of` or of the first clock; their dials are regulated where it begins.
 
     Args:
-        clocks: files or built-in names, each with another `name`; none: the built-in clocks.
+        clocks: files or built-in names, each with another `name`, or one list of them; none: the
+            built-in clocks.
         ship_of: send all clocks on the passage of this scene: ship, voyage, …
         duration: as for `load`.
         accuracy: as for `load`.
@@ -1013,8 +1023,10 @@ def compare(
         if logs is None and value is not None:
             remedy = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             raise UsageError(Argument(name, value), *remedy)
+    one, *more = clocks or ((),)
+    several = not more and isinstance(one, Sequence) and not isinstance(one, str)
     entries = comparison.make_entries(
-        clocks,
+        tuple(one) if several else clocks,
         ship_of=ship_of,
         duration=duration,
         accuracy=accuracy,
@@ -1168,6 +1180,10 @@ def trial(
     from tauto_core.ensembles.answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
 
+    if 'file' in overrides:
+        raise UsageError(
+            Argument('file', overrides['file']), ': is no argument. Use ', Argument('plot')
+        )
     logbook, drawn = str(path('logs', logs)), _plots(plot)
     crew = Crew(whole('jobs', jobs), scheduler)
     local_time = number('local_time_s', local_time_s, 's')
@@ -1297,9 +1313,14 @@ def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
 
     An accuracy for a day of the run [s] is that of the solver [s/day].
     """
+    from tauto_core.scene import Scene
+
     found: dict[str, object] = {}
     for key, value in overrides.items():
         path_of_key = key.replace('__', '.')
+        section, _, rest = path_of_key.partition('_')
+        if section in Scene.model_fields and path_of_key not in Scene.model_fields:
+            raise UsageError(f'{key}: is no key of a scene. Write {section}__{rest}')
         is_accuracy = key == 'accuracy' and value is not None
         if is_accuracy:
             path_of_key = 'solver.accuracy'

@@ -217,8 +217,9 @@ def pipeline(
 class Voyage:
     """The data of a clock on a voyage.
 
-    Arrays are (n,) with one value for each logged sample, at `time_s` from the start, in seconds
-    and radians. Those that begin with `motion_` have the full rate of the ship's motion, and are
+    The figures of its end are numbers, NaN where it has none. Arrays are (n,) and cannot be
+    written; they have one value for each logged sample, at `time_s` from the start, in seconds and
+    radians. Those that begin with `motion_` have the full rate of the ship's motion, and are
     empty where the voyage does not log it (`log.motion`). Arrays that a bag does not have are
     empty.
 
@@ -242,6 +243,40 @@ class Voyage:
     def answer(self) -> str:
         """How far wrong the clock would put the ship, in a sentence."""
         return str(self.result['answer'])
+
+    @property
+    def error_s(self) -> float:
+        """Reading of the dial less the true time at the end [s], fast is positive."""
+        return self._figure('clock', 'error_s')
+
+    @property
+    def rate_s_per_day(self) -> float:
+        """Mean rate of the dial over the voyage [s/day], fast is positive."""
+        return self._figure('clock', 'rate_s_per_day')
+
+    @property
+    def amplitude_rad(self) -> float:
+        """Amplitude of the wheel at the end [rad]."""
+        return self._figure('trochlea', 'amplitude_rad')
+
+    @property
+    def raw_error_nmi(self) -> float:
+        """Error of the ship's longitude by the dial at the end, to the east [nautical miles]."""
+        return self._figure('longitude', 'raw_error_nmi')
+
+    @property
+    def error_nmi(self) -> float:
+        """Error of her longitude by the corrected clock at the end [nautical miles]."""
+        return self._figure('longitude', 'error_nmi')
+
+    @property
+    def sigma_nmi(self) -> float:
+        """Standard deviation of `error_nmi` as the navigator states it [nautical miles]."""
+        return self._figure('longitude', 'sigma_nmi')
+
+    def _figure(self, section: str, name: str) -> float:
+        found = self.result.get(section, {}).get(name)
+        return math.nan if found is None else float(found)
 
     @cached_property
     def ship_motion(self) -> ShipMotion:
@@ -269,28 +304,28 @@ class Voyage:
         return self._read(CORRECTED, _error_s)
 
     @property
-    def offset_s(self) -> FloatArray:
-        """Estimated error of the dial [s]."""
+    def estimated_error_s(self) -> FloatArray:
+        """Error of the dial as the navigator estimates it [s]."""
         return self._named(ESTIMATE, 'offset_s')
 
     @property
-    def offset_sigma_s(self) -> FloatArray:
-        """Standard deviation of `offset_s` [s]."""
+    def estimated_error_sigma_s(self) -> FloatArray:
+        """Standard deviation of `estimated_error_s` [s]."""
         return self._named(ESTIMATE, 'offset_sigma_s')
 
     @property
-    def rate_s_per_day(self) -> FloatArray:
+    def estimated_rate_s_per_day(self) -> FloatArray:
         """Estimated rate of the dial [s/day], fast is positive; with covariates that at rest."""
         return self._named(ESTIMATE, 'rate_s_per_day')
 
     @property
-    def mean_rate_s_per_day(self) -> FloatArray:
+    def estimated_mean_rate_s_per_day(self) -> FloatArray:
         """Estimated rate [s/day]; with covariates its mean since the start."""
         return self._mean_rate(0)
 
     @property
-    def mean_rate_sigma_s_per_day(self) -> FloatArray:
-        """Standard deviation of `mean_rate_s_per_day` [s/day]."""
+    def estimated_mean_rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `estimated_mean_rate_s_per_day` [s/day]."""
         return self._mean_rate(1)
 
     def _mean_rate(self, which: int) -> FloatArray:
@@ -301,8 +336,8 @@ class Voyage:
         return self._read(ESTIMATE, mean)
 
     @property
-    def rate_sigma_s_per_day(self) -> FloatArray:
-        """Standard deviation of `rate_s_per_day` [s/day]."""
+    def estimated_rate_sigma_s_per_day(self) -> FloatArray:
+        """Standard deviation of `estimated_rate_s_per_day` [s/day]."""
         return self._named(ESTIMATE, 'rate_sigma_s_per_day')
 
     @property
@@ -356,7 +391,7 @@ class Voyage:
         celsius = self._read(SHIP_TEMPERATURE, lambda found: found.temperature)
         if not len(celsius):
             return celsius
-        return np.interp(self.time_s, self._seconds(SHIP_TEMPERATURE), celsius)
+        return _fixed(np.interp(self.time_s, self._seconds(SHIP_TEMPERATURE), celsius))
 
     @cached_property
     def observation_time_s(self) -> FloatArray:
@@ -369,7 +404,7 @@ class Voyage:
         if OBSERVATION not in self.samples:
             return np.empty(0)
         error = np.interp(self.observation_time_s, self.time_s, self.clock_error_s)
-        return error - self._read(OBSERVATION, _error_s)
+        return _fixed(error - self._read(OBSERVATION, _error_s))
 
     @cached_property
     def motion_time_s(self) -> FloatArray:
@@ -386,7 +421,7 @@ class Voyage:
         """Roll of the ship at `time_s` [rad]; empty where the voyage does not log its motion."""
         if not len(self.motion_time_s):
             return np.empty(0)
-        return np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad)
+        return _fixed(np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad))
 
     @cached_property
     def motion_gravity_m_s2(self) -> FloatArray:
@@ -458,13 +493,20 @@ class Voyage:
 
     def _read(self, topic: str, array: Callable[[Any], FloatArray]) -> FloatArray:
         """Return an array from the samples of a topic; empty where the voyage lacks it."""
-        return array(self.samples[topic]) if topic in self.samples else np.empty(0)
+        return _fixed(array(self.samples[topic]) if topic in self.samples else np.empty(0))
 
     def _seconds(self, topic: str) -> FloatArray:
         return self._read(topic, lambda found: (found.stamp_ns - self.start_ns) / NS_PER_S)
 
     def _named(self, topic: str, name: str) -> FloatArray:
         return self._read(topic, lambda found: found.position[:, found.name.index(name)])
+
+
+def _fixed(values: FloatArray) -> FloatArray:
+    """Return an array that cannot be written."""
+    found = values.view()
+    found.flags.writeable = False
+    return found
 
 
 def _error_s(clock: TimeSamples) -> FloatArray:

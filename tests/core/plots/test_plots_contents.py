@@ -93,9 +93,9 @@ def test_each_picture_has_axes_with_units_and_finite_lines(
 @pytest.mark.parametrize(
     ('what', 'middle', 'sigma'),
     [
-        ('error', 'offset_s', 'offset_sigma_s'),
-        ('rate', 'mean_rate_s_per_day', 'mean_rate_sigma_s_per_day'),
-        ('drift', None, 'offset_sigma_s'),
+        ('error', 'estimated_error_s', 'estimated_error_sigma_s'),
+        ('rate', 'estimated_mean_rate_s_per_day', 'estimated_mean_rate_sigma_s_per_day'),
+        ('drift', None, 'estimated_error_sigma_s'),
         ('longitude', 'longitude_error_nmi', 'longitude_sigma_nmi'),
     ],
 )

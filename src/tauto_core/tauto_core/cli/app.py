@@ -155,10 +155,9 @@ class Commands(TyperGroup):
         if kept[:1] == ['plate']:  # the name of 0.2, for a release
             kept[:1] = ['cam', '--plate']
         if kept[:1] == ['replay'] and '--smooth' in kept:
-            raise typer.BadParameter(
-                '--smooth: no drift in hindsight is estimated any more. Use the estimate at the '
-                'end, `drift` of --json, which knows all observations'
-            )
+            from tauto_core.api import NO_SMOOTH
+
+            raise typer.BadParameter(f'--smooth{NO_SMOOTH}')
         return list(super().parse_args(ctx, kept))
 
     def invoke(self, ctx: Any) -> Any:

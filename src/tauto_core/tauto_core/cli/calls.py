@@ -46,6 +46,7 @@ Said: TypeAlias = 'Mapping[str, Any] | str | list[RenderableType]'
 OF_PYTHON = {
     'progress': 'the bar on the terminal',
     'keep': 'a command prints the result alone',
+    'smooth': 'is refused before the arguments are read',
 }
 """Arguments that are no options, and why."""
 
@@ -179,8 +180,8 @@ class Command:
             given['keep'] = False
         if 'progress' not in asked:
             return getattr(api, name)(*at, **given)
-        scene = given.get('scene', name)
-        with ended_by_sigterm(), progress_bar(getattr(scene, 'name', str(scene))) as progress:
+        first = given.get(next(iter(asked)), name)
+        with ended_by_sigterm(), progress_bar(getattr(first, 'name', str(first))) as progress:
             return getattr(api, name)(*at, **given, progress=progress)
 
 

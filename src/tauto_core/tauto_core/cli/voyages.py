@@ -105,13 +105,13 @@ def fleet(given: dict[str, Any]) -> Any:
     """Send many ships on one voyage, or clocks along the passages of a log-book."""
     asked, other = ('trial', 'fleet') if 'logs' in given else ('fleet', 'trial')
     apart = signature_of(other).keys() - signature_of(asked).keys()
-    for name in apart & given.keys():
-        if given[name] is not False:
+    for name, value in given.items():
+        if name in apart and value is not False:
             wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             if asked == 'trial':
                 which = ', whose passages are the ships. Leave one of them out'
                 wrong = ': does not go with ', Argument('logs'), which
-            raise UsageError(Argument(name, given[name]), *wrong)
+            raise UsageError(Argument(name, value), *wrong)
     chosen = {key: each for key, each in given.items() if key not in apart}
     things = 'voyages' if asked == 'trial' else 'ships'
     with ended_by_sigterm(), counting_bar(things) as progress:

@@ -378,8 +378,8 @@ def _error(voyage: Voyage) -> Chart:
         'Error of the clock',
         'reading − true time [s]',
         [
-            _band('estimate ± 1σ', time, voyage.offset_s, voyage.offset_sigma_s),
-            _line('estimated', time, voyage.offset_s, 'orange'),
+            _band('estimate ± 1σ', time, voyage.estimated_error_s, voyage.estimated_error_sigma_s),
+            _line('estimated', time, voyage.estimated_error_s, 'orange'),
             _line('dial', time, voyage.clock_error_s),
             Line('observed', voyage.observation_time_s, voyage.observed_error_s, 'grey', 'points'),
         ],
@@ -394,7 +394,7 @@ def _drift(voyage: Voyage) -> Chart:
         'What the correction leaves',
         'corrected time − true time [s]',
         [
-            _band('± 1σ of the navigator', time, zero, voyage.offset_sigma_s),
+            _band('± 1σ of the navigator', time, zero, voyage.estimated_error_sigma_s),
             _line('corrected clock', time, voyage.corrected_error_s),
         ],
     )
@@ -416,7 +416,8 @@ def _rate(voyage: Voyage) -> Chart:
         pieces = min(max(round(_PIECES * (end - begin) / last), 1), end - begin)
         edges += np.linspace(begin, end, pieces + 1).round().astype(int)[1:].tolist()
     measured = np.diff(error[edges]) / np.diff(time[edges]) * DAY_S
-    estimated, sigma = voyage.mean_rate_s_per_day, voyage.mean_rate_sigma_s_per_day
+    estimated = voyage.estimated_mean_rate_s_per_day
+    sigma = voyage.estimated_mean_rate_sigma_s_per_day
     return _over_time(
         voyage,
         'Rate of the clock',
