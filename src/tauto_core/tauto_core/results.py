@@ -247,9 +247,13 @@ class Summary:
             rate, sigma = mean_rate(found)
             start = (None if has_mean_rate(found) else self._rated.start()) or first
             true = _rate(start, end)
-            # a random walk with the density q departs from its mean over T by √(qT/3)
-            density, elapsed_s = expected_walk_per_s(self._scene), (end[0] - start[0]) / NS_PER_S
-            wandered = DAY_S * math.sqrt(density * elapsed_s / 3.0)
+            # a random walk with the density q departs from its mean over T by √(qT/3); if it
+            # begins only u before the end, by √(q(u − u²/T + u³/3T²))
+            elapsed_s, model = (end[0] - start[0]) / NS_PER_S, dial_model(self._scene)
+            u = model.under_way_s(start[0], end[0])
+            variance = expected_walk_per_s(self._scene) * elapsed_s / 3.0
+            variance += model.under_way_per_s * (u - u**2 / elapsed_s + u**3 / elapsed_s**2 / 3.0)
+            wandered = DAY_S * math.sqrt(variance)
             found['rate_error_sigmas'] = (rate - true) / math.hypot(sigma, wandered)
             found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
             found['rate_compared_s_per_day'] = true

@@ -26,7 +26,7 @@ from tauto_core.navigation import (
 )
 from tauto_core.navigation.covariates import expected_walk_per_s
 from tauto_core.navigation.drift import REMEMBERED, Track
-from tauto_core.navigation.kalman import REFUSED, REOPENED, USED
+from tauto_core.navigation.kalman import REFUSED, REOPENED, USED, Coefficient
 from tauto_core.samples import ESTIMATE, OBSERVATION, READING, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import EstimationError
@@ -479,3 +479,25 @@ def test_a_swinging_thread_is_as_wrong_as_the_navigator_says():
     assert within(found, 2 * runs)
     # a good clock's noise is not this clock's
     assert before > 10.0 * chi2.ppf(1 - 1e-9, 2 * runs)
+
+
+@pytest.mark.parametrize('coefficients', [(), (Coefficient('heave', 1.0, 0.1),)])
+def test_a_rate_that_wanders_under_way_is_still_in_port(coefficients):
+    """A step over the departure is one to it and one from it, with more noise in the second."""
+    port = ClockModel(0.5, 1e-3, coefficients=coefficients)
+    sailing = replace(port, under_way_per_s=3e-12, sails_ns=40 * DAY_NS)
+    rougher = replace(port, random_walk_fm_per_s=port.random_walk_fm_per_s + 3e-12)
+    before, after, size = 5.0 * DAY_S, 20.0 * DAY_S, len(coefficients)
+    once = predict(prior(port), before + after, sailing, (46.0,) * size, after)
+    left = predict(prior(port), before, port, (17.0,) * size)
+    np.testing.assert_allclose(once, predict(left, after, rougher, (29.0,) * size), rtol=1e-12)
+    # in the filter the time under way follows from the stamps
+    rows = [(17.0,) * size, (46.0,) * size]
+    stamps, phases = [35 * DAY_NS, 50 * DAY_NS], [0.0, 3.0]
+    start = Known(30 * DAY_NS, prior(port), integrals_s=(0.0,) * size)
+    found = filter_phases(start, stamps, phases, sailing, None, rows).after(2)
+    last = filter_phases(start, stamps[:1], phases[:1], port, None, rows[:1]).after(1)
+    left = predict(last.estimate, before, port, (0.0,) * size)
+    sails = Known(40 * DAY_NS, left, integrals_s=rows[0])
+    wanted = filter_phases(sails, stamps[1:], phases[1:], rougher, None, rows[1:]).after(1)
+    np.testing.assert_allclose(found.estimate, wanted.estimate, rtol=1e-9, atol=1e-18)

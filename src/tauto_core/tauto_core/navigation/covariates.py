@@ -7,6 +7,8 @@ runs of the scene's own machine; `regressors` has the x_j.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple, cast
@@ -38,9 +40,9 @@ from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSa
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import ABSENT, SceneError, TautoError
 from tauto_core.scene.sections import Clock, DriftSettings, Log, Solver, walk_per_s, white_s
-from tauto_core.scene.times import DAY_S, NS_PER_S, step_of_rate
+from tauto_core.scene.times import DAY_S, NS_PER_S, nanoseconds, step_of_rate
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.airs import BoxTemperature
+from tauto_core.ship.airs import BoxTemperature, ConstantAir
 from tauto_core.ship.motions import Component, ComponentsShip, ShipKind
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.wording import significant
@@ -78,7 +80,7 @@ def dial_model(scene: Scene) -> ClockModel:
     Outliers are refused for three observation intervals. After that, as at a landfall, a change of
     the clock is more likely than an error of the observer.
     """
-    drift, clock = scene.drift, scene.clock
+    drift, clock, voyage = scene.drift, scene.clock, scene.voyage
     return ClockModel(
         observation_sigma_s=drift.observation_sigma,
         prior_rate_sigma=drift.prior_rate_sigma / DAY_S,
@@ -89,7 +91,93 @@ def dial_model(scene: Scene) -> ClockModel:
         patience_s=PATIENCE * drift.observation_interval,
         lunar_sigma_s=LUNAR_SIGMA_S if drift.lunars is None else drift.lunars.sigma,
         gnss_sigma_s=drift.gnss_sigma or GNSS_SIGMA_S,
+        under_way_per_s=climate_walk(scene).density_per_s,
+        sails_ns=0 if voyage is None else scene.starts_at_ns + nanoseconds(voyage.sails_at),
     )
+
+
+# -----------------------------------------------------------------------------
+# The wandering of the rate under way that a navigator expects who states none (navigator.md): the
+# clock's own answers to air, gravity and sea, and what these do on a passage.
+
+PASSAGE_KELVIN, PASSAGE_GRAVITY, PASSAGE_SEA = 1.6, 1.12e-4, 1.7e-5
+"""Random walks in a day of what the rate meets on a passage: the air [K], the covariate `gravity`
+[1], and the mean of the covariate `heave` [1].
+
+That whose double integral has the mean square of the air's, by the climate, and of gravity's on
+every second one of the 185 passages of docs/trial.csv; the sea's is what they leave of the error
+of a weight.
+"""
+
+AIR_WITH_GRAVITY = -0.94
+"""Correlation of the two there: towards the equator it is warmer, and gravity less."""
+
+CLIMATE_KELVIN = 7.0
+"""Change of temperature for which the clock's answer is found: the root mean square of the mean
+change of the air on those passages [K].
+"""
+
+
+class ClimateWalk(NamedTuple):
+    """The wandering of the rate under way by its causes.
+
+    Attributes:
+        density_per_s: density of the random walk of the rate [1/s]; 0: none.
+        causes: names of what makes it.
+    """
+
+    density_per_s: float = 0.0
+    causes: tuple[str, ...] = ()
+
+
+def climate_walk(scene: Scene) -> ClimateWalk:
+    """Return the wandering of the rate under way that the navigator expects.
+
+    None where the scene states one, and none by what its rate equation follows.
+    """
+    drift, named = scene.drift, scene.drift.covariates or ()
+    stated = drift.random_walk_fm is not None or drift.white_fm is not None
+    if scene.voyage is None or stated:
+        return ClimateWalk()
+    warms = scene.air is not None and not isinstance(scene.air, ConstantAir)
+    weathers = isinstance(scene.ship, SeaShip) and scene.ship.weather is not None
+    meets = {
+        'air': warms and 'temperature' not in named,
+        'gravity': scene.gravity == 'normal' and 'gravity' not in named,
+        'sea': weathers and 'heave' not in named,
+    }
+    if not any(meets.values()):
+        return ClimateWalk()
+    machine = compile_machine(scene)
+    colder = warmer = 0.0
+    if meets['air'] and not isinstance(machine, InPlaceOfWheel) and machine.heat.feels_temperature:
+        begins = float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0])
+        colder, warmer = _per_kelvin(_Tried(_alone(scene)), begins)
+    weighs = float(machine.feels_gravity)
+    lighter = weighs * PASSAGE_GRAVITY * meets['gravity']
+    shaken = weighs * PASSAGE_SEA * meets['sea']
+    variance = 0.5 * PASSAGE_KELVIN**2 * (colder**2 + warmer**2) + lighter**2 + shaken**2
+    variance += AIR_WITH_GRAVITY * PASSAGE_KELVIN * (colder + warmer) * lighter
+    sizes = {'air': abs(colder) + abs(warmer), 'gravity': lighter, 'sea': shaken}
+    return ClimateWalk(variance / DAY_S, tuple(name for name in meets if sizes[name]))
+
+
+@lru_cache(maxsize=64)
+def _per_kelvin(tried: _Tried, begins: float) -> tuple[float, float]:
+    """Return what a kelvin towards cold and one towards warm add to the rate [1/K].
+
+    `begins` is the temperature at departure [°C]. 0 where a machine does not swing steadily, so
+    that its rate means little.
+    """
+    built = cast(AnyMachine, compile_machine(tried.scene))
+    first, found = built.at_celsius(begins), [0.0, 0.0]
+    nominal_s = nominal_period_s(tried.scene, first)
+    with suppress(TautoError):
+        calm = _warm_rate(tried.scene, first, first, nominal_s)
+        for place, step in enumerate((-CLIMATE_KELVIN, CLIMATE_KELVIN)):
+            warm = built.at_celsius(begins + step)
+            found[place] = (_warm_rate(tried.scene, warm, first, nominal_s) - calm) / step
+    return found[0], found[1]
 
 
 def assumption(scene: Scene) -> str:
@@ -97,18 +185,28 @@ def assumption(scene: Scene) -> str:
     model, names = dial_model(scene), (scene.drift.covariates or ())
     words = []
     if names:
-        named = ', '.join(name.replace('_', ' ') for name in names)
-        words.append(f'to follow {" and ".join(named.rsplit(", ", 1))}')
+        words.append(f'to follow {_listed(name.replace("_", " ") for name in names)}')
     if model.random_walk_fm_per_s > RANDOM_WALK_FM_FLOOR_PER_S:
-        walk = math.sqrt(model.random_walk_fm_per_s * DAY_S) * DAY_S
-        words.append(f'to wander by {significant(walk, 2)} s/day in a day')
+        words.append(f'to wander by {_in_a_day(model.random_walk_fm_per_s)}')
+    if causes := climate_walk(scene).causes:
+        words.append(
+            f'to wander under way by {_in_a_day(model.under_way_per_s)}, by {_listed(causes)}'
+        )
     if model.white_fm_s > WHITE_FM_FLOOR_S:
-        white = math.sqrt(model.white_fm_s * DAY_S)
-        words.append(f'to scatter by {significant(white, 2)} s in a day')
+        white = significant(math.sqrt(model.white_fm_s * DAY_S), 2)
+        words.append(f'to scatter by {white} s in a day')
     rate = 'the rate' if names else 'the rate found in port'
     if scene.voyage is None and not names:
         rate = 'the rate that he observed'
     return f'{rate} {" and ".join(words or ["to last"])}'
+
+
+def _in_a_day(density_per_s: float) -> str:
+    return f'{significant(math.sqrt(density_per_s * DAY_S) * DAY_S, 2)} s/day in a day'
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ' and '.join(', '.join(names).rsplit(', ', 1))
 
 
 # -----------------------------------------------------------------------------

@@ -173,7 +173,9 @@ def estimates(
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     gained = () if passed is None else tuple((passed.integrals_s - way.integrals_s[place]).T)
     then = same_fields(way.states, (column[place] for column in way.states))
-    now = predict(then, elapsed, model, gained)
+    sailed_ns = np.maximum(way.stamp_ns[place], model.sails_ns)
+    under_way_s = np.maximum(stamps - sailed_ns, 0) / NS_PER_S
+    now = predict(then, elapsed, model, gained, under_way_s)
     # absurd observations could exceed int64; no message has times as large as this limit
     error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
     corrected = references - np.rint(error_ns).astype(np.int64)
@@ -569,7 +571,7 @@ class DriftStage(Stateful):
         if newest_ns > at_ns:  # the stamps have gone back
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
         gained = tuple(map(sub, told, last.integrals_s))
-        opened = self._stopped(last.estimate, newest_ns - last.stamp_ns, gained, before, setting)
+        opened = self._stopped(last.estimate, (last.stamp_ns, newest_ns), gained, before, setting)
         reached = self._motion.at(reading.stamp_ns[:1]) if self._motion else np.empty((1, 0))
         known = Known(at_ns, opened, integrals_s=tuple(reached[0].tolist()))
         self._track = Track(known, self._model, self._track)
@@ -577,12 +579,12 @@ class DriftStage(Stateful):
     def _stopped(
         self,
         then: Estimate[float],
-        elapsed_ns: int,
+        between_ns: tuple[int, int],
         gained_s: tuple[float, ...],
         before: DialSetting,
         setting: DialSetting,
     ) -> Estimate[float]:
-        """Return an estimate later, where the dial has stood still for a part of the time.
+        """Return an estimate at the end of a time, for a part of which the dial has stood still.
 
         Offset and rate and their covariance change over the rest alone, in which the integrals of
         the covariates grow by `gained_s`: a dial that stands gains nothing, so its offset says
@@ -591,7 +593,10 @@ class DriftStage(Stateful):
         """
         lost_ns = setting.lost_ns - before.lost_ns
         unsure_s = (setting.unsure_ns - before.unsure_ns) / NS_PER_S
-        now = predict(then, max(elapsed_ns - lost_ns, 0) / NS_PER_S, self._model, gained_s)
+        since_ns, until_ns = between_ns
+        ran_s = max(until_ns - since_ns - lost_ns, 0) / NS_PER_S
+        under_way_s = min(self._model.under_way_s(since_ns, until_ns), ran_s)
+        now = predict(then, ran_s, self._model, gained_s, under_way_s)
         release_s = RELEASE_SIGMA * nominal_period_s(self._scene, compile_machine(self._scene))
         opened = (setting.stops - before.stops) * release_s * release_s + unsure_s * unsure_s
         return now._replace(x=now.x - lost_ns / NS_PER_S, xx=now.xx + opened)
@@ -711,7 +716,7 @@ class DriftStage(Stateful):
             known = Known(first, prior(self._model), integrals_s=reached)
             if setting.stops or setting.unsure_ns:
                 still, fresh = (0.0,) * len(known.integrals_s), DialSetting(set_ns)
-                opened = self._stopped(known.estimate, late_ns, still, fresh, setting)
+                opened = self._stopped(known.estimate, (set_ns, first), still, fresh, setting)
                 known = known._replace(estimate=opened)
             else:
                 known = known._replace(stamp_ns=set_ns)

@@ -231,6 +231,8 @@ class ClockModel:
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
         gnss_sigma_s: sigma of one phase observation by a GNSS receiver [s].
         coefficients: the coefficients of the rate equation with their priors.
+        under_way_per_s: what q2 is more once the ship has sailed [1/s], >= 0.
+        sails_ns: when she sails [ns].
 
     Raises:
         EstimationError: a value outside its range.
@@ -247,6 +249,8 @@ class ClockModel:
     lunar_sigma_s: float = LUNAR_SIGMA_S
     gnss_sigma_s: float = GNSS_SIGMA_S
     coefficients: tuple[Coefficient, ...] = ()
+    under_way_per_s: float = 0.0
+    sails_ns: int = 0
 
     def __post_init__(self) -> None:
         if self.states not in (2, 3):
@@ -256,7 +260,8 @@ class ClockModel:
             )
         for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s', 'gnss_sigma_s'):
             _check(name, getattr(self, name), above_zero=True)
-        for name in ('white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3'):
+        noise = 'white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3', 'under_way_per_s'
+        for name in noise:
             _check(name, getattr(self, name), above_zero=False)
         for name in ('gate', 'patience_s'):
             value = getattr(self, name)
@@ -274,6 +279,10 @@ class ClockModel:
     def names(self) -> tuple[str, ...]:
         """Names of the coefficients."""
         return tuple(coefficient.name for coefficient in self.coefficients)
+
+    def under_way_s(self, since_ns: int, until_ns: int) -> float:
+        """Return for how long of a time she is under way [s]."""
+        return max(until_ns - max(since_ns, self.sails_ns), 0) / NS_PER_S
 
     def sigma_of(self, source: str) -> float:
         """Return sigma of an observation by the source that its message states [s].
@@ -309,15 +318,36 @@ def prior(model: ClockModel) -> Estimate[float]:
 
 
 def predict(
-    now: Estimate[Real], elapsed_s: Real, model: ClockModel, gained_s: tuple[Real, ...] = ()
+    now: Estimate[Real],
+    elapsed_s: Real,
+    model: ClockModel,
+    gained_s: tuple[Real, ...] = (),
+    under_way_s: Real | float = 0.0,
 ) -> Estimate[Real]:
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module); `gained_s` is the growth of the integral
-    of each covariate in that time [s].
+    of each covariate in that time [s], `under_way_s` the last part of it that she is under way.
     """
     law = arithmetic_of(model)
-    return law.whole(now, law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s))
+    ahead = law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s)
+    return law.whole(now, wandered(ahead, law.xx, model, under_way_s))
+
+
+def wandered(
+    ahead: tuple[Real, ...], xx: int, model: ClockModel, under_way_s: Real | float
+) -> tuple[Real, ...]:
+    """Return predicted numbers with the wandering of the rate under way, the last of their time.
+
+    P grows by q (t³/3, t²/2; t²/2, t), whatever the time before; `xx` as in `Arithmetic`.
+    """
+    q, t = model.under_way_per_s, under_way_s
+    if not q:
+        return ahead
+    grown = list(ahead)
+    for place, more in ((xx, t * t * t / 3.0), (xx + 1, 0.5 * t * t), (2 * xx, t)):
+        grown[place] = grown[place] + q * more
+    return tuple(grown)
 
 
 def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
@@ -469,7 +499,8 @@ def agree(outliers: Sequence[Outlier], model: ClockModel) -> bool:
     part = a / (a + b) if third > first else 0.5
     apart = v - (1.0 - part) * u - part * w
     variance = s + (1.0 - part) ** 2 * r + part * part * t
-    variance += part * b * (model.white_fm_s + model.random_walk_fm_per_s * a * b / 3.0)
+    walk = model.random_walk_fm_per_s + model.under_way_per_s
+    variance += part * b * (model.white_fm_s + walk * a * b / 3.0)
     least, within = min(abs(u), abs(v), abs(w)), (model.gate or 0.0) * math.sqrt(variance)
     return abs(apart) <= max(AGREEMENT * least, within)
 
@@ -561,6 +592,7 @@ def filter_phases(
         if moved:
             gained = tuple(map(sub, reached, moved))
         ahead = ahead_of(now, elapsed, *noise, *gained)
+        ahead = wandered(ahead, xx, model, model.under_way_s(since, stamp))
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:

@@ -328,9 +328,9 @@ def projection(
     the run may differ from that of all runs, and that of the voyage too. Random-walk noise q of
     the dial adds q T₀ T²/3 + q T³/3. Correction by the estimated rate ŷ (`mean_rate`) leaves (y −
     ŷ) T; a rate that depends on the ship's motion assumes that the motion continues. Besides what
-    the navigator does not know by his own model (`kalman.predict`, from an exact offset, without
-    coefficients), its standard deviation has that of y, since he has rated the clock in this run
-    alone.
+    the navigator does not know by his own model (`kalman.predict` under way, from an exact offset,
+    without coefficients), its standard deviation has that of y, since he has rated the clock in
+    this run alone.
 
     Nothing is projected where the standard error is not known, nor beyond half a turn.
     `projection` has for each number of `days` `raw_error_nmi` of the dial, `error_nmi` of the
@@ -351,7 +351,7 @@ def projection(
         of_rate = scatter * (time_s + error.length_s) * time_s
         of_rate += random_walk_fm_per_s * error.length_s * time_s**2 / 3.0
         dial = of_rate + random_walk_fm_per_s * time_s**3 / 3.0
-        corrected = of_rate + predict(known, time_s, model).xx
+        corrected = of_rate + predict(known, time_s, model, (), time_s).xx
         row: dict[str, Any] = {'days': days}
         for clock, prefix, gained_s, variance in (
             ('the dial', 'raw_', rate_s_per_day * days, dial),

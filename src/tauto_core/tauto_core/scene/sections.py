@@ -351,7 +351,8 @@ class DriftSettings(Section):
         default=None,
         description='random walk of the rate that the navigator expects of the clock at sea: '
         'standard deviation of the rate after a day, which grows with the square root of time, 0 '
-        'to 86400 [s/day]; it is not simulated (when left out: clock.random_walk_fm)',
+        'to 86400 [s/day]; it is not simulated (when left out: clock.random_walk_fm, and in a '
+        'voyage what air, gravity and sea do to the clock, by navigator.md)',
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,
