@@ -11,13 +11,16 @@ from pathlib import Path
 from types import ModuleType
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 import yaml
+from matplotlib.image import imread
 from modules import module_of
 
 import tauto_core as tauto
 from tauto_core.ensembles.comparison import CLOCKS
 from tauto_core.machines import SteadySwing, compile_machine, steady_swing
+from tauto_core.plots.chart import COLOURS
 from tauto_core.results import groups
 from tauto_core.wording import figure, with_sigma
 
@@ -182,3 +185,27 @@ def test_the_python_of_the_readme_runs(tmp_path: Path) -> None:
     )
     assert run.returncode == 0, run.stderr
     assert (tmp_path / 'error.png').read_bytes().startswith(b'\x89PNG')
+
+
+@pytest.mark.parametrize(
+    ('picture', 'colours'),
+    [
+        ('map.png', ('blue', 'orange', 'green', 'grey')),
+        ('error.png', ('blue', 'orange', 'grey')),
+        ('rate.png', ('blue', 'orange', 'grey')),
+        ('weather.png', ('blue', 'orange', 'green')),
+        ('roll.svg', ('blue', 'green')),
+    ],
+)
+def test_lines_of_the_gallery_have_the_colours_of_the_palette(
+    picture: str, colours: tuple[str, ...]
+) -> None:
+    """Few colours in a file would make two lines alike; two of 255 are what 256 of them leave."""
+    file = DOCS / 'img' / 'gallery' / picture
+    if picture.endswith('.svg'):
+        assert {COLOURS[name] for name in colours} <= set(re.findall(r'#\w{6}', file.read_text()))
+        return
+    drawn = 255.0 * imread(file)[..., :3].reshape(-1, 3)
+    for name in colours:
+        wanted = [int(COLOURS[name][at : at + 2], 16) for at in (1, 3, 5)]
+        assert np.sum(np.max(np.abs(drawn - wanted), axis=1) <= 2.0) > 300, name
