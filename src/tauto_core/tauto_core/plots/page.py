@@ -546,6 +546,7 @@ def report_html(voyage: Voyage, command: str) -> str:
     ]
     damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
+    first, dot, more = voyage.answer.partition('. ')
     moved = animation(voyage)
     shown = {'motion': moved, 'track': track}
     still = voyage.scene.lies_still
@@ -556,7 +557,9 @@ def report_html(voyage: Voyage, command: str) -> str:
         light=variables('light'),
         dark=variables('dark'),
         damage=f'<p class="damage" role="alert">{damage}</p>' if damage else '',
-        answer=escape(voyage.answer),
+        answer=escape(first + dot.rstrip()),
+        more=escape(more),
+        about=escape(_about(voyage)),
         course=course,
         moving=_BODY[still, moved.get('curve') is not None],
         place='on-land' if still else 'at-sea',
@@ -580,6 +583,27 @@ def report_html(voyage: Voyage, command: str) -> str:
         scene=escape(scene_yaml(voyage.scene)),
         made=f'<code>{escape(command)}</code><br>{escape(", ".join(made))}',
     )
+
+
+_WORKS = {
+    'fluid_tautochrone': "A body on Euler's curve of 1729 in a fluid",
+    'axle': "Euler's pendulum of 1780 on an axle",
+    'involute': "Sully's clock of 1726 with Euler's cam of 1727",
+    'hole': "Sully's clock of 1726 with Euler's second cam of 1727",
+    'circular_arc': "Sully's clock of 1726 with cheeks of circular arcs",
+}
+"""What a page shows, by the kind of its regulator or cam."""
+
+
+def _about(voyage: Voyage) -> str:
+    """Return what the page shows, and what a word of its answer means."""
+    part = voyage.scene.regulator or (voyage.scene.trochlea and voyage.scene.trochlea.cam)
+    work = _WORKS.get(getattr(part, 'kind', ''), "Sully's clock of 1726 with a cam after Euler's")
+    words = (
+        ' Rated and corrected: her navigator has found the rate of the dial while he knew the '
+        'true time, and takes off what it has added up to since.'
+    )
+    return f'{work}, simulated by Tauto.{words * ("rated and corrected" in voyage.answer)}'
 
 
 def _map_section(
