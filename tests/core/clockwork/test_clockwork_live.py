@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.clockwork import DialSetting, LiveTrochlea, TrochleaStage
-from tauto_core.clockwork.live import Limits
+from tauto_core.clockwork.live import MOST_HELD, WINDOW_S, Limits
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.machines import compile_machine
 from tauto_core.navigation import DriftStage, LongitudeStage
@@ -107,15 +107,17 @@ def test_one_wrong_stamp_changes_nothing(ahead_s: float):
 
 @pytest.mark.parametrize('stamp_ns', [0, START_NS])
 def test_stamps_that_stand_are_named_and_fill_no_memory(stamp_ns: int):
-    """A million messages; stamps that creep by a nanosecond are weighed by their number."""
+    """A million messages; stamps that creep by a nanosecond are tested by their number."""
     stage, imu = LiveTrochlea(SCENE), sensor(20.0)
     for _ in range(1000):
         stage.feed({SHIP_IMU: replace(imu, stamp_ns=np.full(1000, stamp_ns))})
     assert len(stage.state()['held']) == 1
     assert f'stand still at {stamp_ns // 10**9}.000 s' in stage.trouble
     assert stage.health()['duplicated'] == 999_999
-    for k in range(999):
-        one = replace(take(imu, slice(k, k + 1)), stamp_ns=np.array([stamp_ns + k + 1]))
+    for k in range(MOST_HELD - 1):
+        one = replace(
+            take(imu, slice(k % 1000, k % 1000 + 1)), stamp_ns=np.array([stamp_ns + k + 1])
+        )
         stage.feed({SHIP_IMU: one})
     assert not stage.state()['held']
     assert 'stand still' not in stage.trouble
@@ -240,9 +242,9 @@ def test_a_sensor_that_feels_no_gravity_is_named_once_and_believed_when_it_does(
     (words,) = stage.news()
     assert hint in words
     assert hint in stage.trouble
-    assert stage.health()['gravity_refused'] == 1500
+    assert stage.health()['sensor_refused'] == 1500
     reading = said_of(stage, [replace(imu, stamp_ns=imu.stamp_ns + 30 * 10**9)])[READING]
-    assert reading.stamp_ns[0] == START_NS + 30 * 10**9
+    assert 30.0 <= (reading.stamp_ns[0] - START_NS) * 1e-9 <= 30.0 + WINDOW_S
     assert not stage.trouble
 
 

@@ -102,7 +102,7 @@ def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Ben
     turned, _ = heard_from(bench, upside_down, imu_rotation='180 0 0')
     assert turned.outputs[READING].sent
     assert not turned.notices
-    assert not turned.health()['gravity_refused']
+    assert not turned.health()['sensor_refused']
 
 
 def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> None:
@@ -149,6 +149,7 @@ def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> 
             r"frame 'imu_link' is not clock_mount.*tf2_ros is not installed here",
         ),
         ('linear_acceleration', 'z', 1.0, r'is it in g\?'),
+        ('angular_velocity', 'x', 1e-3, 'all its numbers have stayed the same for a second'),
     ],
 )
 def test_a_sensor_that_no_clock_can_take_is_an_error(

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tauto_core.clockwork.trochlea import (
     MOST_CELSIUS,
@@ -31,6 +32,7 @@ from tauto_core.samples import (
     SHIP_IMU,
     SHIP_TEMPERATURE,
     Batches,
+    FloatArray,
     ImuSamples,
     IntArray,
     JointSamples,
@@ -45,7 +47,15 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.scene.times import EPOCH_1990_NS, MAX_GAP_S, NS_PER_S
-from tauto_core.ship.imu import REFUSALS, Continuity, MotionRun, attitude, content_reasons
+from tauto_core.ship.imu import (
+    REFUSALS,
+    Continuity,
+    MotionRun,
+    attitude,
+    content_reasons,
+    level_force,
+    upward,
+)
 
 # -----------------------------------------------------------------------------
 # Motions of the regulator that no machine can have; readings from them are refused.
@@ -63,34 +73,185 @@ GROWTH_RELEASES = 0.25
 
 _UNUSABLE = 'the dial stands still: what comes on ship/imu cannot be used'
 
-MOST_HELD = 1000
-"""Batches after which gravity is looked for, however little their stamps advance."""
+# -----------------------------------------------------------------------------
+# Faults of a sensor that no single sample shows.
 
-WEIGHED_S = 3.0
-"""Time at the start over which gravity is looked for, before anything is believed [s]."""
+TOLD_S = 60.0
+"""Time in which a fault is said once, however often it comes [s]."""
+
+MOST_HELD = 5000
+"""Batches after which the sensor is tested, however little their stamps advance."""
+
+BLOCK_S = 0.5
+"""Time of the pieces over which the turning is compared [s]: short beside a roll, long enough that
+0.2 degrees of noise of the attitude do not count."""
+FIRST_S, WINDOW_S = 3.0, 10.0
+"""Time at the start over which a sensor is tested before anything is believed, and later [s]."""
+STUCK_S, NO_FORCE = 1.0, 0.002
+"""Time after which equal numbers, or a force of less than that share of g, are a fault [s]."""
+LONGEST_S = 2.0
+"""Longest time between samples of a block [s]."""
+
+TILTED_RAD = math.radians(25.0)
+"""Angle between the mean force and upwards that no ship keeps up for a window."""
+TURNING_RAD = 0.015
+"""Turning in a block, as a root mean square, that is compared."""
+SLOWEST_S = 0.25
+"""Samples further apart do not show how the ship turns."""
 
 
-def weighed(imu: ImuSamples, gravity: float) -> str:
-    """Return the fault of a sensor that does not measure gravity along z; empty if it does.
+_STUCK = (
+    'all its numbers have stayed the same for a second. Restart the sensor, or its driver',
+    'no force for a second, and no ship falls: is gravity removed, or the accelerometer dead?',
+)
 
-    At rest and at sea the median of the specific force is g upwards, within a tenth [m/s²].
+
+class SensorWatch(Stateful):
+    """Tests windows of samples: attitude against gravity, gyro against attitude, life.
+
+    Over some waves the mean force is g upwards. Upwards in the sensor's axes, u, obeys u̇ = u × ω;
+    its changes over blocks are compared with the integral, both less their means, so that neither
+    bias nor yaw counts.
+
+    Args:
+        gravity: g [m/s²].
     """
-    size = float(np.median(np.linalg.norm(imu.linear_acceleration, axis=1)))
-    up = float(np.median(imu.linear_acceleration[:, 2]))
-    if up > 0.9 * gravity and size < 1.1 * gravity:
-        return ''
-    if abs(size - 1.0) < 0.1:
-        hint = 'is it in g? It must be in m/s²'
-    elif size < 0.5 * gravity:
-        hint = 'is gravity removed? What the accelerometer feels is wanted, g upwards at rest'
-    elif up < -0.9 * gravity and size < 1.1 * gravity:
-        hint = 'is it of a frame with z down (NED)? x must point forward, y to port, z up'
-    else:
-        hint = 'is the sensor calibrated, and mounted as imu_rotation says?'
-    return (
-        f'the median of linear_acceleration on ship/imu is {size:.4g} m/s², {up:.4g} along z, '
-        f'where {gravity:.4g} upwards is due: {hint}'
-    )
+
+    kept = ('last', 'stuck_ns', 'open', 'rows', 'covered_ns', 'wanted_ns')
+
+    def __init__(self, gravity: float) -> None:
+        self._gravity = gravity
+        self._last = np.full(10, math.nan)
+        self._stuck_ns = np.full(2, NOTHING_YET)
+        self.begin()
+
+    def begin(self, window_s: float = FIRST_S) -> None:
+        """Begin a window of such a length [s]."""
+        self._open: list[ImuSamples] = []
+        self._rows: list[FloatArray] = []
+        self._covered_ns, self._wanted_ns = 0, round(window_s * NS_PER_S)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the window has been seen."""
+        return self._covered_ns >= self._wanted_ns
+
+    def stuck(self, imu: ImuSamples) -> tuple[NDArray[np.bool_], str]:
+        """Return which samples are those of a sensor that hangs, and the fault of the last one.
+
+        A sensor at rest in a simulation repeats itself too, but its gyro says exactly 0.
+        """
+        rows = np.hstack((imu.orientation, imu.angular_velocity, imu.linear_acceleration))
+        same = (rows == np.vstack((self._last, rows[:-1]))).all(axis=1)
+        same &= rows[:, 4:7].any(axis=1)
+        weightless = np.linalg.norm(rows[:, 7:], axis=1) < NO_FORCE * self._gravity
+        stamps = np.column_stack((imu.stamp_ns, imu.stamp_ns))
+        if self._stuck_ns[0] == NOTHING_YET:
+            self._stuck_ns = stamps[0]
+        alive = np.where(np.column_stack((same, weightless)), NOTHING_YET, stamps)
+        since = np.maximum.accumulate(np.vstack((self._stuck_ns, alive)))[1:]
+        self._last, self._stuck_ns = rows[-1], since[-1]
+        faults = stamps - since > STUCK_S * NS_PER_S
+        words = [words for words, is_so in zip(_STUCK, faults[-1], strict=True) if is_so]
+        return faults[:, 0] | faults[:, 1], words[-1] if words else ''
+
+    def feed(self, imu: ImuSamples) -> int:
+        """Take the next samples, up to the end of the window; return their number."""
+        for number in range(len(imu.stamp_ns)):
+            one = take(imu, slice(number, number + 1))
+            elapsed_ns = (
+                int(one.stamp_ns[0]) - int(self._open[-1].stamp_ns[0]) if self._open else 0
+            )
+            if abs(elapsed_ns) > LONGEST_S * NS_PER_S:
+                self._open = []
+            if elapsed_ns > 0 or not self._open:
+                self._open.append(one)
+                self._close(BLOCK_S)
+            if self.is_full:
+                return number + 1
+        return len(imu.stamp_ns)
+
+    def _close(self, least_s: float) -> None:
+        """Reduce a block to a row of numbers once it is long enough."""
+        block_ns = int(self._open[-1].stamp_ns[0] - self._open[0].stamp_ns[0])
+        if block_ns < least_s * NS_PER_S:
+            return
+        imu = join(self._open)
+        self._open, self._covered_ns = self._open[-1:], self._covered_ns + block_ns
+        up, force = upward(imu), imu.linear_acceleration
+        shifted = replace(imu, orientation=imu.orientation[:, [1, 2, 3, 0]])
+        elapsed_s = np.diff(imu.stamp_ns)[:, None] / NS_PER_S
+        turned = np.cross(up, imu.angular_velocity)
+        by_gyro = np.sum(0.5 * (turned[1:] + turned[:-1]) * elapsed_s, axis=0)
+        by_attitude = up[-1] - up[0]
+        if block_ns > SLOWEST_S * NS_PER_S * len(elapsed_s):
+            by_gyro = by_attitude = np.zeros(3)
+        means = [
+            np.linalg.norm(force, axis=1),
+            force[:, 2],
+            *level_force(imu),
+            *level_force(shifted),
+        ]
+        self._rows.append(
+            np.array([*(float(np.mean(one)) for one in means), *by_attitude[:2], *by_gyro[:2]])
+        )
+
+    def fault(self) -> str:
+        """Return the fault that the window shows, with its likely cause; empty: none."""
+        if not self._rows:
+            self._close(0.0)
+        rows = np.array(self._rows)
+        return self._fault_of_force(rows) or _fault_of_turning(rows[:, 8:10], rows[:, 10:])
+
+    def _fault_of_force(self, rows: FloatArray) -> str:
+        size, down = np.median(rows[:, 0]), np.median(rows[:, 1]) < 0.0
+        tilts = [
+            math.atan2(math.hypot(forward, port), up)
+            for forward, port, up in (rows[:, 2:5].mean(axis=0), rows[:, 5:8].mean(axis=0))
+        ]
+        hint = ''
+        if abs(size - 1.0) < 0.1:
+            hint = 'is it in g? It must be in m/s²'
+        elif size < 0.5 * self._gravity:
+            hint = 'is gravity removed? What the accelerometer feels is wanted, g upwards at rest'
+        elif abs(size / self._gravity - 1.0) > 0.1:
+            hint = 'is the sensor calibrated?'
+        elif tilts[0] > TILTED_RAD and down:
+            hint = 'is it of a frame with z down (NED)? x must point forward, y to port, z up'
+        elif tilts[0] > TILTED_RAD and tilts[1] < TILTED_RAD:
+            hint = 'is the order of the quaternion w, x, y, z? It must be x, y, z, w'
+        elif tilts[0] > TILTED_RAD:
+            hint = 'is the sensor mounted as imu_rotation says?'
+        return hint and (
+            f'linear_acceleration on ship/imu is {size:.4g} m/s², by orientation '
+            f'{math.degrees(tilts[0]):.3g} degrees from upwards, where '
+            f'{self._gravity:.4g} m/s² upwards are due: {hint}'
+        )
+
+
+def _fault_of_turning(by_attitude: FloatArray, by_gyro: FloatArray) -> str:
+    """Return the fault of changes of u along x and y in blocks, which a pitch and a roll make."""
+    for axis, column in (('x', 1), ('y', 0)):
+        attitude, gyro = (
+            each[:, column] - each[:, column].mean() for each in (by_attitude, by_gyro)
+        )
+        one, other = (math.sqrt(float(np.mean(each**2))) for each in (attitude, gyro))
+        if max(one, other) < TURNING_RAD:
+            continue
+        alike = float(np.mean(attitude * gyro)) / max(one * other, 1e-30)
+        hint = ''
+        if alike > 0.8 and 30.0 < other / one < 90.0:
+            hint = 'is it in deg/s? It must be in rad/s'
+        elif alike < -0.8 and 0.5 < other / one < 2.0:
+            hint = 'is the sign of that axis wrong? x must point forward, y to port, z up'
+        elif np.mean((attitude - gyro) ** 2) > 0.8 * max(one, other) ** 2:
+            hint = 'are both alive, of one sensor, and of the same axes?'
+        if hint:
+            return (
+                f'on ship/imu orientation turns about {axis} by {one:.2g} rad in {BLOCK_S} s, '
+                f'angular_velocity says {math.copysign(other, alike):.2g}: {hint}'
+            )
+    return ''
 
 
 class Limits(Stateful):
@@ -218,7 +379,7 @@ class LiveTrochlea(Stateful):
 
     kept = (
         'stage', 'continuity', 'limits', 'run', 'shown', 'refused', 'counts', 'trouble',
-        'all_back', 'weighed', 'held', 'newest_ns', 'standing', 'thermometer',
+        'all_back', 'watch', 'held', 'newest_ns', 'standing', 'thermometer', 'told_ns',
     )  # fmt: skip
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
@@ -236,11 +397,12 @@ class LiveTrochlea(Stateful):
         self._shown: ShownReading | None = None
         self._refused = dict.fromkeys(REFUSALS, 0)
         self._counts = {'dial_stops': 0, 'dial_settings': 0, 'runs_failed': 0}
-        self._counts['gravity_refused'] = 0
+        self._counts |= {'sensor_refused': 0, 'sensor_stuck': 0}
         self._trouble = ''
         self._news: list[str] = []
-        self._gravity, self._weighed = scene.g, False
-        self._held: list[ImuSamples] = []
+        self._watch = SensorWatch(scene.g)
+        self._held: list[ImuSamples] | None = []
+        self._told_ns: dict[str, int] = {}
         self._newest_ns, self._standing, self._step_ns = NOTHING_YET, 0, scene.step_ns
 
     @property
@@ -302,7 +464,7 @@ class LiveTrochlea(Stateful):
         said: list[Batches] = []
         try:
             if self._held:
-                self._take(take(self._held[0], slice(0, 0)), said, final=True)
+                self._test(take(self._held[0], slice(0, 0)), said, final=True)
             self._move(self._continuity.finish(), said)
             if self._run is not None:
                 self._believe(self._stage.finish(), said)
@@ -310,23 +472,12 @@ class LiveTrochlea(Stateful):
             self._fail(str(error))
         return _joined(said)
 
-    def _weigh(self, imu: ImuSamples, final: bool) -> ImuSamples | None:
-        """Hold the first samples back until gravity has been found in them; then return them."""
-        self._held = [*self._held, imu] if len(imu.stamp_ns) else self._held
-        ends_ns = [int(part.stamp_ns[row]) for part in self._held for row in (0, -1)] or [0]
-        weighs = final or max(ends_ns) - min(ends_ns) >= WEIGHED_S * NS_PER_S
-        if not self._held or not (weighs or len(self._held) >= MOST_HELD):
-            return None
-        held, self._held = join(self._held), []
-        words = weighed(held, self._gravity)
-        self._weighed = not words
-        if words:
-            if not self._trouble.startswith('the median'):
-                self._news.append(words)
-            self._trouble = words
-            self._counts['gravity_refused'] += len(held.stamp_ns)
-            return None
-        return held
+    def _say(self, kind: str, now_ns: int, words: str) -> None:
+        """Add a line to the news, one of a kind in `TOLD_S`; counters have all."""
+        before_ns = self._told_ns.get(kind)
+        if before_ns is None or abs(now_ns - before_ns) >= TOLD_S * NS_PER_S:
+            self._told_ns[kind] = now_ns
+            self._news.append(words)
 
     def _moving(self, imu: ImuSamples) -> ImuSamples:
         """Return the samples without those that repeat the stamp before; count them."""
@@ -339,22 +490,46 @@ class LiveTrochlea(Stateful):
         self._continuity.counts['duplicated'] += int(np.count_nonzero(~moves))
         return take(imu, moves)
 
-    def _take(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
+    def _take(self, imu: ImuSamples, said: list[Batches]) -> None:
         reasons = content_reasons(imu)
         if reasons.any():
             for number, name in enumerate(REFUSALS, start=1):
                 self._refused[name] += int(np.count_nonzero(reasons == number))
             imu = take(imu, reasons == 0)
-        refused = REFUSALS[reasons[-1] - 1] if reasons.any() and reasons[-1] else ''
+        fault = f'({REFUSALS[reasons[-1] - 1]})' if reasons[-1] else ''
         imu = self._moving(imu)
-        if not self._weighed:
-            found = self._weigh(imu, final)
-            if found is None:
-                self._trouble = f'{_UNUSABLE} ({refused})' if refused else self._trouble
-                return
-            imu = found
-        self._move(self._continuity.feed(imu), said)
-        self._trouble = refused and f'{_UNUSABLE} ({refused})'
+        if len(imu.stamp_ns):
+            stuck, words = self._watch.stuck(imu)
+            self._counts['sensor_stuck'] += int(np.count_nonzero(stuck))
+            imu, fault = take(imu, ~stuck), fault or words
+            if words:
+                self._say(words, self._newest_ns, f'{_UNUSABLE}: {words}')
+                self._watch.begin()
+                self._held = None if self._held is None else []
+        while len(imu.stamp_ns):
+            end = self._watch.feed(imu)
+            self._test(take(imu, slice(0, end)), said)
+            imu = take(imu, slice(end, None))
+        if fault or self._held is None:
+            self._trouble = fault and f'{_UNUSABLE}: {fault}'
+
+    def _test(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
+        """Use samples, unless the window that they end shows a fault; hold those of the first."""
+        held = self._held
+        if held is not None:
+            held += [imu] if len(imu.stamp_ns) else []
+            final = bool(held) and (final or len(held) >= MOST_HELD)
+        if final or self._watch.is_full:
+            words = self._watch.fault()
+            self._watch.begin(WINDOW_S)
+            imu, self._held = join(held) if held else imu, [] if words else None
+            if words:
+                self._trouble = f'{_UNUSABLE}: {words}'
+                self._say(words.rpartition(': ')[2], self._newest_ns, self._trouble)
+                self._counts['sensor_refused'] += len(imu.stamp_ns)
+                self._continuity.restart()
+        if self._held is None:
+            self._move(self._continuity.feed(imu), said)
 
     def _move(self, parts: list[MotionRun], said: list[Batches]) -> None:
         for part in parts:
@@ -404,9 +579,11 @@ class LiveTrochlea(Stateful):
                 'the estimate is less sure by that. reset_on_time_jump would set it anew'
             )
             return
-        self._news.append(
+        self._say(
+            'break',
+            origin_ns,
             f'ship/imu goes on after a break: the dial stood still for {lost_ns / NS_PER_S:.6g} '
-            f's, until {origin_ns / NS_PER_S:.3f} s; in all {setting.lost_ns / NS_PER_S:.6g} s'
+            f's, until {origin_ns / NS_PER_S:.3f} s; in all {setting.lost_ns / NS_PER_S:.6g} s',
         )
 
     def _fail(self, why: str) -> None:
@@ -414,7 +591,7 @@ class LiveTrochlea(Stateful):
         self._run = None
         self._trouble = why
         self._counts['runs_failed'] += 1
-        self._news.append(f'the dial stopped: {why}')
+        self._say('stop', self._newest_ns, f'the dial stopped: {why}')
         self._continuity.restart()
 
     def _believe(self, batches: Batches, said: list[Batches]) -> None:

@@ -793,6 +793,15 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
     return felt[: len(force)]
 
 
+def upward(imu: ImuSamples) -> FloatArray:
+    """Return the direction upwards in the axes of the sensor by its attitude, (n, 3).
+
+    u = Rᵀ ẑ = (−sin θ, cos θ sin ρ, cos θ cos ρ), whatever the yaw; it obeys u̇ = u × ω.
+    """
+    sr, cr, sp, cp = _roll_and_pitch(imu.orientation)
+    return np.column_stack((-sp, cp * sr, cp * cr))
+
+
 def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the specific force forward, to port and up, in level axes that yaw with the ship.
 
