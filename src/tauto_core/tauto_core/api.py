@@ -388,7 +388,7 @@ def isochronism(
         UsageError: no amplitude, or one out of range.
         SceneError: the machine cannot be built.
     """
-    from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
+    from tauto_core.clockwork.trochlea import at_departure, nominal_period_s, stale_dial
     from tauto_core.machines import compile_machine, free_swings
 
     loaded = _load(scene, overrides)
@@ -403,7 +403,8 @@ def isochronism(
         built = compile_machine(loaded)
         nominal_s = nominal_period_s(loaded, built)
         found = free_swings(at_departure(loaded, built), asked, nominal_s)
-    return replace(found, keys_left_out=loaded.sections_besides('air', 'clock'))
+    left_out, warnings = loaded.sections_besides('air', 'clock'), stale_dial(loaded, built)
+    return replace(found, keys_left_out=left_out, warnings=tuple(warnings))
 
 
 def cam(

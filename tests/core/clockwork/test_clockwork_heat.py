@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import yaml
 
+import tauto_core as tauto
 from tauto_core.clockwork import LiveTrochlea, TrochleaStage
-from tauto_core.clockwork.trochlea import nominal_period_s
-from tauto_core.machines import compile_machine
+from tauto_core.clockwork.trochlea import nominal_period_s, stale_dial
+from tauto_core.machines import compile_machine, steady_swing
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
@@ -126,16 +127,28 @@ def test_air_that_the_machine_does_not_feel_changes_nothing() -> None:
     np.testing.assert_array_equal(sailed(airy, 5000), sailed(airless, 5000))
 
 
-def test_a_dial_is_regulated_for_the_temperature_of_its_start() -> None:
+def test_a_dial_is_regulated_at_the_steady_swing_of_its_first_day() -> None:
     scene = scene_of()
     machine = compile_machine(scene)
-    first = float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0])
-    assert first < 10.0
-    warmer = machine.at_celsius(first).small_period / machine.small_period - 1.0
-    assert warmer == pytest.approx(0.5 * 18.9e-6 * (first - 20.0), rel=1e-3)
-    assert nominal_period_s(scene, machine) == machine.at_celsius(first).small_period
+    day = np.arange(round(86_400.0 / scene.log.interval))
+    first = float(BoxTemperature(scene).at(day).mean())
+    swing = steady_swing(machine.at_celsius(first))
+    assert nominal_period_s(scene, machine) == swing.period
+    assert stale_dial(scene, machine) == []
+    # a wheel that nothing drives has the swing of its release, one that dies away small swings
+    ideal = tauto.load('measured', clock={})
+    free = compile_machine(ideal)
+    assert nominal_period_s(ideal, free) == free.period(1.0)
+    dying = tauto.load('measured', clock={}, drag={'viscous': 1e-6})
+    assert nominal_period_s(dying, compile_machine(dying)) == free.small_period
     stated = scene_of(clock={'nominal_period': 1.0})
     assert nominal_period_s(stated, machine) == 1.0
+    # half a minute a day is a rate, two are another machine's period
+    for off, said in ((0.5, 0), (-0.5, 0), (2.0, 1), (-2.0, 1)):
+        period_s = swing.period * (1.0 + off / 1440.0)
+        found = stale_dial(scene_of(clock={'nominal_period': period_s}), machine)
+        assert len(found) == said
+        assert all(f'{period_s:.9g}' in each and f'{swing.period:.9g}' in each for each in found)
 
 
 def test_temperatures_off_the_grid_or_missing_are_refused() -> None:

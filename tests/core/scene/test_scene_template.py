@@ -53,8 +53,9 @@ def test_every_combination_that_goes_together_can_sail() -> None:
         scene = parse_scene(new_scene('new', {'ship': 'components', **asked}), 'new')
         check_scene(scene)
         assert not implausible(scene), kinds
-        # the wheel swings about once a second, as the module says
-        assert 0.9 < scene.clock.nominal_period < 1.1, kinds
+        # the wheel swings about once a second, as the module says, and the dial is left to it
+        assert 0.9 < compile_trochlea(scene).period(1.0) < 1.1, kinds
+        assert scene.clock.nominal_period is None
 
 
 def test_every_kind_is_in_some_combination() -> None:
@@ -75,8 +76,7 @@ def test_what_no_combination_has_is_refused_by_the_scene() -> None:
 @pytest.mark.parametrize('kinds', SAILED, ids=str)
 def test_it_sails_and_is_regulated_on_land(kinds: dict[str, str]) -> None:
     scene = parse_scene(new_scene('new', kinds), 'new')
-    period = compile_trochlea(scene).period(scene.trochlea.release_angle)
-    assert scene.clock.nominal_period == pytest.approx(period, rel=1e-11)
+    assert scene.clock.nominal_period is None
     voyage = tauto.sail(scene, duration=60.0)
     # what the sea costs in a minute is less than a swing
     assert abs(voyage.clock_error_s[-1]) < 1.0

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from tauto_core.clockwork.trochlea import stale_dial
 from tauto_core.curves.numerics import that_work
 from tauto_core.machines import (
     AnyMachine,
@@ -286,6 +287,8 @@ def _overdamped(scene: Scene) -> list[Problem]:
 def oddities(scene: Scene) -> list[str]:
     """Return warnings about a scene that can run: possible values that are probably mistakes."""
     found = [*implausible(scene), *map(str, _overdamped(scene))]
+    if scene.clock.nominal_period is not None and not found:
+        found += stale_dial(scene, compile_machine(scene))
     if scene.voyage is None:
         return found
     passage = Passage(scene, scene.voyage)

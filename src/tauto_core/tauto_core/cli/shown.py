@@ -115,6 +115,7 @@ def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given
         'nominal_period_s': found.nominal_period_s,
         'rows': [dict(zip(columns, row, strict=True)) for row in rows],
         'keys_left_out': list(found.keys_left_out),
+        **({'warnings': list(found.warnings)} if found.warnings else {}),
     }
 
 

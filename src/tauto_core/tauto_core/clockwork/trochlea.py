@@ -11,7 +11,16 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, compile_machine
+from tauto_core.machines import (
+    AnyMachine,
+    InPlaceOfWheel,
+    LeverMachine,
+    Machine,
+    SteadySwing,
+    compile_machine,
+    rate_s_per_day,
+    steady_swing,
+)
 from tauto_core.machines.compiling import amplitude_of, nearest_period, recoil_energy, swing_energy
 from tauto_core.machines.heat import Heat
 from tauto_core.motion import Forcing, Motion, asked_tolerance, make_propagator, steps_in
@@ -40,7 +49,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
+from tauto_core.scene.times import DAY_S, MAX_GAP_S, NS_PER_S
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import (
     BufferInCommon,
@@ -88,13 +97,50 @@ def at_departure(
     return machine.at_celsius(float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
 
 
+STALE_S_PER_DAY = 60.0
+"""Rate on land from which a stated nominal period is perhaps that of another machine [s/day]."""
+
+
 def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the time by which the dial advances in a full swing [s].
 
-    Where the scene does not state it the dial is regulated for small swings of the machine in the
-    gravity and at the temperature of the start.
+    A dial whose scene does not state it is regulated (`regulated_period_s`).
     """
-    return scene.clock.nominal_period or at_departure(scene, machine).small_period
+    return scene.clock.nominal_period or regulated_period_s(scene, machine)
+
+
+def regulated_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
+    """Return the nominal period of a dial that is right at its start [s].
+
+    That of the steady swing, otherwise of small swings, in the gravity of the start and at the
+    mean temperature of the first day.
+    """
+    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
+        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
+        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
+    return _steady_period_s(machine) or machine.small_period
+
+
+def _steady_period_s(machine: AnyMachine | InPlaceOfWheel) -> float | None:
+    swing = steady_swing(machine) if isinstance(machine, Machine | LeverMachine) else None
+    return swing.period if isinstance(swing, SteadySwing) else None
+
+
+def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
+    """Return a warning of a stated nominal period that is more than `STALE_S_PER_DAY` off."""
+    stated_s = scene.clock.nominal_period
+    if stated_s is None or _steady_period_s(machine) is None:
+        return []
+    own_s = regulated_period_s(scene, machine)
+    rate = rate_s_per_day(own_s, stated_s)
+    if abs(rate) <= STALE_S_PER_DAY:
+        return []
+    gains = 'gains' if rate > 0.0 else 'loses'
+    return [
+        f'clock.nominal_period = {stated_s:.9g}: the steady swing of the machine takes '
+        f'{own_s:.9g} s, so that the dial {gains} {abs(rate):,.0f} s a day on land. Leave '
+        'nominal_period out, and the dial is regulated at that swing.'
+    ]
 
 
 # -----------------------------------------------------------------------------

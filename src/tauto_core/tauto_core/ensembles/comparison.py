@@ -20,10 +20,10 @@ import numpy as np
 from tauto_core import voyage
 from tauto_core.checks.cost import step_ns, work_s
 from tauto_core.checks.readiness import check_known, check_scene
+from tauto_core.clockwork.trochlea import regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
 from tauto_core.ensembles.workers import Crew
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine
-from tauto_core.machines.steady_swing import SteadySwing, steady_swing
+from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
 from tauto_core.samples import (
@@ -46,7 +46,6 @@ from tauto_core.scene.errors import (
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.imu import Sensed, kept, message
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
@@ -271,19 +270,8 @@ def with_rate(scene: Scene, rate_hz: float) -> Scene:
 
 
 def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
-    """Return a scene whose dial is right at its start.
-
-    It is regulated at the steady swing, where there is one, in the gravity of the start and at the
-    mean temperature of the first day.
-    """
-    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
-        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
-        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
-    period_s = machine.small_period
-    if isinstance(machine, Machine | LeverMachine):
-        swing = steady_swing(machine)
-        if isinstance(swing, SteadySwing):
-            period_s = swing.period
+    """Return a scene whose dial is right at its start."""
+    period_s = regulated_period_s(scene, machine)
     dial = scene.clock.model_copy(update={'nominal_period': period_s})
     return scene.model_copy(update={'clock': dial})
 

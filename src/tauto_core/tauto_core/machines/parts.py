@@ -110,10 +110,12 @@ class AmplitudeTable:
     Attributes:
         nominal_period_s: time by which the dial advances in a full swing [s].
         keys_left_out: sections of the scene that have no part in the figures.
+        warnings: of a dial that is set for another machine.
     """
 
     nominal_period_s: float
     keys_left_out: tuple[str, ...] = field(default=(), kw_only=True)
+    warnings: tuple[str, ...] = field(default=(), kw_only=True)
 
     def columns(self) -> dict[str, FloatArray]:
         """Return the arrays, by name."""
@@ -127,7 +129,7 @@ class AmplitudeTable:
             table.append([f'{cell:>{width}}' for cell in cells])
         lines = ('  '.join(row) for row in zip(*table, strict=True))
         head = f'nominal period {self.nominal_period_s:{PERIOD}} s'
-        return '\n'.join([head, *lines, *left_out(self.keys_left_out)])
+        return '\n'.join([head, *lines, *left_out(self.keys_left_out), *self.warnings])
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,6 @@ from pydantic.fields import FieldInfo
 
 from tauto_core.curves.cam import CAMS
 from tauto_core.files import write_whole
-from tauto_core.machines.compiling import compile_trochlea
 from tauto_core.machines.design import WheelDesign
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
@@ -329,6 +328,7 @@ _LEFT_OUT: dict[str, Any] = {
         'release_arc': 0.4,
     },
     'solver': {'tolerance': 1e-10},
+    'clock': {'nominal_period': 1.0},
     'trochlea.material': 'brass',
     'trochlea.cam.material': 'steel',
     'trochlea.power.material': 'steel',
@@ -375,8 +375,6 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
             raise UsageError(Argument(key, kind), said)
     found = fitting({key: kind for key, kind in wanted.items() if key in FOLDERS})
     content = _content(name, wanted['ship'], found)
-    machine = compile_trochlea(parse_scene(write_mapping(content), name))
-    content['clock'] = {'nominal_period': float(f'{machine.period(1.0):.12g}')}
     head = [
         f'# yaml-language-server: $schema={FILE.as_uri()}',
         '#',
@@ -544,7 +542,11 @@ def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: st
         if field.exclude or (name == 'gamma' and given.get('spectrum') != 'jonswap'):
             continue
         key = f'{path}.{name}' if path else name
-        out = name not in given and (field.default is None or field.is_required())
+        # a section of which nothing is set is left out, too
+        empty = isinstance(field.default, BaseModel) and not field.default.model_dump(
+            exclude_none=True
+        )
+        out = name not in given and (empty or field.default is None or field.is_required())
         value = _LEFT_OUT.get(key) if out else given.get(name, field.default)
         section = _section(field, value, out=out)
         if section is None:

@@ -219,13 +219,15 @@ def walk_per_s(random_walk_fm: float) -> float:
 
 
 class Clock(Section):
-    """The dial. Without a nominal period it is set for small swings of the regulator.
+    """The dial. Without a nominal period it is regulated at the steady swing of the machine.
 
     Noise that is left out or 0 is not simulated (reading.md).
     """
 
     nominal_period: Positive | None = Field(
-        default=None, description='time by which the dial advances in a full swing [s]'
+        default=None,
+        description='time by which the dial advances in a full swing [s] (when left out: the '
+        'period of the steady swing, or of small swings where there is none)',
     )
     white_fm: Wander | None = Field(
         default=None,
