@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +23,12 @@ from tauto_core.bags import check_bag, read_bag
 from tauto_core.bags.codec import decode_as
 from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
+from tauto_core.cli.voyages import USED
+from tauto_core.ensembles.trials import _content
 from tauto_core.plots import contents
 from tauto_core.results import LOGGED, MOTION, OBSERVED
 from tauto_core.samples import Samples
+from tauto_core.ship.logbook import LoggedPassage, replaced_by_log, scene_of_passage
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [*LOGGED, *OBSERVED, *MOTION]
@@ -309,18 +313,31 @@ def test_wrong_arguments_get_the_errors_of_the_command_in_words_of_calls(call, w
 
 
 # Another section of a scene changes the answer of a command, or the answer names it. A fleet and
-# reports sail as `sail` does, and an involute is the same in any gravity.
+# reports sail as `sail` does, and an involute is the same in any gravity. A trial sails the scene
+# of each passage; the commands of pictures print what they leave out.
 _VARIED: dict[str, dict[str, Any]] = {
     'gravity': {'gravity': 9.7},
     'trochlea': {'trochlea__cam__base_radius': 5.1e-3},
-    'drag': {'escapement': {'energy': 1e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
-    'escapement': {'escapement': {'energy': 2e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
+    'drag': {'escapement': {'energy': 3e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
+    'escapement': {'escapement': {'energy': 4e-5, 'angle': 0.1}, 'drag': {'viscous': 1e-6}},
     'ship': {'ship__sea__peak_period': 8.0},
     'suspension': {'suspension': tauto.load('suspended_weight_at_sea').suspension.model_dump()},
     'air': {'air': {'celsius': 30.0}},
     'clock': {'clock__nominal_period': 1.0},
     'voyage': {'voyage': tauto.load('measured').voyage},
 }
+PASSAGE = LoggedPassage('a', 'log.csv', entries=(('1761-11-18', 50.0, -1.0, 90.0, 5.0, 8.0),))
+
+
+def _drawn(what: str, scene: tauto.Scene) -> dict[str, Any]:
+    """Return the lines of a picture of a scene, and the sections that it leaves out."""
+    lines = (line for axes in tauto.plot(scene, what).axes for line in axes.lines)
+    return {
+        'lines': [np.asarray(line.get_xydata()).tolist() for line in lines],
+        'keys_left_out': scene.sections_besides(*USED[what]),
+    }
+
+
 _COMMANDS: dict[str, Callable[[tauto.Scene], Mapping[str, Any]]] = {
     'sail': lambda scene: tauto.sail(scene, keep=False).result,
     'check': tauto.check,
@@ -328,6 +345,12 @@ _COMMANDS: dict[str, Callable[[tauto.Scene], Mapping[str, Any]]] = {
     'cam': lambda scene: tauto.cam(scene, points=11).facts(),
     'budget': lambda scene: tauto.budget(scene, jobs=1).facts(),
     'compare': lambda scene: asdict(tauto.compare(scene, jobs=1)),
+    'fleet': lambda scene: {'rows': tauto.fleet(scene, ships=1, jobs=1).rows},
+    'trial': lambda scene: {
+        'sailed': scene_of_passage(_content(scene, ''), PASSAGE),
+        'keys_left_out': replaced_by_log(scene),
+    },
+    **{f'plot {what}': partial(_drawn, what) for what in ('cam', 'machine')},
 }
 
 
@@ -341,6 +364,13 @@ def test_no_command_ignores_a_section_that_changes_its_answer(command: str) -> N
     plain = answer() | {'keys_left_out': None}
     for section, keys in _VARIED.items():
         changed = answer(**keys)
-        named = changed.get('keys_left_out', ())
+        named = {key.partition('.')[0] for key in changed.get('keys_left_out', ())}
         is_felt = changed | {'keys_left_out': None} != plain
-        assert is_felt or section in named or (command, section) == ('cam', 'gravity'), section
+        drawn_alone = section == 'gravity' and command in ('cam', 'plot cam', 'plot machine')
+        assert is_felt or section in named or drawn_alone, section
+
+
+def test_the_command_of_a_picture_names_what_it_leaves_out(tmp_path: Path) -> None:
+    found = CliRunner().invoke(app, ['plot', 'measured', 'cam', '-o', str(tmp_path / 'cam.svg')])
+    assert found.exit_code == 0, found.output
+    assert 'left out: ship, clock, voyage' in found.output

@@ -1171,7 +1171,8 @@ def trial(
 
     Returns:
         The object of `tauto fleet --logs --json`: for each of `clocks`, by the `ways` of finding
-        the longitude, its `prizes` and the rest; `voyages`, one for each clock and passage.
+        the longitude, its `prizes` and the rest; `voyages`, one for each clock and passage;
+        `keys_left_out`, the keys of the scene in whose place the log stands.
 
     Raises:
         TautoError: a log-book that cannot be read or has no such passages, a passage with a wrong
@@ -1180,6 +1181,7 @@ def trial(
     from tauto_core.ensembles import trials
     from tauto_core.ensembles.answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
+    from tauto_core.ship.logbook import replaced_by_log
 
     if 'file' in overrides:
         raise UsageError(
@@ -1215,7 +1217,7 @@ def trial(
             _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
     sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
-    answers = answers_of(sailed, local_time)
+    answers = replace(answers_of(sailed, local_time), keys_left_out=replaced_by_log(loaded))
     for each in drawn:
         from tauto_core.plots.ensembles import draw_trial
 

@@ -241,7 +241,8 @@ def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
             return asdict(found)
         from tauto_core.cli.tables import trial_remarks, trial_tables
 
-        return [found.answer, *trial_tables(found), *trial_remarks(found)]
+        remarks = [*trial_remarks(found), *left_out(found.keys_left_out)]
+        return [found.answer, *trial_tables(found), *remarks]
     if as_json:
         return {'scene': found.plan.scene.name, **asdict(found.answers)}
     from tauto_core.cli.tables import fleet_tables

@@ -26,6 +26,7 @@ from tauto_core.cli.terminal import (
     say_oddities,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
+from tauto_core.wording import left_out
 
 if TYPE_CHECKING:
     from tauto_core.voyage import Voyage
@@ -58,6 +59,14 @@ SHOWN = 11
 """Points of a cam that are printed."""
 
 
+USED = {
+    'weather': ('ship', 'voyage'),
+    'cam': ('drag', 'escapement'),
+    'machine': ('drag', 'escapement', 'suspension'),
+}
+"""Sections, besides the machine's, on which a picture of a scene depends."""
+
+
 def plot(given: dict[str, Any]) -> None:
     """Draw one picture; times without a unit are in that of its axis."""
     from tauto_core.plots.contents import OF_A_SCENE, check_picture, time_unit
@@ -77,6 +86,9 @@ def plot(given: dict[str, Any]) -> None:
     part = {name: _on_axis(name, text, unit_s) for name, text in ends.items()}
     with naming(source, voyage.scene.name):
         api.plot(voyage, what, file, from_s=part['from_s'], to_s=part['to_s'])
+    if what in USED:
+        for words in left_out(voyage.scene.sections_besides(*USED[what])):
+            say(words)
 
 
 def report(given: dict[str, Any]) -> None:

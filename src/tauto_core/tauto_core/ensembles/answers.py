@@ -371,6 +371,7 @@ class TrialAnswers:
         left_out: chosen passages that cannot be sailed, a mapping with `passage` and `problem`.
         voyages: a mapping for each clock on each passage, as logged; `ends` says where the last
             entry lies at sea, and is None elsewhere.
+        keys_left_out: keys of the first scene in whose place the log stands.
     """
 
     logs: str
@@ -383,6 +384,7 @@ class TrialAnswers:
     companies: list[Company]
     left_out: list[dict[str, str]]
     voyages: list[dict[str, Any]]
+    keys_left_out: tuple[str, ...] = ()
 
     @property
     def answer(self) -> str:
