@@ -104,20 +104,13 @@ STALE_S_PER_DAY = 60.0
 def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the time by which the dial advances in a full swing [s].
 
-    A dial whose scene does not state it is regulated (`regulated_period_s`).
+    A dial whose scene does not state it is right at the start, in its gravity and temperature.
     """
-    return scene.clock.nominal_period or regulated_period_s(scene, machine)
+    return scene.clock.nominal_period or regulated_period_s(at_departure(scene, machine))
 
 
-def regulated_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
-    """Return the nominal period of a dial that is right at its start [s].
-
-    That of the steady swing, otherwise of small swings, in the gravity of the start and at the
-    mean temperature of the first day.
-    """
-    if scene.air is not None and not isinstance(machine, InPlaceOfWheel):
-        first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
-        machine = machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
+def regulated_period_s(machine: AnyMachine | InPlaceOfWheel) -> float:
+    """Return the period of the steady swing, or of small swings where there is none [s]."""
     return _steady_period_s(machine) or machine.small_period
 
 
@@ -126,12 +119,22 @@ def _steady_period_s(machine: AnyMachine | InPlaceOfWheel) -> float | None:
     return swing.period if isinstance(swing, SteadySwing) else None
 
 
+def on_first_day(
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel
+) -> AnyMachine | InPlaceOfWheel:
+    """Return the machine at the mean temperature of the first day."""
+    if scene.air is None or isinstance(machine, InPlaceOfWheel):
+        return machine
+    first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
+    return machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
+
+
 def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     """Return a warning of a stated nominal period that is more than `STALE_S_PER_DAY` off."""
     stated_s = scene.clock.nominal_period
-    if stated_s is None or _steady_period_s(machine) is None:
+    own_s = None if stated_s is None else _steady_period_s(on_first_day(scene, machine))
+    if stated_s is None or own_s is None:
         return []
-    own_s = regulated_period_s(scene, machine)
     rate = rate_s_per_day(own_s, stated_s)
     if abs(rate) <= STALE_S_PER_DAY:
         return []

@@ -20,7 +20,7 @@ import numpy as np
 from tauto_core import voyage
 from tauto_core.checks.cost import step_ns, work_s
 from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.clockwork.trochlea import regulated_period_s
+from tauto_core.clockwork.trochlea import on_first_day, regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
 from tauto_core.ensembles.workers import Crew
 from tauto_core.machines import AnyMachine, InPlaceOfWheel
@@ -270,8 +270,8 @@ def with_rate(scene: Scene, rate_hz: float) -> Scene:
 
 
 def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
-    """Return a scene whose dial is right at its start."""
-    period_s = regulated_period_s(scene, machine)
+    """Return a scene whose dial is regulated at the mean temperature of its first day."""
+    period_s = regulated_period_s(on_first_day(scene, machine))
     dial = scene.clock.model_copy(update={'nominal_period': period_s})
     return scene.model_copy(update={'clock': dial})
 
