@@ -28,6 +28,7 @@ OF_THE_LINE = {
 """Options that are no arguments, and why."""
 WITHOUT_CALL = {
     'schema': 'prints a file, without options',
+    'show': 'prints a file',
     **dict.fromkeys(ROS_COMMANDS, 'of another distribution'),
 }
 

@@ -70,3 +70,14 @@ def test_the_first_line_leads_editors_to_the_schema() -> None:
     comment, _, uri = first.partition('$schema=')
     assert comment == '# yaml-language-server: '
     assert Path(url2pathname(urlparse(uri).path)) == FILE
+
+
+def test_a_scene_is_shown_as_it_stands_in_its_file(tmp_path: Path) -> None:
+    shown = CliRunner().invoke(app, ['scene', 'show', 'ideal'])
+    assert shown.stdout.startswith('# The ideal clock on land')
+    (tmp_path / 'mine.yaml').write_text(shown.stdout)
+    mine = load_scene(tmp_path / 'mine.yaml')
+    assert mine == load_scene('ideal')
+    none = CliRunner().invoke(app, ['scene', 'show', 'ideall'])
+    assert none.exit_code == 2
+    assert 'Did you mean ideal?' in none.stderr

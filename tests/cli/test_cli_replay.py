@@ -96,3 +96,13 @@ def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) 
         assert run.exit_code == 0
         assert 'drift: 1 observation beyond drift.gate = 5 sigmas had to be believed' in run.stderr
         assert 'drift.prior_rate_sigma = 0.1 s/day' in run.stderr
+
+
+def test_a_bag_cut_before_its_readings_says_that_it_was_cut(bag: Path, tmp_path: Path) -> None:
+    (whole,) = bag.glob('*.mcap')
+    (tmp_path / 'cut.mcap').write_bytes(whole.read_bytes()[:3000])
+    run = tauto('replay', tmp_path / 'cut.mcap')
+    assert run.exit_code == 1
+    assert 'there is no topic clock/reading' in run.stderr
+    assert 'the chunk at byte 797 is damaged (2150 of' in run.stderr
+    assert 'see tauto bag check' in run.stderr

@@ -276,7 +276,11 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.design(period=-1.0), r'period = -1\.0: must be > 0'),
         (lambda: tauto.design(inertia=1, disc_weight=1), 'inertia= and disc_weight= say the same'),
         (lambda: tauto.design(disc_is_base=True, period=1), 'with disc_is_base=True three of'),
-        (lambda: tauto.design(length_unit='ell'), "length_unit = 'ell': use one of m, mm"),
+        (lambda: tauto.design(length_unit='ell'), "length_unit = 'ell': use one of mm, cm"),
+        (
+            lambda: tauto.design(period=2, inertia=1, pull='5 stone'),
+            'fit: N, mN, g, kg, lb, oz, p',
+        ),
         (lambda: tauto.new_scene(cam='round'), 'cam=round: unknown kind'),
         (lambda: tauto.new_scene('x.txt'), r'file=x\.txt: must end in \.yaml or \.yml'),
         (lambda: tauto.compare('ideal', roll_deg=[-10.0]), 'roll_deg=-10: must lie between'),

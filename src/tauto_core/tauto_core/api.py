@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from numbers import Integral, Real
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard, cast
 
 from tauto_core.scene.errors import Argument, TautoWarning, UsageError, naming
 from tauto_core.scene.times import STANDARD_GRAVITY
@@ -544,8 +544,8 @@ def design(
         disc_is_base: the disc's radius is the base radius (XX).
         pull: pull in the thread, without inertia.
         base_radius: base radius of the involute; a hole's rate.
-        length_unit: m, mm, scruple, rhenish_foot, line or paris_foot.
-        weight_unit: N, kg or pound (of Paris).
+        length_unit: m, mm, scruple, line (of Paris) or another of length.
+        weight_unit: N, g, kg, pound (of Paris) or another of force or mass.
         gravity: acceleration of gravity [m/s2].
         tool_mm: diameter of the smallest tool [mm]; holes that need a smaller one are named.
         file: write a scene of it, ending in .yaml; the file must not exist.
@@ -1024,10 +1024,10 @@ def compare(
         if logs is None and value is not None:
             remedy = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             raise UsageError(Argument(name, value), *remedy)
-    one, *more = clocks or ((),)
-    several = not more and isinstance(one, Sequence) and not isinstance(one, str)
+    listed = clocks[0] if len(clocks) == 1 else clocks
+    several = isinstance(listed, Sequence) and not isinstance(listed, str)
     entries = comparison.make_entries(
-        tuple(one) if several else clocks,
+        cast('Sequence[File | Scene]', listed if several else clocks),
         ship_of=ship_of,
         duration=duration,
         accuracy=accuracy,

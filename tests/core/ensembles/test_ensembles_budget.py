@@ -102,7 +102,9 @@ def test_small_changes_are_worth_half_their_part() -> None:
     dial = 1.0 + rows_of(found)['dial'] / DAY_S
     # a linear wheel: the rate goes as the root of radius times mass, at any amplitude
     cheek, mass = 1e-5 / trochlea.cam.base_radius, 1e-4 / trochlea.power.mass
-    assert worth['10 µm of cheek'] == pytest.approx(0.5 * DAY_S * dial * cheek, rel=1e-4)
+    assert worth['10 µm of lever arm at 1 rad'] == pytest.approx(
+        0.5 * DAY_S * dial * cheek, rel=1e-4
+    )
     assert worth['0.1 g of weight'] == pytest.approx(0.5 * DAY_S * dial * mass, rel=1e-4)
     assert abs(worth['0.1 rad of amplitude']) < 1e-6
 

@@ -7,12 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core.machines.design import (
-    PARIS_LINE_M,
-    SCRUPLE_M,
     complete,
     disc_inertia,
     length_of_period,
     radius_of_disc,
+    units,
     weight_of_disc,
 )
 from tauto_core.scene.errors import UsageError
@@ -56,6 +55,6 @@ def test_discs():
 
 def test_units():
     """The Prussian foot of 1816 is 139.13 Paris lines."""
-    assert pytest.approx(139.13 * PARIS_LINE_M, rel=2e-5) == RHENISH_FOOT_M
-    assert pytest.approx(0.31385e-3, rel=1e-15) == SCRUPLE_M
-    assert pytest.approx(2.2558e-3, rel=2e-5) == PARIS_LINE_M
+    assert units('line', 'N', 9.8)[0] * 139.13 == pytest.approx(RHENISH_FOOT_M, rel=2e-5)
+    assert units('scruple', 'pound', 10.0) == pytest.approx((0.31385e-3, 4.895), rel=1e-15)
+    assert units('line', 'g', 10.0) == pytest.approx((2.2558e-3, 0.01), rel=2e-5)

@@ -718,7 +718,8 @@ class Bag:
                 f'{self.path}: {topic} may be {" or ".join(matches)}; name one namespace'
             )
         held = ', '.join(self.topics) or 'none'
-        raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {held}')
+        damage = f'. {self.warnings[0]}; see tauto bag check' if self.warnings else ''
+        raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {held}{damage}')
 
     def _matches(self, topic: str) -> list[str]:
         topics = self._types

@@ -282,6 +282,7 @@ ENTRIES: dict[str, Entry] = {
         {
             'check': Command(('check',), shown.facts, has_scene=True),
             'new': Command(('new_scene',), shown.scene, has_json=False, cls=scene.NewCommand),
+            'show': scene.show,
             'schema': scene.schema,
         },
     ),

@@ -1,4 +1,4 @@
-"""`tauto scenes`, `tauto scene new` and `schema`: the built-in scenes, the kinds, the keys."""
+"""`tauto scenes`, `tauto scene show`, `new` and `schema`: built-in scenes, the kinds, the keys."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperOption
+
+from tauto_core.cli.terminal import SceneName
 
 
 def shipped_summary(name: str) -> str:
@@ -44,6 +46,13 @@ class NewCommand(TyperCommand):
                 none = '; without it there is none' if option.name == 'escapement' else ''
                 option.help = f'{", ".join(names[:-1])} or {names[-1]}{none}.'
         super().format_help(ctx, formatter)
+
+
+def show(scene: SceneName) -> None:
+    """Print a scene as it stands in its file, with its comments."""
+    from tauto_core.scene.loader import scene_text
+
+    typer.echo(scene_text(scene), nl=False)
 
 
 def schema() -> None:

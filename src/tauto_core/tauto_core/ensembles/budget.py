@@ -576,7 +576,7 @@ def _worth(
 
     amplitude = abs(machine.release_angle) if swing is None else swing.amplitude
     changes: dict[str, Callable[[float], float]] = {
-        '10 µm of cheek': lambda sign: rate(_larger_cheek(machine, sign * CHEEK_M)),
+        '10 µm of lever arm at 1 rad': lambda sign: rate(_larger_cheek(machine, sign * CHEEK_M)),
         f'0.1 g of {"weight" if machine.feels_gravity else "pull"}': lambda sign: rate(
             _heavier(machine, sign * WEIGHT_KG)
         ),

@@ -15,26 +15,10 @@ from dataclasses import dataclass
 from tauto_core.curves.drawing import MM_PER_M, too_small
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
-from tauto_core.scene.units import PARIS_FOOT_M, PARIS_POUND_KG, RHENISH_FOOT_M, in_unit, quantity
+from tauto_core.scene.units import fitting, in_unit, measure, unit_of
 
-SCRUPLE_M = RHENISH_FOOT_M / 1000.0
-"""Euler's scruple: a thousandth of the Rhenish foot, 0.31385 mm."""
-
-PARIS_LINE_M = PARIS_FOOT_M / 144.0
-"""The Paris line, 2.2558 mm."""
-
-LENGTH_UNITS_M = {
-    'm': 1.0,
-    'mm': 1e-3,
-    'scruple': SCRUPLE_M,
-    'rhenish_foot': RHENISH_FOOT_M,
-    'line': PARIS_LINE_M,
-    'paris_foot': PARIS_FOOT_M,
-}
-"""Units of length in which a design may be given."""
-
-WEIGHT_UNITS_KG = {'kg': 1.0, 'pound': PARIS_POUND_KG}
-"""Units of weight besides the newton; a force is the mass times gravity."""
+_OLD = {'line': 'paris_line', 'pound': 'paris_pound'}
+"""Units by the names that Sully and Euler give them."""
 
 
 @dataclass(frozen=True)
@@ -132,18 +116,20 @@ class WheelDesign:
 
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
     """Return the units of a design in metres and newtons; UsageError for one that is not known."""
-    if length_unit not in LENGTH_UNITS_M:
-        raise UsageError(
-            Argument('length_unit', repr(length_unit), spaced=True),
-            f': use one of {", ".join(LENGTH_UNITS_M)}',
-        )
-    if weight_unit not in ('N', *WEIGHT_UNITS_KG):
-        raise UsageError(
-            Argument('weight_unit', repr(weight_unit), spaced=True),
-            f': use one of N, {", ".join(WEIGHT_UNITS_KG)}',
-        )
-    newtons = 1.0 if weight_unit == 'N' else WEIGHT_UNITS_KG[weight_unit] * gravity
-    return LENGTH_UNITS_M[length_unit], newtons
+
+    def size(argument: str, given: str, *asked: str) -> tuple[float, str]:
+        for unit in asked:
+            found = in_unit(f'1 {_OLD.get(given, given)}', unit)
+            if isinstance(found, float):
+                return found, unit
+        fit = ', '.join(name for unit in asked for name in fitting(unit_of(unit)))
+        raise UsageError(Argument(argument, repr(given), spaced=True), f': use one of {fit}')
+
+    metres, (weight, of) = (
+        size('length_unit', length_unit, 'm')[0],
+        size('weight_unit', weight_unit, 'N', 'kg'),
+    )
+    return metres, weight * (gravity if of == 'kg' else 1.0)
 
 
 def wheel_design(
@@ -163,8 +149,8 @@ def wheel_design(
         sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius; None:
             not given.
         disc_is_base: the radius of the disc is the base radius (XX).
-        length_unit: unit of lengths, one of `LENGTH_UNITS_M`.
-        weight_unit: unit of weights and the pull, N or one of `WEIGHT_UNITS_KG`.
+        length_unit: unit of lengths.
+        weight_unit: unit of weights and the pull, of force or of mass.
         gravity: acceleration of gravity [m/s2].
         tool_mm: diameter of the smallest tool [mm].
 
@@ -250,7 +236,11 @@ def _number(
     mass = in_unit(value, 'kg')
     if unit == 'N' and isinstance(mass, float):
         return mass, gravity
-    return quantity(value, unit, Argument(name, repr(value), spaced=True)), 1.0
+    try:
+        return measure(value, unit), 1.0
+    except ValueError as error:
+        masses = f', {", ".join(fitting(unit_of("kg")))}' if unit == 'N' else ''
+        raise UsageError(Argument(name, repr(value), spaced=True), f': {error}{masses}') from None
 
 
 def _disc_is_base(

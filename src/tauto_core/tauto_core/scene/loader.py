@@ -527,6 +527,15 @@ def shipped_scenes() -> list[str]:
     return sorted(file.stem for file in _SHIPPED.glob('*.yaml'))
 
 
+def _file_of(scene: str) -> Path:
+    return _SHIPPED / f'{scene}.yaml' if scene in shipped_scenes() else Path(scene)
+
+
+def scene_text(scene: str) -> str:
+    """Return the text of a scene's file, built-in or not; SceneError: it cannot be read."""
+    return _read(_file_of(scene), scene)
+
+
 def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
     """Return the scene of a built-in name or a YAML file, or one already loaded with other values.
 
@@ -557,9 +566,7 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
         raise UsageError(
             f'scene: must be a built-in name or a YAML file, and is of type {kind}. Name one'
         )
-    origin = str(scene)
-    shipped = origin in shipped_scenes()
-    file = _SHIPPED / f'{origin}.yaml' if shipped else Path(scene)
+    origin, file = str(scene), _file_of(str(scene))
     content = read_mapping(_read(file, origin), origin)
     content = {'name': file.stem} | content
     _resolve_paths(content, file.parent)

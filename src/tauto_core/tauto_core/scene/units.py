@@ -116,6 +116,7 @@ def unit_table() -> dict[str, Unit]:
         'in': 'inch inches',
         'yd': 'yard yards',
         'fathom': 'fathoms',
+        'g': 'gram grams',
         'kg': 'kilogram kilograms',
         'lb': 'lbs',
         's': 'second seconds sec',
@@ -236,7 +237,7 @@ def misfit(value: str, asked: str) -> tuple[str, str] | None:
     match, wanted = re.fullmatch(_MEASURE, value.strip()[: _LONGEST + 1]), unit_of(asked)
     if match is None or wanted is None:
         return None
-    given, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), _fitting(wanted)
+    given, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), fitting(wanted)
     if wanted.powers == (0, 0, 0, 1, 0) and not wanted.zero:
         kind, fit = 'difference of temperatures', ['K']
     remedy = f'Units that fit: {", ".join(dict.fromkeys([asked, *fit]))}.'
@@ -286,15 +287,15 @@ _SHOWN = (
 )
 
 
-def _fitting(wanted: Unit) -> list[str]:
+def fitting(wanted: Unit | None) -> list[str]:
     """Return the units of the same kind that are named."""
     found = ((name, unit_of(name)) for name in _SHOWN)
-    return [name for name, unit in found if unit is not None and unit.powers == wanted.powers]
+    return [name for name, unit in found if unit and wanted and unit.powers == wanted.powers]
 
 
 def units_table() -> str:
     """Return the named units by kind as a table of Markdown."""
-    kinds = (_fitting(unit) for unit in map(unit_of, _SHOWN) if unit is not None)
+    kinds = (fitting(unit) for unit in map(unit_of, _SHOWN))
     rows = dict.fromkeys(', '.join(f'`{name}`' for name in names) for names in kinds)
     return '\n'.join(['| units |', '|---|', *(f'| {row} |' for row in rows)])
 
