@@ -9,14 +9,9 @@ import pytest
 from golden_numbers import GOLDEN, entries, numbers
 from numpy.polynomial.legendre import leggauss
 
+import tauto_core as tauto
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever
 from tauto_core.machines import Machine, compile_machine, isochronism, rate_s_per_day
-from tauto_core.machines.design import (
-    base_radius_of_disc,
-    disc_inertia,
-    equivalent_pendulum_length,
-    half_period,
-)
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.scene.loader import Scene
 
@@ -188,24 +183,28 @@ def test_release_at_the_edge_and_where_the_sea_decides():
 def test_pendulum_length_of_a_disc(entry):
     given, expected = numbers(entry)
     g, pull, r = given['g'], given['P'], given['r']
-    inertia = disc_inertia(given['Q'], given['a'], g)
-    length = equivalent_pendulum_length(inertia, pull, r, g)
+    sizes = {'pull': pull, 'base_radius': r, 'gravity': g}
+    found = tauto.design(disc_weight=given['Q'], disc_radius=given['a'], **sizes)
+    inertia, length = found.inertia_kg_m2, found.pendulum_m
     assert length == pytest.approx(expected['L_m'], rel=1e-14, abs=0.0)
-    assert half_period(length, g) == pytest.approx(expected['half_period_s'], rel=1e-14, abs=0.0)
+    assert found.period_s / 2 == pytest.approx(expected['half_period_s'], rel=1e-14, abs=0.0)
     # the machine of that design beats as that pendulum
     regulator = Machine(inertia, 0.0, 0.0, pull, 0.0, g, Involute(r), False, None, None, 0.1)
     assert regulator.period(1.0) / 2 == pytest.approx(expected['half_period_s'], rel=1e-14)
     if r == given['a']:
-        assert base_radius_of_disc(given['Q'], pull, length) == pytest.approx(r, rel=1e-14)
+        of_disc = {'disc_weight': given['Q'], 'disc_is_base': True, 'pendulum': length}
+        found = tauto.design(**of_disc, pull=pull, gravity=g)
+        assert found.base_radius_m == pytest.approx(r, rel=1e-14)
 
 
 def test_base_circle_of_paragraph_20():
     _, expected = numbers(NAMED['A20-BC'])
-    radius = base_radius_of_disc(100.0, 1.0, 3166.0)
-    assert radius == pytest.approx(expected['BC_scruple'], rel=1e-15)
+    euler = {'disc_weight': 100.0, 'pull': 1.0, 'disc_is_base': True}
+    radius = tauto.design(**euler, pendulum=3166.0).base_radius_m
+    assert radius == pytest.approx(expected['BC_scruple'], rel=1e-14)
     # the printed 63 scruples make a shorter pendulum
-    back = equivalent_pendulum_length(disc_inertia(100.0, 63.0, 9.81), 1.0, 63.0, 9.81)
-    assert back == pytest.approx(expected['AO_back'], rel=1e-15)
+    back = tauto.design(**euler, base_radius=63.0).pendulum_m
+    assert back == pytest.approx(expected['AO_back'], rel=1e-14)
 
 
 @pytest.mark.parametrize('amplitude', [0.0, -1.0, math.nan, math.inf, 1e300, 1.001e6])

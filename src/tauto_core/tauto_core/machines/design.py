@@ -1,7 +1,9 @@
 """Euler's rules for designing a regulator, in both directions (1727, XIX–XXI, XXIX).
 
 A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), so
-I ω² = P b: three of period, moment of inertia, pull and lever rate determine the fourth.
+I ω² = P b: three of period, moment of inertia, pull and lever rate determine the fourth. A uniform
+disc of the weight Q and the radius a has I = Q a²/(2g) (XXI); where it is the base circle, Q b =
+2 P L (XIX, XX).
 
 The historical units are rounded; `scene/units.py` has their sources.
 """
@@ -19,63 +21,6 @@ from tauto_core.scene.units import fitting, in_unit, measure, unit_of
 
 _OLD = {'line': 'paris_line', 'pound': 'paris_pound'}
 """Units by the names that Sully and Euler give them."""
-
-
-@dataclass(frozen=True)
-class Design:
-    """A regulator with a linear lever arm b·ϑ under a pull P without inertia, in SI units."""
-
-    period: float
-    inertia: float
-    pull: float
-    lever_rate: float
-
-    def pendulum_length(self, gravity: float) -> float:
-        """Return L of the isochronous simple pendulum [m]."""
-        return equivalent_pendulum_length(self.inertia, self.pull, self.lever_rate, gravity)
-
-
-def complete(
-    *,
-    period: float | None = None,
-    inertia: float | None = None,
-    pull: float | None = None,
-    lever_rate: float | None = None,
-) -> Design:
-    """Return the design that three of its four numbers determine: I (2π/T)² = P b, in SI units.
-
-    UsageError: not exactly one is left out, or one is not between 1e-30 and 1e30.
-    """
-    given = {'period': period, 'inertia': inertia, 'pull': pull, 'lever_rate': lever_rate}
-    missing = [name for name, value in given.items() if value is None]
-    if len(missing) != 1:
-        raise UsageError(
-            'a design has four numbers, period, inertia, pull and base radius, of which three '
-            f'give the fourth; left out: {", ".join(_WORDS[each] for each in missing) or "none"}. '
-            'Leave out exactly one, as in ',
-            Argument('period', 1),
-            ' ',
-            Argument('pull', 3),
-            ' ',
-            Argument('base_radius', 0.005),
-        )
-    for name, value in given.items():
-        if value is not None:
-            _check_size(value, f'{_WORDS[name]} = {value!r}')
-    if period is None:
-        period = math.tau * math.sqrt((inertia or 0.0) / ((pull or 0.0) * (lever_rate or 0.0)))
-    stiffness = (math.tau / period) ** 2
-    if inertia is None:
-        inertia = (pull or 0.0) * (lever_rate or 0.0) / stiffness
-    if pull is None:
-        pull = inertia * stiffness / (lever_rate or 0.0)
-    if lever_rate is None:
-        lever_rate = inertia * stiffness / pull
-    return Design(period, inertia, pull, lever_rate)
-
-
-# The four numbers as messages name them.
-_WORDS = {'period': 'period', 'inertia': 'inertia', 'pull': 'pull', 'lever_rate': 'base radius'}
 
 
 def _check_size(value: float, named: str | Argument) -> None:
@@ -188,10 +133,8 @@ def wheel_design(
                 Argument(other),
                 ' say the same thing twice. Leave one out',
             )
-    length, moment = known['pendulum'], known['inertia']
-    time = known['period'] if length is None else 2.0 * half_period(length, gravity)
-    weight, radius = known['disc_weight'], known['disc_radius']
-    force, base = known['pull'], known['base_radius']
+    period, length, moment, weight, radius, force, base = known.values()
+    square = (math.tau / period) ** 2 if period else gravity / length if length else None
     if disc_is_base:
         if radius is not None or moment is not None:
             raise UsageError(
@@ -201,27 +144,69 @@ def wheel_design(
                 ' and ',
                 Argument('inertia'),
             )
-        weight, force, base = _disc_is_base(time, weight, force, base, gravity)
-        time, radius = None, base
-    if weight is not None and radius is not None:
-        moment = disc_inertia(weight, radius, gravity)
-    found = complete(period=time, inertia=moment, pull=force, lever_rate=base)
+        four = _four(weight, base, force and 2.0 * force, square and gravity / square)
+        if not four:
+            raise UsageError(
+                'with ',
+                Argument('disc_is_base', value=True),
+                ' three of ',
+                Argument('period'),
+                ' (or ',
+                Argument('pendulum'),
+                '), ',
+                Argument('disc_weight'),
+                ', ',
+                Argument('pull'),
+                ' and ',
+                Argument('base_radius'),
+                ' give the fourth. Leave out exactly one',
+            )
+        weight, base, double, length = four
+        force, square, radius = 0.5 * double, gravity / length, base
+        moment = weight * radius * radius / (2.0 * gravity)
+    else:
+        if weight is not None and radius is not None:
+            moment = weight * radius * radius / (2.0 * gravity)
+        named = {'period': square, 'inertia': moment, 'pull': force, 'base radius': base}
+        missing = [name for name, value in named.items() if value is None]
+        four = _four(moment, square, force, base)
+        if not four:
+            raise UsageError(
+                'a design has four numbers, period, inertia, pull and base radius, of which three '
+                f'give the fourth; left out: {", ".join(missing) or "none"}. '
+                'Leave out exactly one, as in ',
+                Argument('period', 1),
+                ' ',
+                Argument('pull', 3),
+                ' ',
+                Argument('base_radius', 0.005),
+            )
+        moment, square, force, base = four
     if weight is not None:
         # a radius that was given or found before stays as it is, to the last bit
-        radius = radius or radius_of_disc(found.inertia, weight, gravity)
+        radius = radius or math.sqrt(2.0 * gravity * moment / weight)
     elif radius is not None:
-        weight = weight_of_disc(found.inertia, radius, gravity)
+        weight = 2.0 * gravity * moment / (radius * radius)
     return WheelDesign(
-        found.period,
-        found.pendulum_length(gravity),
-        found.inertia,
+        period or math.tau / math.sqrt(square),
+        gravity / square,
+        moment,
         weight,
         radius,
-        found.pull,
-        found.lever_rate,
+        force,
+        base,
         gravity,
-        too_small(MM_PER_M * found.lever_rate, found.pull, gravity, tool_mm),
+        too_small(MM_PER_M * base, force, gravity, tool_mm),
     )
+
+
+def _four(*known: float | None) -> list[float]:
+    """Return all four of a b = c d, of which one is left out; empty unless it is just one."""
+    if known.count(None) != 1:
+        return []
+    at = known.index(None)
+    beside, *across = (known[k] or 0.0 for k in (at ^ 1, *((2, 3) if at < 2 else (0, 1))))
+    return [math.prod(across) / beside if each is None else each for each in known]
 
 
 def _number(
@@ -241,79 +226,3 @@ def _number(
     except ValueError as error:
         masses = f', {", ".join(fitting(unit_of("kg")))}' if unit == 'N' else ''
         raise UsageError(Argument(name, repr(value), spaced=True), f': {error}{masses}') from None
-
-
-def _disc_is_base(
-    period: float | None,
-    weight: float | None,
-    pull: float | None,
-    base: float | None,
-    gravity: float,
-) -> tuple[float, float, float]:
-    """Return Q, P and r of L = Q r/(2P), where one of L, Q, P, r was left out."""
-    length = None if period is None else length_of_period(period, gravity)
-    match length, weight, pull, base:
-        case None, float(), float(), float():
-            return weight, pull, base
-        case float(), None, float(), float():
-            return 2.0 * pull * length / base, pull, base
-        case float(), float(), None, float():
-            return weight, weight * base / (2.0 * length), base
-        case float(), float(), float(), None:
-            return weight, pull, base_radius_of_disc(weight, pull, length)
-    raise UsageError(
-        'with ',
-        Argument('disc_is_base', value=True),
-        ' three of ',
-        Argument('period'),
-        ' (or ',
-        Argument('pendulum'),
-        '), ',
-        Argument('disc_weight'),
-        ', ',
-        Argument('pull'),
-        ' and ',
-        Argument('base_radius'),
-        ' give the fourth. Leave out exactly one',
-    )
-
-
-def disc_inertia(weight: float, radius: float, gravity: float) -> float:
-    """Return I = Q a²/(2g) of a homogeneous disc of the weight Q [kg m2]."""
-    return weight * radius * radius / (2.0 * gravity)
-
-
-def weight_of_disc(inertia: float, radius: float, gravity: float) -> float:
-    """Return Q = 2 g I/a² of a homogeneous disc [N]."""
-    return 2.0 * gravity * inertia / (radius * radius)
-
-
-def radius_of_disc(inertia: float, weight: float, gravity: float) -> float:
-    """Return a = √(2 g I/Q) of a homogeneous disc of the weight Q [m]."""
-    return math.sqrt(2.0 * gravity * inertia / weight)
-
-
-def equivalent_pendulum_length(
-    inertia: float, pull: float, lever_rate: float, gravity: float
-) -> float:
-    """Return L = I g/(P b) of the isochronous simple pendulum [m].
-
-    For a disc of weight Q and radius a, and an involute of base radius r = b, it is Q a²/(2 P r)
-    (§XXI), and Q r/(2P) where the base circle is the disc (§XIX).
-    """
-    return inertia * gravity / (pull * lever_rate)
-
-
-def base_radius_of_disc(weight: float, pull: float, length: float) -> float:
-    """Return r = 2 P L/Q [m], where the base circle is the disc itself, of weight Q (§XX)."""
-    return 2.0 * pull * length / weight
-
-
-def length_of_period(period: float, gravity: float) -> float:
-    """Return L = g (T/2π)² [m] of the simple pendulum with the full period T."""
-    return gravity * (period / math.tau) ** 2
-
-
-def half_period(length: float, gravity: float) -> float:
-    """Return π √(L/g) [s]: one oscillation in the papers' sense, half a period."""
-    return math.pi * math.sqrt(length / gravity)
