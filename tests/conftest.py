@@ -1,11 +1,16 @@
 """Settings for all tests."""
 
+import signal
+
 import pytest
 from hypothesis import settings
 
 # How long an example takes depends on the machine and on what must be compiled first.
 settings.register_profile('tauto', deadline=None)
 settings.load_profile('tauto')
+
+# Below nohup it is ignored, by all children, and tests that send it would wait for ever.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture
