@@ -39,7 +39,7 @@ def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
     )
     assert one['wind_share'] == pytest.approx(2 / 3)
     *notes, last = one['notes']
-    assert notes == ['1 gap of up to 2 days', '1 noon without a wind']
+    assert notes == ['1 gap of up to 2 days', '1 of 3 entries without a wind']
     assert last.startswith('last entry at sea')
     assert 'row 1 (line 5), wind_mps' in other['problems'][0]
     said = CliRunner().invoke(app, ['logbook', book]).stdout

@@ -41,6 +41,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import TautoError, install
 from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship.coast import ends_of
 from tauto_core.wording import figure, least, significant, span, to_sigma, with_sigma
 
 if TYPE_CHECKING:
@@ -293,17 +294,6 @@ def sea_of(scene: Scene) -> dict[str, Any]:
     """Return the `sea` of a result; nothing for a ship in none."""
     ship = scene.ship
     return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
-
-
-def ends_of(scene: Scene) -> dict[str, str]:
-    """Return `ends` of a result: where a log that is sailed to its end makes no landfall."""
-    log = None if scene.voyage is None else scene.voyage.log
-    if log is None or log.at[-1] > scene.duration:
-        return {}
-    from tauto_core.ship.coast import no_landfall
-
-    where = no_landfall(*log.entries[-1][1:3])
-    return {} if where is None else {'ends': where}
 
 
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:

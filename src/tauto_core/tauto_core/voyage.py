@@ -24,7 +24,7 @@ from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
-from tauto_core.results import Summary, answer, dataset, drawn_by, ends_of, frame, sea_of
+from tauto_core.results import Summary, answer, dataset, drawn_by, frame, sea_of
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -57,6 +57,7 @@ from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
+from tauto_core.ship.coast import ends_of
 from tauto_core.ship.imu import attitude
 
 if TYPE_CHECKING:

@@ -657,7 +657,16 @@ def test_a_track_takes_its_winds_from_a_table(tmp_path):
         replace(each, source='track.gpx.gz')
         for each in read_passages(book(tmp_path, text, 'track.gpx'), winds=winds)
     ]
-    assert (passage.name, passage.ship) == ('20200601-1', 'Yacht')
+    assert (passage.name, passage.ship) == ('Yacht', 'Yacht')
+    # a track of a day with two winds twelve hours apart: the first has blown since its beginning
+    assert passage.share(4) == pytest.approx(18.0 / 24.0, abs=0.001)
+    assert passage.notes() == ['2 winds, each has blown since the one before: 75 % of the time']
+    made = scene_of_passage({'name': 'portsmouth_jamaica'}, passage)
+    assert made['name'] == made['voyage']['log']['passage'] == 'Yacht'
+    # of two tracks of one name each has its number
+    twice = text.replace('</trk>', '</trk>' + text[text.index('<trk>') : text.index('</gpx>')])
+    both = [each.name for each in read_passages(book(tmp_path, twice, 'twice.gpx'))]
+    assert both == ['20200601-1', '20200601-2']
     assert not list(passage.problems())
     (windy,) = (each for each in passage.entries if each[0] == '2020-06-01T06:02:30')
     # 72.5 steps of five minutes and of a minute of latitude, written to six decimals

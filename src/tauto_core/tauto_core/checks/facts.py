@@ -45,6 +45,7 @@ from tauto_core.scene.times import DAY_S
 from tauto_core.ship import Passage
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import felt_step_ns
+from tauto_core.ship.coast import ends_of
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.passage import normal_gravity
 from tauto_core.ship.sections import MOTIONS
@@ -370,19 +371,22 @@ def way(scene: Scene) -> dict[str, Any] | None:
     """Return the route of the ship and its times, None without a voyage.
 
     The track, its length [m], speed [m/s], and the times from the start [s] of sailing, arrival
-    and landfalls, including the arrival.
+    and landfalls, including the arrival; `ends`, where a log ends at sea, which is no landfall.
     """
     if scene.voyage is None:
         return None
     passage = Passage(scene, scene.voyage)
     under_way_s = (passage.arrives_ns - passage.sails_ns) * 1e-9
+    ends = ends_of(scene)
+    landfalls_ns = passage.landfalls_ns[: -len(ends) or None]
     return {
         'track': scene.voyage.track or 'geodesic',
         'length_m': passage.length_m,
         'speed_m_s': passage.length_m / under_way_s,
         'sails_at_s': passage.sails_ns * 1e-9,
         'arrives_at_s': passage.arrives_ns * 1e-9,
-        'landfalls_s': [time * 1e-9 for time in passage.landfalls_ns],
+        'landfalls_s': [time * 1e-9 for time in landfalls_ns],
+        **ends,
     }
 
 

@@ -192,14 +192,14 @@ def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> S
     ends = [', '.join(place(*row[key]) for key in ('first_place', 'last_place')) for row in found]
     way = max(map(len, [*ends, 'from, to']))
     lines = [
-        f'{"passage":{width}}  first day   days  noons  wind   air  {"from, to":{way}}  '
+        f'{"passage":{width}}  first day   days  entries  wind   air  {"from, to":{way}}  '
         'ship; what is doubtful'
     ]
     for row, between in zip(found, ends, strict=True):
         told = [f'cannot be sailed: {each}' for each in row['problems']] or row['notes']
         days = '' if row['days'] is None else f'{row["days"]:.1f}'
         lines.append(
-            f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:5}  '
+            f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:7}  '
             f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  {between:{way}}  '
             + '; '.join([row['ship'] or '?', *told])
         )

@@ -299,12 +299,13 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if way := facts['voyage']:
         under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
         landfalls = ', '.join(span(time) for time in times)
-        beyond = ', beyond the end' if times[-1] > facts['duration_s'] + 1e-3 else ''
+        beyond = ', beyond the end' if times[-1:] > [facts['duration_s'] + 1e-3] else ''
+        made = [f'landfall{"s" * (len(times) > 1)} after {landfalls}{beyond}'] if times else []
+        made += [f'ends {way["ends"]}'] if 'ends' in way else []
         yield (
             'voyage',
             f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
-            f'{significant(way["speed_m_s"])} m/s, landfall{"s" * (len(times) > 1)} after '
-            f'{landfalls}{beyond}',
+            f'{significant(way["speed_m_s"])} m/s, {"; ".join(made)}',
         )
     if air := facts.get('air'):
         yield (

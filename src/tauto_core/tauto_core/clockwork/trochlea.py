@@ -130,19 +130,21 @@ def on_first_day(
 
 
 def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
-    """Return a warning of a stated nominal period that is more than `STALE_S_PER_DAY` off."""
-    stated_s = scene.clock.nominal_period
-    own_s = None if stated_s is None else _steady_period_s(on_first_day(scene, machine))
+    """Return a warning of a stated nominal period that is not the machine's.
+
+    It is off by more than `STALE_S_PER_DAY` from the steady swing and from small swings alike.
+    """
+    stated_s, own = scene.clock.nominal_period, on_first_day(scene, machine)
+    own_s = None if stated_s is None else _steady_period_s(own)
     if stated_s is None or own_s is None:
         return []
     rate = rate_s_per_day(own_s, stated_s)
-    if abs(rate) <= STALE_S_PER_DAY:
+    if min(abs(rate), abs(rate_s_per_day(own.small_period, stated_s))) <= STALE_S_PER_DAY:
         return []
     gains = 'gains' if rate > 0.0 else 'loses'
     return [
-        f'clock.nominal_period = {stated_s:.9g}: the steady swing of the machine takes '
-        f'{own_s:.9g} s, so that the dial {gains} {abs(rate):,.0f} s a day on land. Leave '
-        'nominal_period out, and the dial is regulated at that swing.'
+        f'clock.nominal_period = {stated_s:.9g}: the steady swing takes {own_s:.9g} s, so the '
+        f'dial {gains} {abs(rate):,.0f} s a day. Leave it out to regulate the dial.'
     ]
 
 

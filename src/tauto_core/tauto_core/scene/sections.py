@@ -512,6 +512,9 @@ STRONGEST_WIND = 40.0
 AIR_CELSIUS = -60.0, 60.0
 """Temperatures that air at sea may have [°C]."""
 
+FIRST_HOURS = 24.0
+"""Time for which the first wind of a log has blown [h]."""
+
 LEAST_WIND = 1.0
 """Wind below which no sea grows [m/s]."""
 

@@ -10,11 +10,14 @@ from __future__ import annotations
 import math
 from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from tauto_core.samples import FloatArray
+
+if TYPE_CHECKING:
+    from tauto_core.scene import Scene
 
 HUNDREDTH_DEG = 0.01
 """Unit of the built-in coordinates [°], 0.6 nautical miles of latitude."""
@@ -257,6 +260,15 @@ def no_landfall(latitude: float, longitude: float) -> str | None:
         return None
     far = 'more than 200' if math.isinf(offing) else f'{offing:.0f}'
     return f'at sea, {far} km from the coast: no landfall'
+
+
+def ends_of(scene: Scene) -> dict[str, str]:
+    """Return `ends` of a result: where a log that is sailed to its end makes no landfall."""
+    log = None if scene.voyage is None else scene.voyage.log
+    if log is None or log.at[-1] > scene.duration:
+        return {}
+    where = no_landfall(*log.entries[-1][1:3])
+    return {} if where is None else {'ends': where}
 
 
 def coast_km(latitude: float, longitude: float) -> float:

@@ -45,6 +45,7 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError, install
 from tauto_core.scene.refuse import explain
 from tauto_core.scene.sections import (
     FASTEST_KNOTS,
+    FIRST_HOURS,
     LONGEST_TEXT,
     NEAREST_ENTRIES_S,
     VARIABLE_WINDS,
@@ -105,7 +106,8 @@ class LoggedPassage:
     """A passage of a log-book.
 
     Attributes:
-        name: by which a scene asks for it: day of the first entry and number of the voyage.
+        name: by which a scene asks for it: day of the first entry and number of the voyage, or
+            the name of the track.
         source: name of the file.
         lines: place of each entry in the file.
         entries: as `voyage.log.entries`.
@@ -153,9 +155,25 @@ class LoggedPassage:
         first, last = (log_time(self.entries[index][0]) for index in (0, -1))
         return (last - first).total_seconds() / DAY_S
 
+    @property
+    def is_track(self) -> bool:
+        """Whether it is a track in GPX, whose entries are an hour apart, and its winds not."""
+        return self.unit == 'point'
+
     def share(self, column: int) -> float:
-        """Return the share of entries that have a number in a column of `LogEntry`."""
-        return sum(each[column] is not None for each in self.entries) / max(len(self.entries), 1)
+        """Return the share of entries that have a number in a column of `LogEntry`.
+
+        Of the winds of a track that of the time: a wind has blown since the one before it, or for
+        `FIRST_HOURS` where that is less.
+        """
+        known = [each[column] is not None for each in self.entries]
+        if not self.is_track or column != 4 or not any(known):
+            return sum(known) / max(len(known), 1)
+        at = [log_time(each[0]).timestamp() / 3600.0 for each in self.entries]
+        winds = [hour for hour, is_known in zip(at, known, strict=True) if is_known]
+        since = [min(winds[0] - at[0], FIRST_HOURS)]
+        since += [min(after - before, FIRST_HOURS) for before, after in pairwise(winds)]
+        return sum(since) / (at[-1] - at[0])
 
     def notes(self) -> list[str]:
         """Return notes on doubtful entries of a passage that can be sailed."""
@@ -169,7 +187,7 @@ class LoggedPassage:
         ]
         fast = [miles * 3600.0 / took for took, miles in steps if took > 0.0]
         hurried = [knots for knots in fast if knots > FAST_KNOTS]
-        if hurried:
+        if hurried and not self.is_track:
             found.append(
                 f'{counted(len(hurried), "step")} of {FAST_KNOTS:g} to {max(hurried):.1f} knots, '
                 'perhaps corrections of the reckoning'
@@ -178,11 +196,16 @@ class LoggedPassage:
         if gaps:
             found.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
         windless = sum(not has_wind(each) for each in self.entries)
-        if windless:
+        if self.is_track and windless < len(self.entries):
+            covered = f'{100.0 * self.share(4):.0f} % of the time'
+            number = counted(len(self.entries) - windless, 'wind')
+            found.append(f'{number}, each has blown since the one before: {covered}')
+        elif windless:
             variable = sum(each[3] in VARIABLE_WINDS for each in self.entries)
             said = f', {variable} variable' if variable else ''
             sealess = ': no sea grows from it' if windless == len(self.entries) else ''
-            found.append(f'{counted(windless, "noon")} without a wind{said}{sealess}')
+            of = f'{windless} of {len(self.entries)} entries'
+            found.append(f'{of} without a wind{said}{sealess}')
         winds = [wind for *_, wind, _ in self.entries if wind is not None]
         mean = sum(winds) / max(len(winds), 1)
         if mean > WINDY_MPS:
@@ -207,7 +230,7 @@ def scene_of_passage(
 
     The sea is grown from the logged wind, and the air is the logged one; of the scene's own
     weather and air only the keys that do not depend on the voyage are kept. Length and times
-    follow from the log.
+    follow from the log, and the dial is regulated at its beginning.
 
     Args:
         scene: mapping as it stands in a scene file.
@@ -216,7 +239,10 @@ def scene_of_passage(
     """
     dropped = (*_OF_THE_LOG, 'air')
     found = {key: value for key, value in scene.items() if key not in dropped}
-    found['name'] = f'{scene.get("name", "scene")} {passage.name}'[:LONGEST_TEXT]
+    clock = '' if passage.is_track else f'{scene.get("name", "scene")} '
+    found['name'] = f'{clock}{passage.name}'[:LONGEST_TEXT]
+    if isinstance(scene.get('clock'), dict):
+        found['clock'] = {**scene['clock'], 'nominal_period': None}
     ship = dict(found.get('ship') or {})
     for key in _OF_THE_SEA:
         ship.pop(key, None)
@@ -513,7 +539,7 @@ def _printed(cell: str) -> str:
 def _measured(column: str, cell: str) -> float | None:
     """Return the number in a cell of our columns, None in an empty one; a ValueError says why."""
     if cell.lower() == 'nan' and column in ('wind_from_deg', 'wind_mps'):
-        raise ValueError('is not a number; a noon without a wind has an empty cell')
+        raise ValueError('is not a number; an entry without a wind has an empty cell')
     limit = {'latitude': 90.0, 'longitude': 360.0}.get(column)
     if cell in MISSING:
         if limit is not None:
@@ -641,11 +667,13 @@ def _pieces(
             key: _printed(word) for key, word in logs.named.get(log, {}).items()
         }
         name = words.pop('number', number)
-        for piece in pieces:
+        track = words.get('ship') if unit == 'point' and _is_alone(log, logs) else ''
+        for count, piece in enumerate(pieces, 1):
             if len(piece) >= least:
                 empty = False
+                numbered = f'{track}-{count}' if track and count > 1 else track
                 yield LoggedPassage(
-                    f'{_at(piece[0]):%Y%m%d}-{name}',
+                    numbered or f'{_at(piece[0]):%Y%m%d}-{name}',
                     source_name(path),
                     **words,
                     lines=tuple(int(row[1]) for row in piece),
@@ -662,6 +690,12 @@ def _pieces(
         problem = f'has no passage of {least} entries; it has {", ".join(told)}'
         remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give another file.'
         raise SceneError(path, '', ABSENT, problem, remedy)
+
+
+def _is_alone(log: object, logs: _Logs) -> bool:
+    """Return whether no other log of a file has the name of one."""
+    names = [words.get('ship') for words in logs.named.values()]
+    return names.count(logs.named[log].get('ship')) == 1
 
 
 def _entry(row: list[float], timespec: str) -> LogEntry:
@@ -827,9 +861,9 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
         moments = [at for at, *_ in timed]
         windy = []
         for at, wind in blown:
-            after = bisect_left(moments, at)
-            if not 0 < after < len(timed):
+            if not (len(moments) > 1 and moments[0] <= at <= moments[-1]):
                 continue
+            after = max(bisect_left(moments, at), 1)
             (begin, _, one), (end, index, other) = timed[after - 1 : after + 1]
             part = (at - begin) / (end - begin)
             east = math.remainder(other.longitude - one.longitude, 360.0)

@@ -12,6 +12,7 @@ from pydantic import Field, Strict
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import (
+    FIRST_HOURS,
     LEAST_WIND,
     Flag,
     OneLine,
@@ -31,9 +32,6 @@ from tauto_core.wording import counted
 
 LARGEST_FETCH_M = 1e6
 """Longest way over which a wind sea grows: an assumption [m]."""
-
-FIRST_HOURS = 24.0
-"""Time for which the wind of the first entry has blown [h]."""
 
 DECAY_HOURS = 36.0
 """Time in which a swell falls to 1/e of its height: an assumption [h]."""
