@@ -505,9 +505,7 @@ class Voyage:
 
 def _fixed(values: FloatArray) -> FloatArray:
     """Return an array that cannot be written."""
-    found = values.view()
-    found.flags.writeable = False
-    return found
+    return np.broadcast_to(values, values.shape)
 
 
 def _error_s(clock: TimeSamples) -> FloatArray:

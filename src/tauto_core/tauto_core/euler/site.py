@@ -60,7 +60,10 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
             for each in EDITIONS
         ),
         facts=''.join(
-            f'<dt>{escape(name)}</dt><dd>{_linked(known)}</dd>' for name, known in edition.facts
+            f'<dt>{escape(name)}</dt><dd>'
+            + re.sub(r'https?://[^\s,;)]+', r'<a href="\g<0>">\g<0></a>', escape(known))
+            + '</dd>'
+            for name, known in edition.facts
         ),
         contents=''.join(
             f'<li><a href="#{each.number}">{each.number}</a></li>' for each in edition.paragraphs
@@ -168,10 +171,6 @@ def _latin(text: str) -> str:
         marked = re.sub(r'‹(.*?)\|(.*?)›', r'<del>\1</del> <ins>[\2]</ins>', each)
         shown += tag.format(each) if tag else marked
     return shown
-
-
-def _linked(fact: str) -> str:
-    return re.sub(r'https?://[^\s,;)]+', r'<a href="\g<0>">\g<0></a>', escape(fact))
 
 
 def _id(figure: EulerFigure) -> str:

@@ -201,20 +201,19 @@ def _figure_v(step: float) -> Shown:
     size = float(np.hypot(*m_point))
     drawing.arc((0.0, 0.0), size, polar[0], polar[1], 'other')
     ray = near / np.hypot(*near)
-    for place, name, right, up in (
-        (origin, 'C', 0.0, 9.0),
-        (np.array([0.0, 1.0]), 'B', -9.0, -7.0),
-        (m_point, 'M', -10.0, -8.0),
-        (near, 'm', 5.0, -13.0),
-        (t_point, 'T', -8.0, -10.0),
-        (near_foot, 't', -8.0, 9.0),
-        (m_point / size, 'S', 10.0, -3.0),
-        (ray, 's', 10.0, 5.0),
-        (ray * size, 'r', -12.0, 4.0),
-        (centre, 'R', 12.0, 1.0),
-        (crossing, 'p', 9.0, 9.0),
-    ):
-        drawing.letter(place * down, name, right, up)
+    drawing.letters(
+        (origin * down, 'C', 0.0, 9.0),
+        (np.array([0.0, 1.0]) * down, 'B', -9.0, -7.0),
+        (m_point * down, 'M', -10.0, -8.0),
+        (near * down, 'm', 5.0, -13.0),
+        (t_point * down, 'T', -8.0, -10.0),
+        (near_foot * down, 't', -8.0, 9.0),
+        (m_point / size * down, 'S', 10.0, -3.0),
+        (ray * down, 's', 10.0, 5.0),
+        (ray * size * down, 'r', -12.0, 4.0),
+        (centre * down, 'R', 12.0, 1.0),
+        (crossing * down, 'p', 9.0, 9.0),
+    )
     off = float(np.linalg.norm(centre - t_point))
     return Shown(
         drawing,
@@ -482,21 +481,20 @@ def _figure_xi(step: float) -> Shown:
     drawing.line(origin, first['N'] * down, look='thin')
     drawing.line(first['O'] * down, foot * down, look='other')
     drawing.line(first['P'] * down, centre * down, look='faint')
-    for place, name, right, up in (
-        (origin, 'C', 8.0, 7.0),
-        (rest, 'B', 9.0, 0.0),
-        (first['M'], 'M', -4.0, -13.0),
-        (second['M'], 'm', 9.0, 5.0),
-        (first['O'], 'O', 4.0, -12.0),
-        (second['O'], 'o', -10.0, -3.0),
-        (first['P'], 'P', 10.0, -10.0),
-        (second['P'], 'p', 9.0, 9.0),
-        (element, 't', -9.0, 5.0),
-        (first['N'], 'S', 9.0, 3.0),
-        (foot, 'n', -2.0, 11.0),
-        (centre, 'R', -10.0, 8.0),
-    ):
-        drawing.letter(place * down, name, right, up)
+    drawing.letters(
+        (origin * down, 'C', 8.0, 7.0),
+        (rest * down, 'B', 9.0, 0.0),
+        (first['M'] * down, 'M', -4.0, -13.0),
+        (second['M'] * down, 'm', 9.0, 5.0),
+        (first['O'] * down, 'O', 4.0, -12.0),
+        (second['O'] * down, 'o', -10.0, -3.0),
+        (first['P'] * down, 'P', 10.0, -10.0),
+        (second['P'] * down, 'p', 9.0, 9.0),
+        (element * down, 't', -9.0, 5.0),
+        (first['N'] * down, 'S', 9.0, 3.0),
+        (foot * down, 'n', -2.0, 11.0),
+        (centre * down, 'R', -10.0, 8.0),
+    )
     turn = step / math.acos(np.clip(float(first['normal'] @ second['normal']), -1.0, 1.0))
     p = float(np.linalg.norm(first['P']))
     return Shown(

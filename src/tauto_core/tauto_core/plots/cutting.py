@@ -223,7 +223,7 @@ def outline_of(
     plate = plate_of(scene, reach_rad, sizes) if is_plate else None
     thread_mm = plate.plate.cheek.thread if plate else sizes.get('thread_mm', 0.0)
     shown, table, drawing = (_fluid_curve if scene.trochlea is None else _cheeks)(
-        scene, points, reach_rad, thread_mm
+        scene, points, reach_rad, {**sizes, 'thread_mm': thread_mm}
     )
     written: list[Path] = []
     if plate is not None:
@@ -249,22 +249,17 @@ def outline_of(
     written += [files[kind] for kind in DRAWN if kind in files]
     if plate is not None:
         plate = replace(plate, files=tuple(written))
-    small = ''
-    if scene.trochlea is not None and scene.trochlea.cam.kind != 'lever_corrected':
-        tip = MM_PER_M * float(scene.trochlea.made_cam(scene.g).p(0.0))
-        pull = scene.trochlea.power.pull.at_rest(scene.g)
-        small = too_small(tip, pull, scene.g, sizes.get('tool_mm', TOOL_MM), sizes)
-    return replace(shown, files=tuple(written), plate=plate, too_small=small)
+    return replace(shown, files=tuple(written), plate=plate)
 
 
 def _fluid_curve(
-    scene: Scene, points: int, reach_rad: float | None, thread_mm: float
+    scene: Scene, points: int, reach_rad: float | None, sizes: Mapping[str, float]
 ) -> tuple[CamOutline, dict[str, FloatArray], Drawing]:
     """Return the curve of a scene in a fluid, its points and its drawing."""
     machine = compile_machine(scene)
-    if reach_rad is not None or thread_mm or not isinstance(machine, FluidPendulum):
+    if reach_rad is not None or sizes['thread_mm'] or not isinstance(machine, FluidPendulum):
         raise UsageError(
-            Argument('thread_mm', f'{thread_mm} mm', spaced=True)
+            Argument('thread_mm', f'{sizes["thread_mm"]} mm', spaced=True)
             if reach_rad is None
             else Argument('reach_rad', f'{reach_rad!r} rad', spaced=True),
             ': belongs to a cam, and this scene has a curve in a fluid, which is drawn to its '
@@ -289,7 +284,7 @@ def _fluid_curve(
 
 
 def _cheeks(
-    scene: Scene, points: int, reach_rad: float | None, thread_mm: float
+    scene: Scene, points: int, reach_rad: float | None, sizes: Mapping[str, float]
 ) -> tuple[CamOutline, dict[str, FloatArray], Drawing]:
     """Return the cheeks of a scene, their points and their drawing.
 
@@ -297,8 +292,8 @@ def _cheeks(
     on the left of the drawing. A tip that both share is one row.
     """
     assert scene.trochlea is not None
-    reach = cam_extent(scene) if reach_rad is None else reach_rad
-    hole = meeting = math.inf
+    reach, thread_mm = cam_extent(scene) if reach_rad is None else reach_rad, sizes['thread_mm']
+    hole, meeting, small = math.inf, math.inf, ''
     if scene.trochlea.cam.kind == 'lever_corrected':
         machine = compile_machine(scene)
         assert isinstance(machine, LeverMachine)
@@ -329,6 +324,13 @@ def _cheeks(
         lever = angle, cam.lever_arm(angle)
         rate, tip = (MM_PER_M * float(each) for each in (cam.lever_rate(0.0), cam.p(0.0)))
         hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
+        small = too_small(
+            tip,
+            scene.trochlea.power.pull.at_rest(scene.g),
+            scene.g,
+            sizes.get('tool_mm', TOOL_MM),
+            sizes,
+        )
         acts = f'{left.angle[0]:.6g}'
         words = _cam_words(cam, float(left.angle[-1]))
     acts_from = max(abs(float(side.angle[0])) for side in (right, left))
@@ -346,6 +348,7 @@ def _cheeks(
         reach_rad=reach,
         acts_from_rad=acts_from if thread_mm else None,
         meeting_rad=meeting if left.angle[-1] > meeting else None,
+        too_small=small,
     )
     words = [
         'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
@@ -475,12 +478,6 @@ class Line(NamedTuple):
         return ''.join(parts) + 'Z'
 
 
-def _ring(hole: Circle) -> Line:
-    """Return a circle as a path of two arcs."""
-    ends = hole.x + np.array([-hole.radius, hole.radius]), np.full(2, hole.y)
-    return Line(hole.layer, *ends, np.ones(2))
-
-
 class Note(NamedTuple):
     """A line of text; (x, y) is where its base line begins [mm]."""
 
@@ -608,7 +605,12 @@ class Drawing:
             document.layers.add(layer, color=7 if layer in CUT else 1 if layer == 'TOOL' else 5)
         document.layers.add('NOTES', color=5)
         space = document.modelspace()
-        rings = [] if sagitta is None else [_ring(each) for each in self.circles]
+        # a circle is a path of two arcs
+        sides, round_trip = np.array([-1.0, 1.0]), np.ones(2)
+        rings = (
+            Line(a.layer, a.x + a.radius * sides, np.full(2, a.y), round_trip)
+            for a in (self.circles if sagitta else ())
+        )
         for line in (*self.lines, *rings):
             bulge = np.zeros_like(line.x) if line.bulge is None else line.bulge
             close, attributes = line.bulge is not None, {'layer': line.layer}
