@@ -24,11 +24,11 @@ from tauto_core.bags.codec import decode_as
 from tauto_core.bags.read import chunk_records
 from tauto_core.cli.app import app
 from tauto_core.cli.voyages import USED
-from tauto_core.ensembles.trials import _content
+from tauto_core.ensembles.trials import _content, replaced_by_log
 from tauto_core.plots import contents
 from tauto_core.results import LOGGED, MOTION, OBSERVED
 from tauto_core.samples import Samples
-from tauto_core.ship.logbook import LoggedPassage, replaced_by_log, scene_of_passage
+from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 
 BAGS = Path(__file__).parents[2] / 'bags'
 ARRAYS = [*LOGGED, *OBSERVED, *MOTION]

@@ -1181,7 +1181,6 @@ def trial(
     from tauto_core.ensembles import trials
     from tauto_core.ensembles.answers import answers_of, check_local_time
     from tauto_core.ensembles.workers import Crew
-    from tauto_core.ship.logbook import replaced_by_log
 
     if 'file' in overrides:
         raise UsageError(
@@ -1217,7 +1216,7 @@ def trial(
             _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
     sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
-    answers = replace(answers_of(sailed, local_time), keys_left_out=replaced_by_log(loaded))
+    answers = replace(answers_of(sailed, local_time), keys_left_out=trials.replaced_by_log(loaded))
     for each in drawn:
         from tauto_core.plots.ensembles import draw_trial
 

@@ -133,7 +133,7 @@ class Summary:
             'drift': self.drift(),
             'longitude': self.longitude(),
         }
-        sea = sea_of(self._scene) | ends_of(self._scene)
+        sea = sea_of(self._scene) | ends_of(self._scene.voyage, self._scene.duration)
         return {
             'scene': self._scene.name,
             'answer': answer({**figures, **sea}),

@@ -759,7 +759,7 @@ def replay(
         for topic, so in without.items()
         if topic not in bag and topic in (*drift.inputs, SHIP_FIX)
     ]
-    sea = sea_of(scene) | ends_of(scene)
+    sea = sea_of(scene) | ends_of(scene.voyage, scene.duration)
     result = {
         'scene': scene.name,
         'answer': answer({**figures, **sea, 'damage': damage}),

@@ -377,7 +377,7 @@ def way(scene: Scene) -> dict[str, Any] | None:
         return None
     passage = Passage(scene, scene.voyage)
     under_way_s = (passage.arrives_ns - passage.sails_ns) * 1e-9
-    ends = ends_of(scene)
+    ends = ends_of(scene.voyage, scene.duration)
     landfalls_ns = passage.landfalls_ns[: -len(ends) or None]
     return {
         'track': scene.voyage.track or 'geodesic',

@@ -56,7 +56,13 @@ from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship.coast import OCEANS, ocean_of
 from tauto_core.ship.hull import SHAPES
-from tauto_core.ship.logbook import LoggedPassage, read_passages, scene_of_passage
+from tauto_core.ship.logbook import (
+    OF_THE_BOX,
+    OF_THE_SEA,
+    LoggedPassage,
+    read_passages,
+    scene_of_passage,
+)
 from tauto_core.ship.passage import Passage
 from tauto_core.ship.sampling import rate_under_way
 from tauto_core.wording import counted
@@ -496,6 +502,16 @@ def make_trial(
 
 
 _SKIP = Argument('skip_wrong', value=True)
+
+
+def replaced_by_log(scene: Scene) -> tuple[str, ...]:
+    """Return the keys that a scene sets and in whose place a trial has the log's."""
+    ship, own = scene.ship.model_fields_set, scene.air
+    keys = [f'ship.{key}' for key in (*OF_THE_SEA, 'weather') if key in ship]
+    air = () if own is None else own.model_fields_set
+    keys += [f'air.{key}' for key in air if key not in ('kind', *OF_THE_BOX)]
+    keys += ['clock.nominal_period'] * (scene.clock.nominal_period is not None)
+    return (*keys, *['voyage'] * (scene.voyage is not None))
 
 
 def check_logs(logs: str) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.samples import FloatArray
 
 if TYPE_CHECKING:
-    from tauto_core.scene import Scene
+    from tauto_core.scene.sections import Itinerary
 
 HUNDREDTH_DEG = 0.01
 """Unit of the built-in coordinates [°], 0.6 nautical miles of latitude."""
@@ -262,10 +262,10 @@ def no_landfall(latitude: float, longitude: float) -> str | None:
     return f'at sea, {far} km from the coast: no landfall'
 
 
-def ends_of(scene: Scene) -> dict[str, str]:
+def ends_of(voyage: Itinerary | None, duration_s: float) -> dict[str, str]:
     """Return `ends` of a result: where a log that is sailed to its end makes no landfall."""
-    log = None if scene.voyage is None else scene.voyage.log
-    if log is None or log.at[-1] > scene.duration:
+    log = None if voyage is None else voyage.log
+    if log is None or log.at[-1] > duration_s:
         return {}
     where = no_landfall(*log.entries[-1][1:3])
     return {} if where is None else {'ends': where}

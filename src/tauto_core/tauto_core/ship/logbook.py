@@ -35,7 +35,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain, groupby, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 from pydantic import ValidationError
@@ -71,9 +71,6 @@ from tauto_core.scene.tables import (
 )
 from tauto_core.scene.times import DAY_S, in_utc, number_in, utc_on
 from tauto_core.wording import counted
-
-if TYPE_CHECKING:
-    from tauto_core.scene import Scene
 
 LONGEST_GAP_DAYS = 6.0
 """Longest time between two entries of one passage, where a format does not name passages."""
@@ -244,7 +241,7 @@ def scene_of_passage(
     if isinstance(scene.get('clock'), dict):
         found['clock'] = {**scene['clock'], 'nominal_period': None}
     ship = dict(found.get('ship') or {})
-    for key in _OF_THE_SEA:
+    for key in OF_THE_SEA:
         ship.pop(key, None)
     own = ship.get('weather') or {}
     afar = ('background_swell',) if own.get('kind') == 'log' else ()
@@ -252,7 +249,7 @@ def scene_of_passage(
     kept = {key: own[key] for key in keys if own.get(key) is not None}
     found['ship'] = {**ship, 'kind': 'sea', 'weather': {'kind': 'log', **kept}}
     if isinstance(scene.get('air'), dict):
-        kept = {key: scene['air'][key] for key in _OF_THE_BOX if key in scene['air']}
+        kept = {key: scene['air'][key] for key in OF_THE_BOX if key in scene['air']}
         found['air'] = {'kind': 'log', **kept}
     log = passage.section()
     if harbour_days:
@@ -262,18 +259,10 @@ def scene_of_passage(
 
 
 _OF_THE_LOG = 'duration', 'starts_at', 'voyage'
-_OF_THE_SEA = 'sea', 'heading', 'speed'
-_OF_THE_BOX = 'diurnal', 'warmest_hour', 'box_hours'
-
-
-def replaced_by_log(scene: Scene) -> tuple[str, ...]:
-    """Return the keys that a scene sets and in whose place a trial has the log's."""
-    ship, own = scene.ship.model_fields_set, scene.air
-    found = [f'ship.{key}' for key in (*_OF_THE_SEA, 'weather') if key in ship]
-    air = () if own is None else own.model_fields_set
-    found += [f'air.{key}' for key in air if key not in ('kind', *_OF_THE_BOX)]
-    found += ['clock.nominal_period'] * (scene.clock.nominal_period is not None)
-    return (*found, *['voyage'] * (scene.voyage is not None))
+OF_THE_SEA = 'sea', 'heading', 'speed'
+"""Keys of `ship` in whose place a passage has the log's."""
+OF_THE_BOX = 'diurnal', 'warmest_hour', 'box_hours'
+"""Keys of `air` that a passage keeps."""
 
 
 def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
