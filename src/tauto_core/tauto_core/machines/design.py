@@ -167,6 +167,7 @@ def wheel_design(
     else:
         if weight is not None and radius is not None:
             moment = weight * radius * radius / (2.0 * gravity)
+            _check_size(moment, f'inertia = {moment!r}')
         named = {'period': square, 'inertia': moment, 'pull': force, 'base radius': base}
         missing = [name for name, value in named.items() if value is None]
         four = _four(moment, square, force, base)
