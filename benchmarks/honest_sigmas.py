@@ -163,7 +163,9 @@ def way_of(
     last = way.states._make(column[-1:] for column in way.states)
     end = reading.stamp_ns[-1:]
     gained = tuple((motion.at(end) - way.integrals_s[-1:]).T)
-    return predict(last, (end - way.stamp_ns[-1]) / NS_PER_S, model, gained), model
+    since = int(way.stamp_ns[-1])
+    under_way_s = model.under_way_s(since, int(reading.stamp_ns[-1]))
+    return predict(last, (end - since) / NS_PER_S, model, gained, under_way_s), model
 
 
 def drawn(seed: int) -> float:
@@ -402,7 +404,9 @@ def errors(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     way = filtered_drift(reading, observation, model)
     last = Estimate(*(float(column[-1]) for column in way.states))
     first_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
-    now = predict(last, (end_ns - int(way.stamp_ns[-1])) / NS_PER_S, model)
+    since_ns = int(way.stamp_ns[-1])
+    under_way_s = model.under_way_s(since_ns, end_ns)
+    now = predict(last, (end_ns - since_ns) / NS_PER_S, model, (), under_way_s)
     error_s = (reading.time_ref_ns - reading.stamp_ns) / NS_PER_S
     rate = float((error_s[-1] - error_s[0]) / ((end_ns - first_ns) / NS_PER_S))
     wrong = np.array([now.x - error_s[-1], now.y - rate])
