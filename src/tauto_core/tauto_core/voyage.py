@@ -591,7 +591,8 @@ def sail(
                 kept.append(logged)
             if progress is not None:
                 progress(source.produced / source.total)
-    warnings = [*oddities(scene), *source.warnings, *drift_warnings(stages.health(), scene)]
+    odd = oddities(scene, machine)
+    warnings = [*odd, *source.warnings, *drift_warnings(stages.health(), scene)]
     asked = None
     if judge and scene.accuracy is not None:
         from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words

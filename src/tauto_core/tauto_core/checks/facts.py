@@ -643,7 +643,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     """
     machine, motion = check_scene(scene)
     warnings = [
-        *oddities(scene),
+        *oddities(scene, machine),
         *motion.warnings,
         *resonances(scene, machine),
         *_wandering(scene, machine),

@@ -284,11 +284,14 @@ def _overdamped(scene: Scene) -> list[Problem]:
     return [Problem('drag.viscous', scene.drag.viscous, problem, remedy)]
 
 
-def oddities(scene: Scene) -> list[str]:
-    """Return warnings about a scene that can run: possible values that are probably mistakes."""
+def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> list[str]:
+    """Return warnings about a scene that can run: possible values that are probably mistakes.
+
+    `machine` is that of the scene, if it is built already.
+    """
     found = [*implausible(scene), *map(str, _overdamped(scene))]
     if scene.clock.nominal_period is not None and not found:
-        found += stale_dial(scene, compile_machine(scene))
+        found += stale_dial(scene, machine or compile_machine(scene))
     if scene.voyage is None:
         return found
     passage = Passage(scene, scene.voyage)
