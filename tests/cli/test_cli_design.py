@@ -34,51 +34,32 @@ def test_paragraph_20_in_scruples():
     assert back['pendulum_m'] == pytest.approx(3150 * 0.31385e-3, rel=1e-12)
 
 
-def test_a_disc_and_what_it_lacks():
-    """L = Q a²/(2 P r) (XXI), solved for each of its letters."""
-    q, a, p, r, g = 3.0, 0.04, 0.2, 0.01, 9.81
-    whole = {'disc-weight': q, 'disc-radius': a, 'pull': p, 'base-radius': r}
+KEYS = {
+    'disc-weight': 'disc_weight_n',
+    'disc-radius': 'disc_radius_m',
+    'pull': 'pull_n',
+    'base-radius': 'base_radius_m',
+    'period': 'period_s',
+}
+
+
+@pytest.mark.parametrize('is_base', [False, True])
+def test_a_disc_and_what_it_lacks(is_base):
+    """L = Q a²/(2 P r) (XXI), solved for each of its letters; a = r where the disc is the base."""
+    q, p, r, g = 3.0, 0.2, 0.01, 9.81
+    a = r if is_base else 0.04
     length = q * a * a / (2 * p * r)
+    whole = {'disc-weight': q, 'disc-radius': a, 'pull': p, 'base-radius': r}
     whole['period'] = math.tau * math.sqrt(length / g)
-    keys = {
-        'disc-weight': 'disc_weight_n',
-        'disc-radius': 'disc_radius_m',
-        'pull': 'pull_n',
-        'base-radius': 'base_radius_m',
-        'period': 'period_s',
-    }
-    for name, key in keys.items():
-        options = [
-            word
-            for other, value in whole.items()
-            if other != name
-            for word in (f'--{other}', value)
-        ]
-        found = facts(*options, '--gravity', g)
-        assert found[key] == pytest.approx(whole[name], rel=1e-14)
+    if is_base:
+        del whole['disc-radius']
+    for name, value in whole.items():
+        given = (f'--{other}={size!r}' for other, size in whole.items() if other != name)
+        found = facts(*given, '--gravity', g, *['--disc-is-base'] * is_base)
+        assert found[KEYS[name]] == pytest.approx(value, rel=1e-14)
         assert found['pendulum_m'] == pytest.approx(length, rel=1e-14)
-
-
-def test_the_disc_that_is_the_base_circle_lacks_one_of_four():
-    q, p, r, g = 3.0, 0.2, 0.01, 9.80665
-    whole = {'disc-weight': q, 'pull': p, 'base-radius': r, 'pendulum': q * r / (2 * p)}
-    keys = {
-        'disc-weight': 'disc_weight_n',
-        'pull': 'pull_n',
-        'base-radius': 'base_radius_m',
-        'pendulum': 'pendulum_m',
-    }
-    for name, key in keys.items():
-        options = [
-            word
-            for other, value in whole.items()
-            if other != name
-            for word in (f'--{other}', value)
-        ]
-        found = facts('--disc-is-base', *options)
-        assert found[key] == pytest.approx(whole[name], rel=1e-14)
-        assert found['disc_radius_m'] == found['base_radius_m']
-        assert found['inertia_kg_m2'] == pytest.approx(q * r * r / (2 * g), rel=1e-13)
+        assert found['inertia_kg_m2'] == pytest.approx(q * a * a / (2 * g), rel=1e-13)
+        assert found['disc_radius_m'] == (found['base_radius_m'] if is_base else pytest.approx(a))
 
 
 def test_the_design_is_a_scene_that_keeps_its_period(tmp_path):

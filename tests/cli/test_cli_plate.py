@@ -268,6 +268,7 @@ def test_a_thread_too_thick_for_its_cusp_is_blamed_and_the_thinner_one_fits(thre
         (('measured', '--cutter', '1'), '--cutter = 1 mm: the cutter'),
         (('measured', '--pin-circle', '9'), 'Give another place: --pins, --pin-circle'),
         (('measured', '--reach', '-1'), '--reach = -1.0 rad: must be > 0'),
+        (('measured', '--tool', '-1'), '--tool = -1.0: must be > 0 mm'),
         (('measured', '--dxf', 'plate.svg'), '--dxf plate.svg: must end in .dxf'),
         (('measured', '--template', 'a.pdf'), '--template a.pdf: must end in .svg'),
     ],

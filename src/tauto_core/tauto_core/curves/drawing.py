@@ -443,6 +443,7 @@ def too_small(
     inverse to the pull [N]: I ω² = P b.
     """
     shares = {('bore_mm', 'bore'): BORE, ('pins_mm', 'pin holes'): PINS}
+    _size('tool_mm', tool_mm, TOOL_MM)  # refuses what is none
     small = {
         word: share
         for (name, word), share in shares.items()
