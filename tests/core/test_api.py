@@ -349,7 +349,9 @@ _COMMANDS: dict[str, Callable[[tauto.Scene], Mapping[str, Any]]] = {
     'cam': lambda scene: tauto.cam(scene, points=11).facts(),
     'budget': lambda scene: tauto.budget(scene, jobs=1).facts(),
     'compare': lambda scene: asdict(tauto.compare(scene, jobs=1)),
-    'fleet': lambda scene: {'rows': tauto.fleet(scene, ships=1, jobs=1).rows},
+    'fleet': lambda scene: {
+        'rows': [{**row, 'run_s': 0.0} for row in tauto.fleet(scene, ships=1, jobs=1).rows]
+    },
     'trial': lambda scene: {
         'sailed': scene_of_passage(_content(scene, ''), PASSAGE),
         'keys_left_out': replaced_by_log(scene),
