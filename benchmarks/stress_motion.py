@@ -99,7 +99,7 @@ def _laid_out(machine: Machine, engine: Collocation, count: int) -> int:
     if not machine.cam.kinked:
         return count
     half_swing_s = 0.5 * machine.period(machine.release_angle)
-    beyond_s = events.BEYOND / (math.pi / half_swing_s)
+    beyond_s = events.OVERSHOOT / (math.pi / half_swing_s)
     return math.ceil((half_swing_s + beyond_s) / engine.longest_step_s - events.SPARE)
 
 

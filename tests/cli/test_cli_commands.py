@@ -16,7 +16,7 @@ from tauto_core import voyage
 from tauto_core.cli.app import app
 from tauto_core.cli.scene import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
-from tauto_core.scene.reference import ASKED
+from tauto_core.scene.reference import CHOICES
 from tauto_core.scene.sections import kind_of, kinds_in
 
 SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
@@ -64,7 +64,7 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
 
 def test_the_help_of_a_new_scene_names_every_kind_that_is_found() -> None:
     said = tauto('scene', 'new', '-h').stdout
-    for key, folder in ASKED.items():
+    for key, folder in CHOICES.items():
         words = said.partition(f'--{key} KIND')[2].partition('\n  -')[0].replace(',', ' ').split()
         named = {word.strip('.;') for word in words}
         assert {kind_of(model) for model in kinds_in(folder)} <= named, key

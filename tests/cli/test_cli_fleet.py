@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import fleet_tables
 from tauto_core.ensembles import workers
-from tauto_core.ensembles.answers import Answers, Within
+from tauto_core.ensembles.answers import Answers, Portion
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.files import one_writer
 
@@ -32,7 +32,7 @@ def answers(**changes):
         'failures': {},
         'unchecked_days': (81.0, 81.0),
         'within': {
-            clock: [Within(limit, 18, 0.9, 0.699, 0.972) for limit in (30.0, 40.0, 60.0)]
+            clock: [Portion(limit, 18, 0.9, 0.699, 0.972) for limit in (30.0, 40.0, 60.0)]
             for clock in ('raw', 'corrected')
         },
         'quantiles_nmi': {

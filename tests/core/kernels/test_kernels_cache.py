@@ -115,9 +115,9 @@ def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
     """No file has changed, but the value that a name stands for is part of the code."""
     assert program.run() == (19.0, 1)
     header = kept_header()
-    assert marks.is_as_it_was(header['files'], header['names'])
+    assert marks.is_unchanged(header['files'], header['names'])
     monkeypatch.setattr(sys.modules['laws_of_a_test'], 'FACTOR', 4.0)
-    assert not marks.is_as_it_was(header['files'], header['names'])
+    assert not marks.is_unchanged(header['files'], header['names'])
 
 
 def test_a_file_cut_short_is_compiled_anew(program):
@@ -234,7 +234,7 @@ def test_the_compiler_itself_is_a_source(program, monkeypatch):
     own = {Path(path).name for path in header['files'] if '/kernels/' in path}
     assert {'translation.py', 'operations.py', 'values.py'} <= own
     other = dict.fromkeys(header['files'], 'another')
-    assert not marks.is_as_it_was(other, header['names'])
+    assert not marks.is_unchanged(other, header['names'])
 
 
 def test_what_has_run_for_a_while_is_optimised_once(program, monkeypatch):

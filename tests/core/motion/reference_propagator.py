@@ -157,16 +157,16 @@ class Reference:
         if cam.linear_rate is not None:
             return cam.linear_rate * felt, cam.linear_rate, 0.5 * cam.linear_rate * felt * felt
         inside = min(max(felt, -self._range_rad), self._range_rad)
-        beyond = felt - inside
+        exits = felt - inside
         if isinstance(cam, WeightCorrected):
             mean = 2.0 * cam.rate / cam.gyration * inside
             if abs(mean) < 1.2:
                 tangent = _tangent(mean)
                 steep = cam.rate * (1.0 + tangent * tangent) ** 2
-                return cam.gyration * tangent + steep * beyond, steep, 0.0
+                return cam.gyration * tangent + steep * exits, steep, 0.0
         arm, slope = cam.lever_arm(inside), cam.lever_rate(inside)
-        lift = cam.lift(inside) + arm * beyond if self._machine.stiffness else 0.0
-        return float(arm + slope * beyond), float(slope), float(lift)
+        lift = cam.lift(inside) + arm * exits if self._machine.stiffness else 0.0
+        return float(arm + slope * exits), float(slope), float(lift)
 
     def _instant(self, t: float, y: FloatArray, d: float) -> _Instant:
         """Return all of an instant, once for the slopes and every event that ask for the same."""

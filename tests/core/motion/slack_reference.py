@@ -332,11 +332,11 @@ class Lever(Reference):
 
     def __init__(self, machine: Any) -> None:
         super().__init__(machine)
-        (tail, beyond), arm = machine.tail, machine.weight_arm
-        about = machine.mass * arm * arm + tail * beyond * beyond + machine.lever_inertia
+        (tail, exits), arm = machine.tail, machine.weight_arm
+        about = machine.mass * arm * arm + tail * exits * exits + machine.lever_inertia
         self.j = about / machine.inertia
         self.shape = LeverReference(machine)
-        self.weight = (machine.mass * arm - tail * beyond) / about
+        self.weight = (machine.mass * arm - tail * exits) / about
 
     def held(self, theta: float) -> tuple[float, float, float]:
         """β, dβ/dθ and d²β/dθ², by Newton's method from |B − A| = AB."""

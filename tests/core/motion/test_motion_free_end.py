@@ -345,7 +345,7 @@ def test_the_length_of_a_step_on_a_cheek_is_that_of_its_swing() -> None:
         larger_by = math.sqrt(2.0 * height / machine.inertia) / omega / settings.swing - 1.0
         time = 1.0 + larger_by * (settings.slower + larger_by * settings.slower_yet)
         half_s = 0.5 * machine.period(amplitude)
-        assert omega * abs(settings.usual_s * time - half_s) < settings.near
+        assert omega * abs(settings.usual_s * time - half_s) < settings.near_phase
 
 
 def test_the_bound_of_a_bent_swing_keeps_the_accuracy_of_a_navigator() -> None:
@@ -353,5 +353,5 @@ def test_the_bound_of_a_bent_swing_keeps_the_accuracy_of_a_navigator() -> None:
     asked = {'solver.accuracy': 1e-3, 'suspension': ABSENT, 'duration': 2.0 * DAY_S}
     scene = load_scene('clock_own_cam_weight', **asked)
     machine = compile_machine(scene)
-    assert free_end_of(machine, 2).near == NEAR_BENT
+    assert free_end_of(machine, 2).near_phase == NEAR_BENT
     assert accuracy_reached(scene, machine, ShipMotion(scene))['holds']

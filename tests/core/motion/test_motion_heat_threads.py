@@ -17,7 +17,7 @@ import pytest
 from motion_cases import on_land, scene_of
 from test_motion_heat import warmed
 from test_motion_systems import at_sea, part
-from thread_references import HangingReference, LeverReference, Outside, resistance, swing
+from thread_references import HangingReference, Inputs, LeverReference, resistance, swing
 
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
@@ -72,7 +72,7 @@ class Grown:
         super().__init__(cold)  # type: ignore[call-arg]
         self.cold = cold
 
-    def grow(self, outside: Outside, t: float) -> None:
+    def grow(self, outside: Inputs, t: float) -> None:
         cold, heat = self.cold, self.cold.heat
         forcing, k = outside.forcing, outside.k
         felt, row = forcing.temperatures, int(forcing.temperatures.interval[k])
@@ -98,15 +98,15 @@ class Grown:
             changes['base_radius'] = self.grown_cam * cold.base_radius
         self.machine = replace(cold, **changes)
 
-    def start(self, outside: Outside) -> np.ndarray:
+    def start(self, outside: Inputs) -> np.ndarray:
         self.grow(outside, 0.0)
         return super().start(outside)  # type: ignore[misc]
 
-    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+    def angle(self, y: np.ndarray, outside: Inputs, t: float) -> tuple[float, float]:
         self.grow(outside, t)
         return super().angle(y, outside, t)  # type: ignore[misc]
 
-    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+    def struck(self, y: np.ndarray, outside: Inputs, t: float, direction: float) -> np.ndarray:
         self.grow(outside, t)
         return super().struck(y, outside, t, direction)  # type: ignore[misc]
 

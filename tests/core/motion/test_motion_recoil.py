@@ -218,8 +218,8 @@ def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
 
 def comings(theta: np.ndarray, angle: float) -> int:
     """Return how often the wheel comes to the angle of an impulse, on either side."""
-    beyond = np.abs(theta[1:]) >= angle
-    return int(np.count_nonzero(beyond & (np.sign(theta[1:]) * theta[:-1] < angle)))
+    exits = np.abs(theta[1:]) >= angle
+    return int(np.count_nonzero(exits & (np.sign(theta[1:]) * theta[:-1] < angle)))
 
 
 HANGING = {

@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.motion.linear import TURN, LinearLaw, SpanShape, responses, sorted_out
+from tauto_core.motion.linear import TURN, LinearLaw, SpanShape, responses, unique_rows
 
 OMEGA, LENGTH_S, BEGIN, END = 6.3, 2.0, 0.125, 0.875
 
@@ -72,7 +72,7 @@ def test_the_parts_of_a_span_make_the_span():
 
 
 def test_rows_are_sorted_into_kinds():
-    kind, kinds = sorted_out(
+    kind, kinds = unique_rows(
         np.array([2.0, 1.0, 2.0, 2.0, 3.0, 1.0]), np.array([0, 0, 0, 0, 0, 1])
     )
     assert kinds[0] == (2.0, 0)

@@ -22,7 +22,7 @@ HELD = {
 }
 
 
-class Outside:
+class Inputs:
     """The ship's motion in one span."""
 
     def __init__(self, forcing: Any, k: int, gravity: float) -> None:
@@ -82,7 +82,7 @@ class LeverReference:
         second += first * math.tan(lean) * (first - delta_first)
         return beta, first, second
 
-    def start(self, outside: Outside) -> np.ndarray:
+    def start(self, outside: Inputs) -> np.ndarray:
         _, _, turn, _ = outside(0.0)
         machine = self.machine
         _, first, _ = self.geometry(machine.release_angle)
@@ -96,7 +96,7 @@ class LeverReference:
         carried = (inertia + turned * first) * turn
         return (float(y[1]) - carried) / (inertia + turned * first * first)
 
-    def slopes(self, t: float, y: np.ndarray, outside: Outside, signs: Any) -> list[float]:
+    def slopes(self, t: float, y: np.ndarray, outside: Inputs, signs: Any) -> list[float]:
         machine = self.machine
         _, tilt, turn, gravity = outside(t)
         beta, first, second = self.geometry(float(y[0]))
@@ -105,10 +105,10 @@ class LeverReference:
         pushed -= machine.mass * machine.weight_arm * gravity * math.cos(beta - tilt) * first
         return [rate, pushed - resistance(machine, rate, signs)]
 
-    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+    def angle(self, y: np.ndarray, outside: Inputs, t: float) -> tuple[float, float]:
         return float(y[0]), self.rate(y, outside(t)[2])
 
-    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+    def struck(self, y: np.ndarray, outside: Inputs, t: float, direction: float) -> np.ndarray:
         rate = self.angle(y, outside, t)[1]
         _, first, _ = self.geometry(float(y[0]))
         mass = self.machine.inertia + self.machine.turned_inertia * first**2
@@ -235,7 +235,7 @@ class HangingReference:
     def __init__(self, machine: Any) -> None:
         self.machine = machine
 
-    def start(self, outside: Outside) -> np.ndarray:
+    def start(self, outside: Inputs) -> np.ndarray:
         vertical, tilt, turn, _ = outside(0.0)
         step = 1e-6
         rate = (outside(step)[0] - outside(0.0)[0]) / step
@@ -245,7 +245,7 @@ class HangingReference:
         angle = self.machine.release_angle + vertical - tilt
         return np.array([angle, vertical, turn, rate])
 
-    def slopes(self, t: float, y: np.ndarray, outside: Outside, signs: Any) -> list[float]:
+    def slopes(self, t: float, y: np.ndarray, outside: Inputs, signs: Any) -> list[float]:
         machine = self.machine
         vertical, _, turn, gravity = outside(t)
         psi, delta, psi_rate, delta_rate = y.tolist()
@@ -284,11 +284,11 @@ class HangingReference:
         bends = np.linalg.solve(mass, force)
         return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
 
-    def angle(self, y: np.ndarray, outside: Outside, t: float) -> tuple[float, float]:
+    def angle(self, y: np.ndarray, outside: Inputs, t: float) -> tuple[float, float]:
         vertical, tilt, turn, _ = outside(t)
         return float(y[0]) - (vertical - tilt), float(y[2]) - turn
 
-    def struck(self, y: np.ndarray, outside: Outside, t: float, direction: float) -> np.ndarray:
+    def struck(self, y: np.ndarray, outside: Inputs, t: float, direction: float) -> np.ndarray:
         machine, rate = self.machine, self.angle(y, outside, t)[1]
         r, u = machine.base_radius, float(y[0] - y[1])
         mass = machine.inertia + machine.mass * (r * u) ** 2
@@ -318,10 +318,10 @@ def reference_of(machine: Any) -> Any:
 def swing(reference: Any, forcing: Any) -> np.ndarray:
     """Return θ and θ̇ at the logged ends, (n, 2)."""
     rows = []
-    outside = Outside(forcing, 0, reference.machine.gravity)
+    outside = Inputs(forcing, 0, reference.machine.gravity)
     moving = Swinging(reference, outside)
     for k in range(len(forcing.end)):
-        outside = Outside(forcing, k, reference.machine.gravity)
+        outside = Inputs(forcing, k, reference.machine.gravity)
         moving.advance(outside, 0.0, outside.seconds)
         if forcing.logged[k]:
             rows.append(reference.angle(moving.y, outside, outside.seconds))

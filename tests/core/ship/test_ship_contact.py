@@ -12,8 +12,8 @@ from tauto_core.motion.axle import forces
 from tauto_core.motion.suspended_case import AxleModes, BearingMotion, CaseMotion
 from tauto_core.ship.suspension import (
     HungCase,
-    felt_at,
     first_loss,
+    force_at,
     lost_at,
     pressing,
     pressing_rate,
@@ -73,7 +73,7 @@ def test_slopes_are_those_of_the_motion():
     """
     bearing = shaken(3, 1.0, 1.0, 500)
     _, after = swung(bearing, 0.1)
-    felt = felt_at(bearing, bearing.end)
+    felt = force_at(bearing, bearing.end)
     p = pressing(CASE, after, felt.sway, felt.lift)
     slope = pressing_rate(CASE, after, felt)
     at = np.arange(700, 900, 20)

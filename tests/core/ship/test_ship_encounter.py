@@ -142,7 +142,7 @@ def test_waves_shorter_than_those_of_the_operator_do_not_move_the_ship_and_are_t
         met = motion.elevation
         shorter = met.angular_frequency > scene.ship.rao.angular_frequency[-1]
         share = np.sum(met.amplitude[shorter] ** 2) / np.sum(met.amplitude**2)
-        assert motion.outside == pytest.approx((share, 0.0), rel=1e-12)
+        assert motion.unanswered == pytest.approx((share, 0.0), rel=1e-12)
         assert len(motion.roll.period) == np.count_nonzero(~shorter)
         [warning] = ShipMotion(scene).warnings
         assert f'{100.0 * share:.2g} % of the energy of the waves lies beyond' in warning

@@ -61,13 +61,7 @@ def sensors(n: int = N) -> list[Sensor]:
     ]
 
 
-def write(
-    path: Path,
-    messages: list[Sensor],
-    *,
-    kind: str = IMU,
-    encoding: str = 'cdr',
-) -> Path:
+def write(path: Path, messages: list[Sensor], *, kind: str = IMU, encoding: str = 'cdr') -> Path:
     with path.open('wb') as stream:
         writer = Writer(stream, chunk_size=16_384)
         writer.start(profile='ros2')

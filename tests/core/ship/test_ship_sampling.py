@@ -52,7 +52,7 @@ def test_the_remainder_is_that_of_the_polynomials_of_a_piece(stride, slopes, ins
         row = polynomials(stamps, np.cos(angle), rates, pieces, stride=stride, offset=0)[0]
         exact = np.cos(omega * h_s * stride * x + phase)
         wrong += part * (np.polynomial.polynomial.polyval(x, row) - exact)
-    found = _remainder(stride, np.array([omega * h_s]), slopes=slopes, inside=inside)[0]
+    found = _remainder(stride, np.array([omega * h_s]), slopes=slopes, inner=inside)[0]
     # windows on one side magnify rounding some thousandfold
     assert np.max(np.abs(wrong)) == pytest.approx(found, rel=1e-3, abs=1e-12)
 

@@ -94,7 +94,7 @@ def _marks(custom: Mapping[str, Any]) -> dict[str, Any]:
 
 def _sentences(path: Path, marks: Mapping[str, Any]) -> list[str]:
     short = ['cut_short: its recording ended before the voyage did'] * ('cut_short' in marks)
-    return [f'{path}: it says {each}' for each in (*short, *marks.get(HOLES, ()))]
+    return [f'{path}: it says {mark}' for mark in (*short, *marks.get(HOLES, ()))]
 
 
 def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
@@ -114,8 +114,8 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
 def joined(holes: list[Hole]) -> list[Hole]:
     """Return holes by their time; where there are very many, one for the last of them."""
     holes = sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
-    if rest := holes[_MOST_HOLES:]:
-        holes[_MOST_HOLES:] = [Hole('', 0, rest[0].from_ns, max(each.to_ns for each in rest))]
+    if tail := holes[_MOST_HOLES:]:
+        holes[_MOST_HOLES:] = [Hole('', 0, tail[0].from_ns, max(hole.to_ns for hole in tail))]
     return holes
 
 
@@ -125,13 +125,13 @@ def check_bag(path: Path, *, keep_corrupt: bool = False) -> Soundness:
     With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. Nothing
     there is a BagPlaceError, no file of MCAP a BagError.
     """
-    found = survey(path, keep_corrupt=keep_corrupt)
-    for file in found.bag.files:
-        _check_file(found, file)
-    _check_metadata(found)
-    if found.bag.files:
-        _check_content(found)
-    return found
+    report = survey(path, keep_corrupt=keep_corrupt)
+    for file in report.bag.files:
+        _check_file(report, file)
+    _check_metadata(report)
+    if report.bag.files:
+        _check_content(report)
+    return report
 
 
 def survey(path: Path, *, keep_corrupt: bool = False) -> Soundness:
@@ -155,13 +155,13 @@ def survey(path: Path, *, keep_corrupt: bool = False) -> Soundness:
             refusals.append(error)
     if not files:
         raise refusals[0]
-    found = Soundness(Bag(path, tuple(files), None))
-    found.damage = [*damage, *map(str, refusals)]
-    found.custom = _custom(path, files)
+    report = Soundness(Bag(path, tuple(files), None))
+    report.damage = [*damage, *map(str, refusals)]
+    report.custom = _custom(path, files)
     for walked in files:
-        found.damage += walked.warnings
-        found.damage += [f'{walked.path}: {hole}' for hole in joined(walked.holes)]
-    return found
+        report.damage += walked.warnings
+        report.damage += [f'{walked.path}: {hole}' for hole in joined(walked.holes)]
+    return report
 
 
 def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
@@ -193,42 +193,42 @@ def _information_beside(metadata: Path) -> dict[str, Any]:
     return _mapping(read_yaml(text, any_key=True), 'rosbag2_bagfile_information')
 
 
-def _check_file(found: Soundness, walked: McapFile) -> None:
+def _check_file(report: Soundness, walked: McapFile) -> None:
     """Compare a file's index with its content, and let the mcap library read it."""
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
 
     opened = open_mcap(walked.path, keep_corrupt=walked.keep_corrupt)
-    found.damage += [each for each in opened.warnings if each not in found.damage]
+    report.damage += [warning for warning in opened.warnings if warning not in report.damage]
     if not opened.indexed:
         if not (walked.warnings or opened.warnings):
-            found.damage.append(f'{walked.path}: it has no complete index')
+            report.damage.append(f'{walked.path}: it has no complete index')
         return
-    found.counted += sum(opened.counts.values())
-    held = _contents(walked)
-    found.damage += [
+    report.counted += sum(opened.counts.values())
+    contents = _contents(walked)
+    report.damage += [
         f'{walked.path}: the {what} of its index are not those it holds'
-        for what, said in _contents(opened).items()
-        if said != held[what]
+        for what, names in _contents(opened).items()
+        if names != contents[what]
     ]
     with walked.path.open('rb') as stream:
         wrong = sum(_wrong_entries(stream, walked, opened))
         if wrong:
-            found.damage.append(
+            report.damage.append(
                 f'{walked.path}: {wrong} entries of its message indices point at no such message'
             )
         # the library reads as other programs do, independently of `McapFile`
         stream.seek(0)
         try:
-            most = walked.path.stat().st_size  # of a record: more would be allocated
+            limit = walked.path.stat().st_size  # of a record: more would be allocated
             reader = StreamReader(
-                stream, emit_chunks=True, validate_crcs=True, record_size_limit=most
+                stream, emit_chunks=True, validate_crcs=True, record_size_limit=limit
             )
             for _ in reader.records:
                 pass
         except (McapError, ValueError, struct.error, EOFError, MemoryError) as error:
             if not walked.warnings:
-                found.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
+                report.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
 
 
 def _contents(file: McapFile) -> dict[str, object]:
@@ -252,7 +252,7 @@ def _wrong_entries(stream: BinaryIO, walked: McapFile, opened: McapFile) -> Iter
         span = spans.get(index.offset)
         if span is None:
             continue
-        held = walked.places(span, stream)
+        places = walked.places(span, stream)
         for channel, at in index.indices:
             stream.seek(at)
             head = stream.read(RECORD.size + INDEX_HEAD.size)
@@ -264,46 +264,46 @@ def _wrong_entries(stream: BinaryIO, walked: McapFile, opened: McapFile) -> Iter
             if (opcode, owner) != (0x07, channel) or len(body) != size or size % ENTRY.size:
                 yield 1
                 continue
-            said = {(stamp_ns, place) for stamp_ns, place in ENTRY.iter_unpack(body)}
-            yield len(said ^ held.get(channel, set()))
+            entries = {(stamp_ns, place) for stamp_ns, place in ENTRY.iter_unpack(body)}
+            yield len(entries ^ places.get(channel, set()))
 
 
-def _check_metadata(found: Soundness) -> None:
+def _check_metadata(report: Soundness) -> None:
     """Compare metadata.yaml with the files."""
-    path = found.bag.path / METADATA
+    path = report.bag.path / METADATA
     if not path.is_file():
         return
     try:
-        said = _information_beside(path)
+        metadata = _information_beside(path)
     except (OSError, ValueError):  # `find_files` says so
         return
-    start_ns, end_ns = found.bag.start_ns, found.bag.end_ns
-    held: dict[str, Any] = {'message_count': sum(found.bag.counts.values())}
+    start_ns, end_ns = report.bag.start_ns, report.bag.end_ns
+    actual: dict[str, Any] = {'message_count': sum(report.bag.counts.values())}
     if start_ns is not None and end_ns is not None:
-        held['starting_time'] = {'nanoseconds_since_epoch': start_ns}
-        held['duration'] = {'nanoseconds': end_ns - start_ns}
-    for what, value in held.items():
-        if said.get(what) != value:
-            found.damage.append(
-                f'{path}: {what} = {str(said.get(what))[:80]}, but the files hold {value}'
+        actual['starting_time'] = {'nanoseconds_since_epoch': start_ns}
+        actual['duration'] = {'nanoseconds': end_ns - start_ns}
+    for what, value in actual.items():
+        if metadata.get(what) != value:
+            report.damage.append(
+                f'{path}: {what} = {str(metadata.get(what))[:80]}, but the files hold {value}'
             )
     try:
         topics = {
-            each['topic_metadata']['name']: (each['topic_metadata']['type'], each['message_count'])
-            for each in said['topics_with_message_count']
+            row['topic_metadata']['name']: (row['topic_metadata']['type'], row['message_count'])
+            for row in metadata['topics_with_message_count']
         }
     except (KeyError, TypeError):
-        found.damage.append(f'{path}: its topics cannot be understood')
+        report.damage.append(f'{path}: its topics cannot be understood')
         return
-    counts = found.bag.counts
-    for topic, ros_type in found.bag.topics.items():
-        told = topics.pop(topic, ('nothing', 0))
-        if told != (ros_type, counts[topic]):
-            found.damage.append(
-                f'{path}: {topic} is {str(told[0])[:80]} with {str(told[1])[:80]} messages, but '
+    counts = report.bag.counts
+    for topic, ros_type in report.bag.topics.items():
+        meta = topics.pop(topic, ('nothing', 0))
+        if meta != (ros_type, counts[topic]):
+            report.damage.append(
+                f'{path}: {topic} is {str(meta[0])[:80]} with {str(meta[1])[:80]} messages, but '
                 f'the files hold {ros_type} with {counts[topic]}'
             )
-    found.damage += [
+    report.damage += [
         f'{path}: {str(topic)[:80]} with {str(number)[:80]} messages is not in the files'
         for topic, (_, number) in topics.items()
         if number
@@ -335,14 +335,14 @@ class _Reading:
         self.payloads, self.stamps_ns = [], []
 
 
-def _check_content(found: Soundness) -> None:
-    bag = found.bag
+def _check_content(report: Soundness) -> None:
+    bag = report.bag
     topics = {
         topic: _Reading(f'{bag.path}: {topic}', ros_type) for topic, ros_type in bag.topics.items()
     }
     for topic, reading in topics.items():
         if reading.ros_type not in MESSAGE_TYPES:
-            found.notes.append(f'{topic}: {reading.ros_type or "no type"} is not decoded here')
+            report.notes.append(f'{topic}: {reading.ros_type or "no type"} is not decoded here')
             continue
         try:
             bag.check_type(topic, reading.ros_type)
@@ -360,33 +360,33 @@ def _check_content(found: Soundness) -> None:
     for reading in topics.values():
         if reading.payloads:
             reading.judge()
-    found.faults += [reading.fault for reading in topics.values() if reading.fault]
-    back = {topic: each for topic, each in topics.items() if each.steps_back}
-    said = ' times a log time lies before the one before it'
+    report.faults += [reading.fault for reading in topics.values() if reading.fault]
+    late = {topic: reading for topic, reading in topics.items() if reading.steps_back}
+    text = ' times a log time lies before the one before it'
     # rosbag2 notes when a message came; on /rosout, of all nodes, those times cross
-    known = [reading for reading in back.values() if reading.ros_type in MESSAGE_TYPES]
-    found.faults += [f'{each.origin}: {each.steps_back}{said}' for each in known]
-    found.notes += [
-        f'{topic}: {each.steps_back}{said}' for topic, each in back.items() if each not in known
+    typed = [reading for reading in late.values() if reading.ros_type in MESSAGE_TYPES]
+    report.faults += [f'{item.origin}: {item.steps_back}{text}' for item in typed]
+    report.notes += [
+        f'{topic}: {item.steps_back}{text}' for topic, item in late.items() if item not in typed
     ]
-    _check_scene(found)
+    _check_scene(report)
 
 
-def _check_scene(found: Soundness) -> None:
+def _check_scene(report: Soundness) -> None:
     """Note where the scene is not the first message."""
-    bag = found.bag
+    bag = report.bag
     scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
     if not scenes:
         needs = ArgumentText(f'there is no {SCENE}: a replay needs ', Argument('scene'))
-        found.notes.append(needs)
+        report.notes.append(needs)
         return
     file = bag.files[0]
     for span in file.spans[:1]:
         with file.path.open('rb') as stream:
             for message in file.messages(span, stream):
-                first = file.channels[message.channel].topic
-                if first not in scenes:
-                    found.notes.append(f'the first message is of {first}, not of {scenes[0]}')
+                name = file.channels[message.channel].topic
+                if name not in scenes:
+                    report.notes.append(f'the first message is of {name}, not of {scenes[0]}')
                 break
 
 
@@ -429,11 +429,11 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
     A BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself. A BagError: nothing
     is damaged, no message can be read, or the file system refuses.
     """
-    found = check_bag(path, keep_corrupt=keep_corrupt)
-    if not found.damage:
+    report = check_bag(path, keep_corrupt=keep_corrupt)
+    if not report.damage:
         raise BagError(
             f'{path}: its files are whole, so there is nothing to recover'
-            + (f' (`tauto bag check` says what else: {found.faults[0]})' if found.faults else '')
+            + (f' (`tauto bag check` says what else: {report.faults[0]})' if report.faults else '')
         )
     absolute = path.resolve()
     name = absolute.stem if absolute.is_file() else absolute.name
@@ -441,14 +441,14 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
     if absolute.is_dir() and out.resolve().is_relative_to(absolute):
         raise BagPlaceError(f'{out} lies in the bag that is recovered; name another folder')
     check_folder(out)
-    start_ns, end_ns = found.bag.start_ns, found.bag.end_ns
+    start_ns, end_ns = report.bag.start_ns, report.bag.end_ns
     if start_ns is None or end_ns is None:
         raise BagError(
-            f'{path}: no message can be read ({found.damage[0]}), so nothing can be recovered'
+            f'{path}: no message can be read ({report.damage[0]}), so nothing can be recovered'
         )
     keys: dict[str, str] = {}
     with BagWriter(out) as writer:
-        for file in found.bag.files:
+        for file in report.bag.files:
             with file.path.open('rb') as stream:
                 for span in file.spans:
                     for message in file.messages(span, stream):
@@ -459,8 +459,8 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
                         key = f'{channel.topic} {channel.ros_type}'
                         if key not in keys:
                             keys[key] = channel.topic
-                            known = channel.ros_type in MESSAGE_TYPES
-                            computed = definition_of(channel.ros_type)[1] if known else ''
+                            is_known = channel.ros_type in MESSAGE_TYPES
+                            computed = definition_of(channel.ros_type)[1] if is_known else ''
                             declared = DeclaredTopic(
                                 channel.topic,
                                 channel.ros_type,
@@ -472,13 +472,13 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
                             )
                             writer.declare(key, declared)
                         writer.copy(key, message)
-        writer.describe(found.custom)
-        holes = holes_in(found.custom)
-        for file in found.bag.files:
+        writer.describe(report.custom)
+        holes = holes_in(report.custom)
+        for file in report.bag.files:
             holes += file.holes
         if holes:
             writer.describe({HOLES: joined(holes)})
-        if not all(file.ended for file in found.bag.files):
+        if not all(file.ended for file in report.bag.files):
             writer.describe(CUT_SHORT)
     counts = {keys[key]: number for key, number in writer.counts.items()}
     return Recovered(
@@ -486,6 +486,6 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
         counts,
         start_ns,
         end_ns,
-        tuple(found.damage),
-        max(found.counted - sum(counts.values()), 0),
+        tuple(report.damage),
+        max(report.counted - sum(counts.values()), 0),
     )

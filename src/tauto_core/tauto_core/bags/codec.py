@@ -136,24 +136,24 @@ class _Cursor:
 
     def skip(self, field: Field, size: int, length: int = 1) -> int:
         """Step over `length` primitives of `size` bytes; return the place of the first."""
-        first = self.at + -(self.at - HEADER_BYTES) % size
-        self.at = first + size * length
+        begin = self.at + -(self.at - HEADER_BYTES) % size
+        self.at = begin + size * length
         if self.at > len(self.payload):
             raise cut_short(self.origin, field.message, self.payload)
-        return first
+        return begin
 
     def length(self, field: Field) -> int:
         """Return a sequence length."""
-        first = self.skip(field, 4)
-        self.words.append((first, self.payload[first : self.at]))
-        return int(struct.unpack_from(f'{self.order}I', self.payload, first)[0])
+        begin = self.skip(field, 4)
+        self.words.append((begin, self.payload[begin : self.at]))
+        return int(struct.unpack_from(f'{self.order}I', self.payload, begin)[0])
 
     def text(self, field: Field) -> str:
         """Return a string; the zero at its end is not part of it."""
         length = self.length(field)
-        first = self.skip(field, 1, length)
-        octets = self.payload[first : self.at]
-        self.words.append((first, octets))
+        begin = self.skip(field, 1, length)
+        octets = self.payload[begin : self.at]
+        self.words.append((begin, octets))
         try:
             return octets.removesuffix(b'\x00').decode()
         except UnicodeDecodeError:
@@ -188,22 +188,22 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
             texts[field.sample] = tuple(cursor.text(field) for _ in range(length))
         elif field.kind == 'float64[]':
             length = cursor.length(field)
-            first = cursor.skip(field, 8, length) if length else cursor.at
-            numbers.append((field.sample, f'({length},){cursor.order}f8', first))
+            begin = cursor.skip(field, 8, length) if length else cursor.at
+            numbers.append((field.sample, f'({length},){cursor.order}f8', begin))
         elif field.kind == 'time':
-            first = cursor.skip(field, 4, 2)
-            numbers.append((f'{field.sample}.sec', f'{cursor.order}i4', first))
-            numbers.append((f'{field.sample}.nanosec', f'{cursor.order}u4', first + 4))
+            begin = cursor.skip(field, 4, 2)
+            numbers.append((f'{field.sample}.sec', f'{cursor.order}i4', begin))
+            numbers.append((f'{field.sample}.nanosec', f'{cursor.order}u4', begin + 4))
         else:
             code = NUMBERS[field.kind]
-            first = cursor.skip(field, np.dtype(code).itemsize, field.length)
+            begin = cursor.skip(field, np.dtype(code).itemsize, field.length)
             shape = f'({field.length},)' if field.length > 1 else ''
-            numbers.append((field.sample, f'{shape}{cursor.order}{code}', first))
+            numbers.append((field.sample, f'{shape}{cursor.order}{code}', begin))
     structure = np.dtype(
         {
             'names': [name for name, _, _ in numbers],
             'formats': [code for _, code, _ in numbers],
-            'offsets': [first for _, _, first in numbers],
+            'offsets': [place for _, _, place in numbers],
             'itemsize': len(payload),
         }
     )
@@ -261,21 +261,21 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
             changes |= np.asarray(texts[1:] != texts[:-1], np.bool_)
     bounds = [0, *(np.flatnonzero(changes) + 1).tolist(), n] if n else [0]
     payloads: list[bytes] = []
-    for first, last in pairwise(bounds):
+    for begin, end in pairwise(bounds):
         varying: list[Text] = []
         for field in message.fields:
             value = values[field.sample]
             if field.kind in {'string', 'string[]'}:
-                varying.append(value if field.shared else value[first])
+                varying.append(value if field.shared else value[begin])
             elif field.kind == 'float64[]':
                 varying.append(value.shape[1])
-        one, structure = template(topic, tuple(varying))
-        size = len(one)
-        copies = bytearray(one * (last - first))
+        record, structure = template(topic, tuple(varying))
+        size = len(record)
+        copies = bytearray(record * (end - begin))
         block = np.frombuffer(copies, structure)
         for field in message.fields:
             if field.kind == 'time':
-                seconds, nanoseconds = np.divmod(values[field.sample][first:last], NS_PER_S)
+                seconds, nanoseconds = np.divmod(values[field.sample][begin:end], NS_PER_S)
                 low, high = _SECONDS_RANGE
                 if not (low <= seconds.min() and seconds.max() <= high):
                     raise BagError(
@@ -286,7 +286,7 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
                 block[f'{field.sample}.sec'] = seconds
                 block[f'{field.sample}.nanosec'] = nanoseconds
             elif field.kind not in {'string', 'string[]'}:
-                block[field.sample] = values[field.sample][first:last]
+                block[field.sample] = values[field.sample][begin:end]
         octets = bytes(copies)
         payloads += [octets[at : at + size] for at in range(0, len(octets), size)]
     return payloads
@@ -338,14 +338,14 @@ def payloads_joined(ros_type: str, origin: str, parts: Sequence[Samples]) -> Sam
     Several frames or sets of joint names are a BagError, as in `decode`.
     """
     for field in MESSAGE_TYPES[ros_type].fields:
-        first, *others = [getattr(part, field.sample) for part in parts]
-        for other in others:
-            if field.shared and other != first:
-                raise _mixed(origin, field, repr(first), repr(other))
-            if not field.shared and other.shape[1:] != first.shape[1:]:
-                raise _mixed(origin, field, *_lengths(first, other))
-    whole: Samples = join(parts)  # type: ignore[type-var]
-    return whole
+        value, *values = [getattr(part, field.sample) for part in parts]
+        for item in values:
+            if field.shared and item != value:
+                raise _mixed(origin, field, repr(value), repr(item))
+            if not field.shared and item.shape[1:] != value.shape[1:]:
+                raise _mixed(origin, field, *_lengths(value, item))
+    batch: Samples = join(parts)  # type: ignore[type-var]
+    return batch
 
 
 def header_stamp_ns(payload: bytes) -> int:
@@ -372,21 +372,21 @@ def _groups(
         yield np.arange(1), scan(message, origin, payloads[0])
         return
     sizes = np.fromiter(map(len, payloads), np.int64, len(payloads))
-    rest = np.arange(len(payloads))
+    pending = np.arange(len(payloads))
     for _ in range(_MOST_LAYOUTS):
-        if not len(rest):
+        if not len(pending):
             return
-        layout = scan(message, origin, payloads[rest[0]])
-        alike = np.flatnonzero(sizes[rest] == layout.size)
-        octets = b''.join([payloads[index] for index in rest[alike].tolist()])
+        layout = scan(message, origin, payloads[pending[0]])
+        alike = np.flatnonzero(sizes[pending] == layout.size)
+        octets = b''.join([payloads[index] for index in pending[alike].tolist()])
         block = np.frombuffer(octets, np.uint8).reshape(len(alike), layout.size)
         fits = np.ones(len(alike), np.bool_)
         for at, word in layout.words:
             fits &= np.all(block[:, at : at + len(word)] == np.frombuffer(word, np.uint8), axis=1)
         rows = block[fits].view(layout.rows.dtype)[:, 0]
-        yield rest[alike[fits]], replace(layout, rows=rows)
-        rest = np.delete(rest, alike[fits])
-    for index in rest.tolist():
+        yield pending[alike[fits]], replace(layout, rows=rows)
+        pending = np.delete(pending, alike[fits])
+    for index in pending.tolist():
         yield np.array([index]), scan(message, origin, payloads[index])
 
 
@@ -404,9 +404,9 @@ class _Collection:
         for field in self.message.fields:
             name = field.sample
             if field.shared:
-                found = layout.texts[name]
-                if self.values.setdefault(name, found) != found:
-                    raise _mixed(self.origin, field, repr(self.values[name]), repr(found))
+                text = layout.texts[name]
+                if self.values.setdefault(name, text) != text:
+                    raise _mixed(self.origin, field, repr(self.values[name]), repr(text))
                 continue
             if field.kind == 'string':
                 texts = self.values.setdefault(name, np.empty(self.n, object))
@@ -421,10 +421,10 @@ class _Collection:
             if name not in self.values and len(part) == self.n:
                 self.values[name] = part.astype(native)
                 continue
-            whole = self.values.setdefault(name, np.empty((self.n, *part.shape[1:]), native))
-            if whole.shape[1:] != part.shape[1:]:
-                raise _mixed(self.origin, field, *_lengths(whole, part))
-            whole[where] = part
+            array = self.values.setdefault(name, np.empty((self.n, *part.shape[1:]), native))
+            if array.shape[1:] != part.shape[1:]:
+                raise _mixed(self.origin, field, *_lengths(array, part))
+            array[where] = part
 
 
 def _lengths(first: NDArray[Any], second: NDArray[Any]) -> tuple[str, str]:

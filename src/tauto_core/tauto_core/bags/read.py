@@ -72,15 +72,15 @@ def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, 
     try:
         opcode, _ = RECORD.unpack_from(record)
         _, _, size, crc, name_length = _CHUNK_HEAD.unpack_from(record, RECORD.size)
-        first = RECORD.size + _CHUNK_HEAD.size
-        compression = record[first : first + name_length].decode()
-        (length,) = struct.unpack_from('<Q', record, first + name_length)
+        begin = RECORD.size + _CHUNK_HEAD.size
+        compression = record[begin : begin + name_length].decode()
+        (length,) = struct.unpack_from('<Q', record, begin + name_length)
     except struct.error:
         raise ValueError('its head is cut') from None
     if opcode != _CHUNK:
         raise ValueError('another record lies there')
-    first += name_length + 8
-    body = record[first : first + length]
+    begin += name_length + 8
+    body = record[begin : begin + length]
     if compression == '' and len(body) < length:
         return body, True
     if len(body) < length:
@@ -99,11 +99,11 @@ def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
     at = 0
     while at + RECORD.size <= len(octets):
         opcode, length = RECORD.unpack_from(octets, at)
-        first = at + RECORD.size
-        at = first + length
+        begin = at + RECORD.size
+        at = begin + length
         if at > len(octets):
             return
-        yield opcode, first, at
+        yield opcode, begin, at
 
 
 def messages_in(octets: bytes, channels: Collection[int] | None) -> Iterator[RecordedMessage]:
@@ -209,7 +209,7 @@ class McapFile:
     description: str = ''
     keep_corrupt: bool = False
     holes: list[Hole] = field(default_factory=list)
-    _held: tuple[int, bytes] = field(default=(-1, b''), repr=False, compare=False)
+    _octets_of: tuple[int, bytes] = field(default=(-1, b''), repr=False, compare=False)
     """Offset and records of the span that was read last: the chunk with the scene, with which the
     messages of the voyage begin, is decompressed once for both.
     """
@@ -225,17 +225,17 @@ class McapFile:
 
     def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
         """Return stamp [ns] and offset of each message among the records of a span, by channel."""
-        found: dict[int, set[tuple[int, int]]] = defaultdict(set)
+        places: dict[int, set[tuple[int, int]]] = defaultdict(set)
         octets = self._octets(span, stream)
-        for opcode, first, last in records_in(octets):
-            if opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, first)
-                found[channel].add((stamp_ns, first - RECORD.size))
-        return found
+        for opcode, begin, end in records_in(octets):
+            if opcode == MESSAGE and end - begin >= MESSAGE_HEAD.size:
+                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, begin)
+                places[channel].add((stamp_ns, begin - RECORD.size))
+        return places
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
         """Return the records of a span; none of a damaged chunk, with a warning."""
-        offset, octets = self._held
+        offset, octets = self._octets_of
         if offset == span.offset:
             return octets
         try:
@@ -246,7 +246,7 @@ class McapFile:
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
             octets = b''
-        self._held = span.offset, octets
+        self._octets_of = span.offset, octets
         return octets
 
     def warn(self, what: str) -> None:
@@ -289,22 +289,22 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
     from mcap.stream_reader import StreamReader
 
     start, octets = _summary(file, stream)
-    found: dict[type, list[Any]] = defaultdict(list)
+    by_type: dict[type, list[Any]] = defaultdict(list)
     try:
         reader = StreamReader(BytesIO(octets), skip_magic=True, record_size_limit=len(octets))
         for record in reader.records:
-            found[type(record)].append(record)
+            by_type[type(record)].append(record)
     except (McapError, struct.error, ValueError, OverflowError):
         return False
-    schemas: dict[int, Schema] = {schema.id: schema for schema in found[records.Schema]}
+    schemas: dict[int, Schema] = {schema.id: schema for schema in by_type[records.Schema]}
     channels = {
         channel.id: _channel(channel, schemas.get(channel.schema_id))
-        for channel in found[records.Channel]
+        for channel in by_type[records.Channel]
     }
-    chunks = sorted(found[records.ChunkIndex], key=lambda chunk: chunk.chunk_start_offset)
-    if len(found[records.Statistics]) != 1:
+    chunks = sorted(by_type[records.ChunkIndex], key=lambda chunk: chunk.chunk_start_offset)
+    if len(by_type[records.Statistics]) != 1:
         return False
-    [statistics] = found[records.Statistics]
+    [statistics] = by_type[records.Statistics]
     counts = statistics.channel_message_counts
     if (
         statistics.chunk_count != len(chunks)
@@ -337,7 +337,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
             )
         )
     file.channels, file.counts, file.spans = channels, Counter(counts), spans
-    for place in found[records.MetadataIndex]:
+    for place in by_type[records.MetadataIndex]:
         if place.name == 'rosbag2' and place.offset + place.length <= start:
             stream.seek(place.offset + RECORD.size)
             _register(file, schemas, _METADATA, stream.read(min(place.length, LARGEST_PART)))
@@ -373,10 +373,10 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
     A valid index gives the topics whose definitions are lost, and the times of lost chunks.
     """
     index = McapFile(file.path)
-    known: dict[int, Span] = {}
+    spans: dict[int, Span] = {}
     if _read_index(index, stream):
         file.channels |= index.channels
-        known = {span.offset: span for span in index.spans}
+        spans = {span.offset: span for span in index.spans}
     schemas: dict[int, Schema] = {}
     size = stream.seek(0, 2)
     at = len(MAGIC)
@@ -389,7 +389,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         if complete:
             break
         if opcode == _CHUNK:
-            _walk_chunk(file, stream, schemas, at, min(end, size), known.get(at))
+            _walk_chunk(file, stream, schemas, at, min(end, size), spans.get(at))
         elif end <= size and opcode in {_SCHEMA, _CHANNEL, _METADATA}:
             _register(file, schemas, opcode, stream.read(min(length, LARGEST_PART)))
         elif end <= size and opcode == MESSAGE and length >= MESSAGE_HEAD.size:
@@ -411,15 +411,15 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         at += RECORD.size + length
     stream.seek(min(at, size))
     has_end = opcode == _FOOTER and stream.read(len(MAGIC)) == MAGIC
-    left = size - at - len(MAGIC)
+    extra = size - at - len(MAGIC)
     stream.seek(size - len(MAGIC))
     if not has_end and stream.read() != MAGIC:
         file.warn('it was cut within its index; all messages can be read')
-    elif has_end and left:
-        stream.seek(size - left)
+    elif has_end and extra:
+        stream.seek(size - extra)
         what = 'are another MCAP file: cut them off' * (stream.read(len(MAGIC)) == MAGIC)
         file.warn(
-            f'{left} bytes follow its end at byte {size - left}: they {what or "are not read"}'
+            f'{extra} bytes follow its end at byte {size - extra}: they {what or "are not read"}'
         )
 
 
@@ -429,9 +429,9 @@ def _walk_chunk(
     schemas: dict[int, Schema],
     at: int,
     end: int,
-    known: Span | None,
+    entry: Span | None,
 ) -> None:
-    """Add a chunk to the file, or what it held to the holes; `known` is its entry in the index."""
+    """Add a chunk to the file, or what it held to the holes; `entry` is that in the index."""
     stream.seek(at)
     record = stream.read(min(end - at, LARGEST_PART))
     cut = len(record) < RECORD.size + RECORD.unpack_from(record)[1]
@@ -440,12 +440,12 @@ def _walk_chunk(
         octets, has_checksum = chunk_records(record, keep_corrupt=file.keep_corrupt)
     except ValueError as error:
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
-    last, heads = 0, []
-    for opcode, first, last in records_in(octets):
+    stop, heads = 0, []
+    for opcode, start, stop in records_in(octets):
         if opcode in {_SCHEMA, _CHANNEL}:
-            _register(file, schemas, opcode, octets[first:last])
-        elif opcode == MESSAGE and last - first >= MESSAGE_HEAD.size:
-            heads.append(MESSAGE_HEAD.unpack_from(octets, first))
+            _register(file, schemas, opcode, octets[start:stop])
+        elif opcode == MESSAGE and stop - start >= MESSAGE_HEAD.size:
+            heads.append(MESSAGE_HEAD.unpack_from(octets, start))
     fit = [head for head in heads if head[2] <= LATEST_NS]
     if len(fit) < len(heads):
         file.warn(f'{len(heads) - len(fit)} messages of the chunk at byte {at} have {_TOO_LATE}')
@@ -457,10 +457,10 @@ def _walk_chunk(
         )
     if not (has_checksum or cut):
         stream.seek(end)
-        file.holes += _indexed(file, stream.read(16 * len(record)), known, bool(octets))
-    elif len(octets) > last and not cut:
+        file.holes += _indexed(file, stream.read(16 * len(record)), entry, bool(octets))
+    elif len(octets) > stop and not cut:
         file.warn(
-            f'the last {len(octets) - last} bytes of the chunk at byte {at} are not a record'
+            f'the last {len(octets) - stop} bytes of the chunk at byte {at} are not a record'
         )
 
 
@@ -473,37 +473,37 @@ def _add_message(file: McapFile, span: Span, channel: int) -> None:
         file.warn(f'messages outside of chunks have {_TOO_LATE}')
         return
     file.counts[channel] += 1
-    last = file.spans[-1] if file.spans else None
-    follows = last and not last.chunk and last.offset + last.length == span.offset
-    if last and follows and last.length < SPAN_BYTES:  # one span for both
-        file.spans[-1] = last._replace(
-            length=last.length + span.length,
-            start_ns=min(last.start_ns, span.start_ns),
-            end_ns=max(last.end_ns, span.end_ns),
+    previous = file.spans[-1] if file.spans else None
+    follows = previous and not previous.chunk and previous.offset + previous.length == span.offset
+    if previous and follows and previous.length < SPAN_BYTES:  # one span for both
+        file.spans[-1] = previous._replace(
+            length=previous.length + span.length,
+            start_ns=min(previous.start_ns, span.start_ns),
+            end_ns=max(previous.end_ns, span.end_ns),
         )
     else:
         file.spans.append(span)
 
 
-def _indexed(file: McapFile, after: bytes, known: Span | None, corrupt: bool) -> list[Hole]:
+def _indexed(file: McapFile, octets: bytes, entry: Span | None, corrupt: bool) -> list[Hole]:
     """Return what a damaged chunk held, by the message indices at the begin of what follows it.
 
     Without one, by its entry in the file's index, or by the message before it.
     """
-    held: list[Hole] = []
-    for opcode, first, last in records_in(after):
-        if opcode != _MESSAGE_INDEX or (last - first - INDEX_HEAD.size) % ENTRY.size:
+    holes: list[Hole] = []
+    for opcode, begin, end in records_in(octets):
+        if opcode != _MESSAGE_INDEX or (end - begin - INDEX_HEAD.size) % ENTRY.size:
             break
-        channel, _ = INDEX_HEAD.unpack_from(after, first)
-        entries = ENTRY.iter_unpack(after[first + INDEX_HEAD.size : last])
+        channel, _ = INDEX_HEAD.unpack_from(octets, begin)
+        entries = ENTRY.iter_unpack(octets[begin + INDEX_HEAD.size : end])
         stamps = [stamp_ns for stamp_ns, _ in entries]
         if stamps and channel in file.channels:
             topic = file.channels[channel].topic
-            held.append(Hole(topic, len(stamps), min(stamps), max(stamps), corrupt))
-    near = known or (
+            holes.append(Hole(topic, len(stamps), min(stamps), max(stamps), corrupt))
+    span = entry or (
         file.spans[-1]._replace(start_ns=file.spans[-1].end_ns) if file.spans else None
     )
-    return held or [Hole('', 0, *(near[2:4] if near else (0, 0)), corrupt)]
+    return holes or [Hole('', 0, *(span[2:4] if span else (0, 0)), corrupt)]
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:
@@ -717,9 +717,9 @@ class Bag:
             raise BagError(
                 f'{self.path}: {topic} may be {" or ".join(matches)}; name one namespace'
             )
-        held = ', '.join(self.topics) or 'none'
+        names = ', '.join(self.topics) or 'none'
         damage = f'. {self.warnings[0]}; see tauto bag check' if self.warnings else ''
-        raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {held}{damage}')
+        raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {names}{damage}')
 
     def _matches(self, topic: str) -> list[str]:
         topics = self._types
@@ -727,18 +727,18 @@ class Bag:
             return [topic] if topic in topics else []
         if self.namespace is not None and topic in TOPICS:
             full = '/'.join(['', *self.namespace.split('/'), topic]).replace('//', '/')
-            return [found for found in topics if f'/{found.lstrip("/")}' == full]
-        return [found for found in topics if f'/{found.lstrip("/")}'.endswith(f'/{topic}')]
+            return [name for name in topics if f'/{name.lstrip("/")}' == full]
+        return [name for name in topics if f'/{name.lstrip("/")}'.endswith(f'/{topic}')]
 
     @cached_property
     def _types(self) -> dict[str, tuple[dict[str, None], dict[str, None]]]:
         """The types and the encodings of each topic, in the order of the channels."""
-        known: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
+        table: dict[str, tuple[dict[str, None], dict[str, None]]] = {}
         for file in self.files:
             for channel in file.channels.values():
-                types, encodings = known.setdefault(channel.topic, ({}, {}))
+                types, encodings = table.setdefault(channel.topic, ({}, {}))
                 types[channel.ros_type] = encodings[channel.encoding] = None
-        return known
+        return table
 
     def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, RecordedMessage]]:
         """Yield messages with their topics, file after file; refuse another type or encoding."""
@@ -762,10 +762,10 @@ class Bag:
     def check_type(self, full: str, wanted: str) -> None:
         """Refuse a topic, by its full name, that is not all of one type in CDR (BagError)."""
         types, encodings = self._types[full]
-        for found in types:
-            if found != wanted:
+        for actual in types:
+            if actual != wanted:
                 raise BagError(
-                    f'{self.path}: {full} holds {found or "messages without a type"}, but '
+                    f'{self.path}: {full} holds {actual or "messages without a type"}, but '
                     f'must hold {wanted}; remap that topic or name another bag'
                 )
         for encoding in encodings:
@@ -814,26 +814,26 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
         raise BagPlaceError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
     if not path.is_dir():
         return [path]
-    found = sorted(path.glob('*.mcap'), key=by_number)
+    files = sorted(path.glob('*.mcap'), key=by_number)
     if (path / METADATA).exists():
         listed = _listed_files(path / METADATA)
         lost = [file.name for file in listed if not os.path.exists(file)]
-        if found and len(lost) == len(listed):
+        if files and len(lost) == len(listed):
             raise BagError(
                 f'{path} has other .mcap files than its {METADATA} names '
                 f'({", ".join(lost)[:99]}); give them these names again, or say '
                 f'`tauto bag recover {path}`'
             )
         notes += [f'{path}: {name}, named by {METADATA}, is missing' for name in lost]
-        found = [file for file in listed if os.path.exists(file)]
-    elif found:
+        files = [file for file in listed if os.path.exists(file)]
+    elif files:
         notes.append(f'{path}: it has no {METADATA}: the recording did not end by itself')
-    if not found:
+    if not files:
         raise BagError(
             f'{path} holds no .mcap file; name a rosbag2 folder with MCAP storage, or convert it '
             'with `ros2 bag convert`'
         )
-    return found
+    return files
 
 
 def _listed_files(metadata: Path) -> list[Path]:

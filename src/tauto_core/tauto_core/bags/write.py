@@ -258,21 +258,21 @@ class McapOut:
         pending = self._collected()
         if not any(entry.channel for entry in pending):
             return
-        octets, index, after = self._chunk(pending)
+        octets, index, state = self._chunk(pending)
         stored = self._stored
         try:
             # The disk space that the end of the file will need; `give_up` returns it.
-            needed = self._definition_bytes + after.index_end + self.described_bytes + _ROOM_BYTES
+            needed = self._definition_bytes + state.index_end + self.described_bytes + _ROOM_BYTES
             if needed > self._room_bytes:
-                more = needed - self._room_bytes + _ROOM_BYTES
-                _write(self._room, self._room_bytes, bytes(more))
-                self._room_bytes += more
+                growth = needed - self._room_bytes + _ROOM_BYTES
+                _write(self._room, self._room_bytes, bytes(growth))
+                self._room_bytes += growth
             _write(self._raw, stored.end, octets)
             _write(self._index, stored.index_end, index)
         except OSError as error:
             self._cut(stored.end)
             raise refused(self.path, error) from error
-        self._stored = after
+        self._stored = state
         self._pending.pop(stored.chunks, None)
         self._pending_bytes = 0
 
@@ -311,15 +311,15 @@ class McapOut:
             **span,
         )
         octets, record, stored = chunk + indices, _record(index), self._stored
-        after = _Stored(
+        state = _Stored(
             stored.end + len(octets),
-            stored.counts + Counter({channel: len(found) for channel, found in rows.items()}),
+            stored.counts + Counter({channel: len(entries) for channel, entries in rows.items()}),
             stored.index_end + len(record),
             stored.chunks + 1,
             min(stored.first_ns, *stamps),
             max(stored.last_ns, *stamps),
         )
-        return octets, record, after
+        return octets, record, state
 
     def _summary(self, start: int, metadata: McapRecord) -> Iterator[bytes]:
         """Yield the summary section, which begins at `start`, and the footer without its CRC."""
@@ -328,12 +328,12 @@ class McapOut:
 
         def index_records() -> Iterator[bytes]:
             self._index.seek(0)
-            left = self._stored.index_end
-            while left:
-                piece = self._index.read(min(left, _PIECE_BYTES))
+            remaining = self._stored.index_end
+            while remaining:
+                piece = self._index.read(min(remaining, _PIECE_BYTES))
                 if not piece:
-                    raise OSError(errno.EIO, f'the last {left} bytes of its index are lost')
-                left -= len(piece)
+                    raise OSError(errno.EIO, f'the last {remaining} bytes of its index are lost')
+                remaining -= len(piece)
                 yield piece
 
         schemas = [record for record in self._definitions if isinstance(record, Schema)]
@@ -371,10 +371,10 @@ class McapOut:
 
 def _write(stream: RawIOBase, at: int, octets: bytes) -> None:
     """Write all bytes at the current place."""
-    rest = memoryview(octets)
+    view = memoryview(octets)
     stream.seek(at)
-    while rest:
-        rest = rest[stream.write(rest) or 0 :]
+    while view:
+        view = view[stream.write(view) or 0 :]
 
 
 def refused(path: Path, error: OSError) -> BagError:
@@ -442,19 +442,19 @@ def _check_replaceable(folder: Path, *, force: bool) -> None:
             Argument('force', value=True),
             ' to replace it',
         )
-    for each in (folder, _sibling(folder, '.partial'), _sibling(folder, '.replaced')):
-        if not each.exists():
+    for place in (folder, _sibling(folder, '.partial'), _sibling(folder, '.replaced')):
+        if not place.exists():
             continue
-        if not each.is_dir():
-            raise BagPlaceError(f'{each} is a file, not the folder of a bag; name another folder')
-        others = sorted(
+        if not place.is_dir():
+            raise BagPlaceError(f'{place} is a file, not the folder of a bag; name another folder')
+        names = sorted(
             entry.name
-            for entry in each.iterdir()
+            for entry in place.iterdir()
             if entry.is_dir() or not any(map(entry.match, _OF_A_BAG))
         )
-        if others:
+        if names:
             raise BagPlaceError(
-                f'{each} is not only a bag: it holds {others[0]!r}, which replacing would lose; '
+                f'{place} is not only a bag: it holds {names[0]!r}, which replacing would lose; '
                 'name another folder or move what is not part of the bag'
             )
 
@@ -465,9 +465,9 @@ def _one_writer(folder: Path, *, make: bool = True) -> Iterator[None]:
 
     The lock is a file beside the folder, since the folder itself is exchanged at the end.
     """
-    with ExitStack() as held:
+    with ExitStack() as stack:
         try:
-            held.enter_context(one_writer(folder.with_name(f'.{folder.name}.lock'), make=make))
+            stack.enter_context(one_writer(folder.with_name(f'.{folder.name}.lock'), make=make))
         except BlockingIOError:
             raise BagPlaceError(
                 f'{folder} is being written by another process; wait until it ends, or name '
@@ -557,20 +557,20 @@ class BagWriter:
         """The folder that holds the messages."""
 
     def __enter__(self) -> Self:
-        with ExitStack() as held:
+        with ExitStack() as stack:
             try:
                 self._folder.parent.mkdir(parents=True, exist_ok=True)
-                held.enter_context(_one_writer(self._folder))
+                stack.enter_context(_one_writer(self._folder))
                 _put_back(self._folder)
                 _check_replaceable(self._folder, force=self._force)
                 self._replaces = self._folder.exists()
                 if self._replaces:
                     self.path = _sibling(self._folder, '.partial')
-                    for left in (self.path, _sibling(self._folder, '.replaced')):
-                        if left.exists():
-                            shutil.rmtree(left)
+                    for relic in (self.path, _sibling(self._folder, '.replaced')):
+                        if relic.exists():
+                            shutil.rmtree(relic)
                             warnings.warn(
-                                f'{left}: was left by a process that did not end in good order, '
+                                f'{relic}: was left by a process that did not end in good order, '
                                 'and is removed',
                                 TautoWarning,
                                 stacklevel=2,
@@ -586,7 +586,7 @@ class BagWriter:
                 chunk_bytes=self._chunk_bytes,
                 compression=self._compression,
             )
-            self._held = held.pop_all()
+            self._held = stack.pop_all()
         return self
 
     def write(self, batches: Batches) -> None:
@@ -612,8 +612,8 @@ class BagWriter:
             for name, fact in facts.items()
         }
         # in the MCAP file and in metadata.yaml, in YAML with its quotes and folded lines
-        told = sum(len(name) + len(fact.encode()) for name, fact in self._custom.items())
-        self._file.described_bytes = 3 * told
+        size = sum(len(name) + len(fact.encode()) for name, fact in self._custom.items())
+        self._file.described_bytes = 3 * size
 
     def declare(self, key: str, declared: DeclaredTopic) -> None:
         """Add a topic that need not be in the table, under a key for `copy`."""

@@ -270,24 +270,24 @@ def try_out(
         runs.append(_run(_sampled_finer(beginning, parts), limit, work=parts))
         sampling = half_turn_s * _half_turns_apart(runs[-2], runs[-1])
     if tolerance is not None and may_be_chaotic:
-        near = _stepped(followed, min(tolerance, APART_TOLERANCE))
-        runs += [_run(near, limit, 0.5 * limit.left_s), _run(_released_apart(near), limit)]
+        twin = _stepped(followed, min(tolerance, APART_TOLERANCE))
+        runs += [_run(twin, limit, 0.5 * limit.left_s), _run(_released_apart(twin), limit)]
         growing = _Growing.of(runs[-2], runs[-1], scene)
     interval_s = scene.log_interval_ns / NS_PER_S
-    tried = min(len(each) for each in (runs[0].phases, steps, sampling) if each is not None)
-    seen = TrialErrors(
-        tried_s=max(tried - 1, 0) * interval_s,
+    count = min(len(series) for series in (runs[0].phases, steps, sampling) if series is not None)
+    trial = TrialErrors(
+        tried_s=max(count - 1, 0) * interval_s,
         sampling_s=None,
         steps_s=None,
         growth=None if growing is None else growing.found,
         newton_a_second=runs[0].newton / max(_length_s(scene, runs[0]), interval_s),
         was_cut=any(ran.was_cut for ran in runs),
     )
-    if seen.was_cut and tried < 2:
-        return seen
-    errors = [error if error is None else error[:tried] for error in (sampling, steps)]
-    times: FloatArray = np.arange(tried, dtype=np.float64) * interval_s
-    grows = seen.growth is not None and seen.growth.grows
+    if trial.was_cut and count < 2:
+        return trial
+    errors = [error if error is None else error[:count] for error in (sampling, steps)]
+    times: FloatArray = np.arange(count, dtype=np.float64) * interval_s
+    grows = trial.growth is not None and trial.growth.grows
     sampled_s = ends_s if grows else min(lasts_s, ends_s)
     bounds = [
         None if error is None else SAFETY * extrapolated(times, error, until_s, dial.rounding_s)
@@ -295,7 +295,7 @@ def try_out(
     ]
     rounding_s, until_s = 0.0, None
     if growing is not None and growing.found.is_chaotic:
-        starts_s = [0.0 if each is None else growing.start_s(times, each) for each in errors]
+        starts_s = [0.0 if error is None else growing.start_s(times, error) for error in errors]
         # of the walk by rounding, steps after an e-fold of the growth no longer count
         rounding = dial.rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
         grown = growing.size_at(ends_s)
@@ -308,7 +308,7 @@ def try_out(
             LEGIBLE * dial.nominal_s / (SAFETY * (sum(starts_s) + rounding)), ends_s
         )
     return replace(
-        seen,
+        trial,
         sampling_s=bounds[0],
         steps_s=bounds[1] if stepping else 0.0,
         rounding_s=rounding_s,
@@ -333,7 +333,7 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
     if scene.log_interval_ns <= most_ns:
         return scene
     step_ns = 1 if scene.lies_still else scene.step_ns
-    steps, most = scene.log_interval_ns // step_ns, int(most_ns / step_ns)
+    steps, most_steps = scene.log_interval_ns // step_ns, int(most_ns / step_ns)
     propagator = make_propagator(
         compile_machine(scene), still=scene.lies_still, tolerance=tolerance
     )
@@ -348,8 +348,8 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
     fewest = math.ceil(scene.log_interval_ns / most_ns)
     # parts of the interval come to the end of the scene; otherwise as many steps as there may be
     parts = (steps // n for n in range(fewest, 4 * fewest) if steps % n == 0)
-    other = range(most, max(most - 4 * MAX_STRIDE, 0), -1)
-    for samples in (*parts, *other):
+    numbers = range(most_steps, max(most_steps - 4 * MAX_STRIDE, 0), -1)
+    for samples in (*parts, *numbers):
         closer = logged(samples)
         if samples_a_piece(closer, fill) == piece:
             return closer
@@ -364,8 +364,8 @@ def _finer_parts(scene: Scene) -> int | None:
     """
     hung, finer = scene.suspension, FINER
     if hung is not None and hung.sticks:
-        least = FINER[0] * felt_parts(scene)
-        finer = tuple(range(least, 2 * least)) + FINER
+        fewest = FINER[0] * felt_parts(scene)
+        finer = tuple(range(fewest, 2 * fewest)) + FINER
     for parts in finer:
         try:
             felt_parts(_sampled_finer(scene, parts))
@@ -389,8 +389,8 @@ def _released_apart(scene: Scene) -> Scene:
     """Return a scene with the wheel released nearer to rest, by `RELEASED_APART`."""
     assert scene.trochlea is not None  # a body in a fluid takes no steps
     release = scene.trochlea.release_angle
-    nearer = release - math.copysign(RELEASED_APART, release)
-    released = scene.trochlea.model_copy(update={'release_angle': nearer})
+    angle = release - math.copysign(RELEASED_APART, release)
+    released = scene.trochlea.model_copy(update={'release_angle': angle})
     return scene.model_copy(update={'trochlea': released})
 
 
@@ -399,11 +399,11 @@ def _length_s(scene: Scene, ran: _Ran) -> float:
     return max(len(ran.phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
 
 
-def _half_turns_apart(one: _Ran, other: _Ran) -> FloatArray:
+def _half_turns_apart(a: _Ran, b: _Ran) -> FloatArray:
     """Return by how many half turns two runs differ, at the instants of both."""
-    both = min(len(one.phases), len(other.phases))
-    apart: FloatArray = (one.phases[:both] - other.phases[:both]).sum(axis=1)
-    return apart
+    count = min(len(a.phases), len(b.phases))
+    difference: FloatArray = (a.phases[:count] - b.phases[:count]).sum(axis=1)
+    return difference
 
 
 def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
@@ -424,12 +424,12 @@ def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0
 
 def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
     """Return the readings of a run until it ends, or has taken its processor time."""
-    motion, stage, said = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
+    motion, stage, phases = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
     step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
 
     def take(batches: Batches) -> None:
         if PHASE in batches:
-            said.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
+            phases.append(batches[PHASE].position[:, 1:3])  # type: ignore[union-attr]
 
     box = BoxTemperature(scene) if SHIP_TEMPERATURE in stage.inputs else None
     warm, log_ns = 0, scene.log_interval_ns
@@ -443,11 +443,11 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
             break
         batches: Batches = {SHIP_IMU: imu}
         if box is not None:
-            last = -((scene.starts_at_ns - int(imu.stamp_ns[-1])) // log_ns)
-            logs = np.arange(warm, last + 1)
-            warm, none = last + 1, np.zeros(len(logs))
+            log_end = -((scene.starts_at_ns - int(imu.stamp_ns[-1])) // log_ns)
+            logs = np.arange(warm, log_end + 1)
+            warm, zeros = log_end + 1, np.zeros(len(logs))
             stamps = scene.starts_at_ns + logs * log_ns
-            batches[SHIP_TEMPERATURE] = TemperatureSamples(stamps, '', box.at(logs), none)
+            batches[SHIP_TEMPERATURE] = TemperatureSamples(stamps, '', box.at(logs), zeros)
         take(stage.feed(batches))
         took_s, moved_s = time.thread_time() - began_s, len(imu.stamp_ns) * step_s
         spent_s += limit.charge(took_s, work * moved_s, may_compile=reached_s < COMPILED_S)
@@ -455,7 +455,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         chunk = min(2 * chunk, CHUNK) if took_s < CHUNK_S else max(chunk // 2, FIRST_CHUNK)
         cut = spent_s >= most_s
     newton = int(stage.state()['propagator'].get('newton', 0))
-    return _Ran(np.concatenate(said), newton, cut)
+    return _Ran(np.concatenate(phases), newton, cut)
 
 
 class _Growing:
@@ -470,24 +470,24 @@ class _Growing:
         edges = np.interp(end_s * np.linspace(0.25, 1.0, GROWTH_PIECES + 1), times, logs)
         pieces, piece_s = np.diff(edges), 0.75 * end_s / GROWTH_PIECES
         by_power = STEEPEST * math.log(2.0)
-        half, quarter = (logs[-1] - np.interp(part * end_s, times, logs) for part in (0.5, 0.25))
+        mid, quarter = (logs[-1] - np.interp(part * end_s, times, logs) for part in (0.5, 0.25))
         self.found = Growth(
             followed_s=end_s,
             per_s=float(np.mean(pieces)) / piece_s,
             per_s_sigma=float(np.std(pieces, ddof=1)) / math.sqrt(GROWTH_PIECES) / piece_s,
-            is_chaotic=bool(half > by_power or quarter > 2.0 * by_power),
+            is_chaotic=bool(mid > by_power or quarter > 2.0 * by_power),
         )
 
     @classmethod
-    def of(cls, one: _Ran, other: _Ran, scene: Scene) -> _Growing | None:
+    def of(cls, a: _Ran, b: _Ran, scene: Scene) -> _Growing | None:
         """Return the growth that two runs show, None where their motion ends at once."""
-        apart = math.pi * np.maximum.accumulate(np.abs(_half_turns_apart(one, other)))
-        apart = apart[apart <= SMALL_APART]
-        if len(apart) <= GROWTH_PIECES:
+        angle = math.pi * np.maximum.accumulate(np.abs(_half_turns_apart(a, b)))
+        angle = angle[angle <= SMALL_APART]
+        if len(angle) <= GROWTH_PIECES:
             return None
         interval_s = scene.log_interval_ns / NS_PER_S
-        times: FloatArray = np.arange(len(apart), dtype=np.float64) * interval_s
-        return cls(times, np.log(np.maximum(apart / RELEASED_APART, 1.0)))
+        times: FloatArray = np.arange(len(angle), dtype=np.float64) * interval_s
+        return cls(times, np.log(np.maximum(angle / RELEASED_APART, 1.0)))
 
     @property
     def _quickest_per_s(self) -> float:
@@ -528,14 +528,14 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
     if len(times) < 2:
         return 0.0
     tried_s, sizes = float(times[-1]), np.abs(error)
-    most, half = (float(np.max(sizes[times <= tried_s / n])) for n in (1, 2))
-    if end_s <= tried_s or most == 0.0:
-        return most
-    doubling = math.log(most / max(half, min(rounding_s, most)))
+    size, half_size = (float(np.max(sizes[times <= tried_s / n])) for n in (1, 2))
+    if end_s <= tried_s or size == 0.0:
+        return size
+    doubling = math.log(size / max(half_size, min(rounding_s, size)))
     power = min(doubling / math.log(2.0), STEEPEST)
     slope = abs(float(np.polyfit(times, error, 1)[0]))
-    longer = most + slope * (end_s - tried_s)
-    return min(max(most * math.pow(end_s / tried_s, power), longer), end_s)
+    longer = size + slope * (end_s - tried_s)
+    return min(max(size * math.pow(end_s / tried_s, power), longer), end_s)
 
 
 # -----------------------------------------------------------------------------
@@ -682,40 +682,40 @@ def forecast(
     longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
     if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
         longest_s = min(longest_s, CREEP_TRIED_S)
-    found: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
+    trials: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
     for sea in seas:
-        there = scene.model_copy(update={'ship': sea.ship})
+        in_sea = scene.model_copy(update={'ship': sea.ship})
         limit = Limit(
             LONGEST_TRIAL_S * trial_s / TRIAL_RUN_S / len(seas),
-            partial(_tell, progress, len(found), len(seas)),
+            partial(_tell, progress, len(trials), len(seas)),
         )
         trial = try_out(
-            there,
+            in_sea,
             Dial(nominal_s, rounding_s),
             longest_s,
             None if steps is None else tolerance(scene, machine),
             limit,
             sea.lasts_s,
         )
-        unknown = trial.steps_s is None or not (there.lies_still or trial.sampling_s is not None)
+        unknown = trial.steps_s is None or not (in_sea.lies_still or trial.sampling_s is not None)
         parts_s = (trial.sampling_s or 0.0) + (trial.steps_s or 0.0) + trial.rounding_s
         state = None if sea.figures is None else {'why': sea.why, **sea.figures}
-        found.append((math.inf if unknown else parts_s, trial, there, state))
-    parts_s, trial, there, state = max(found, key=lambda each: each[0])
-    newton_a_swing = max(each.newton_a_second for _, each, _, _ in found) * swing_s
+        trials.append((math.inf if unknown else parts_s, trial, in_sea, state))
+    parts_s, trial, in_sea, state = max(trials, key=lambda row: row[0])
+    newton_a_swing = max(trial.newton_a_second for _, trial, _, _ in trials) * swing_s
     rounding_s += trial.rounding_s
-    known = math.isfinite(parts_s) and trial.until_s is None
+    is_known = math.isfinite(parts_s) and trial.until_s is None
     a_swing = None if steps is None else max(steps.a_swing, newton_a_swing)
     return Forecast(
         run_s=run_s + scene.duration / swing_s * newton_a_swing * NS_A_NEWTON_STEP / NS_PER_S,
         steps_a_swing=a_swing,
-        error_s=_stated(parts_s - trial.rounding_s + rounding_s) if known else None,
+        error_s=_stated(parts_s - trial.rounding_s + rounding_s) if is_known else None,
         sampling_error_s=trial.sampling_s,
         steps_error_s=trial.steps_s,
         rounding_error_s=rounding_s,
         tried_s=trial.tried_s,
-        shortest_wave_s=_shortest_wave_s(there),
-        was_cut=any(each.was_cut for _, each, _, _ in found),
+        shortest_wave_s=_shortest_wave_s(in_sea),
+        was_cut=any(trial.was_cut for _, trial, _, _ in trials),
         growth=trial.growth,
         bounded_until_s=trial.until_s,
         decided_by=state,
@@ -735,17 +735,17 @@ def accuracy_reached(
     none is known. `holds` says whether it is within the accuracy, and `chaotic` whether small
     differences grow exponentially.
     """
-    found = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
+    result = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
     bound = None
-    if found.error_s is not None:
-        bound = float(found.phase_error_s / max(scene.duration / DAY_S, 1.0))
+    if result.error_s is not None:
+        bound = float(result.phase_error_s / max(scene.duration / DAY_S, 1.0))
     return {
         'asked_s_per_day': scene.accuracy,
         'bound_s_per_day': bound,
         'holds': bound is not None and scene.accuracy is not None and bound <= scene.accuracy,
-        'chaotic': found.growth is not None and bool(found.growth.is_chaotic),
+        'chaotic': result.growth is not None and bool(result.growth.is_chaotic),
         'rate_hz': None if scene.lies_still else scene.ship.rate,
-        'tolerance': None if found.steps_a_swing is None else tolerance(scene, machine),
+        'tolerance': None if result.steps_a_swing is None else tolerance(scene, machine),
     }
 
 
@@ -762,13 +762,13 @@ def is_steep(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> bool:
     return least_upward(scene, scene.ship) < LEAST_UPWARD
 
 
-def missed_words(asked: Mapping[str, Any]) -> str:
+def missed_words(result: Mapping[str, Any]) -> str:
     """Return the warning of a run that may not keep the requested accuracy."""
-    bound = asked['bound_s_per_day']
-    found = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
-    why = ', since the motion is chaotic' if asked['chaotic'] else ''
+    bound = result['bound_s_per_day']
+    text = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
+    why = ', since the motion is chaotic' if result['chaotic'] else ''
     return (
-        f'solver.accuracy = {asked["asked_s_per_day"]:g} s a day: {found}{why}. Ask for less, or '
+        f'solver.accuracy = {result["asked_s_per_day"]:g} s a day: {text}{why}. Ask for less, or '
         'state ship.rate and solver.tolerance'
     )
 
@@ -778,10 +778,10 @@ def _stated(error_s: float) -> float:
     return max(error_s + 0.5 * RESOLUTION_S, RESOLUTION_S)
 
 
-def _tell(progress: Callable[[float], None] | None, done: int, seas: int, share: float) -> None:
+def _tell(progress: Callable[[float], None] | None, count: int, seas: int, share: float) -> None:
     """Tell the share done of the trials in all seas."""
     if progress is not None:
-        progress((done + share) / seas)
+        progress((count + share) / seas)
 
 
 def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
@@ -795,10 +795,10 @@ def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> F
     """Return cost and error; at sea, or where the axle slips, no bound is known."""
     step_s = AXLE_PHASE_A_STEP / machine.fastest
     run_s = _run_s(scene, 'axle', motion)
-    known = scene.lies_still and machine.contact != 'coulomb'
+    is_known = scene.lies_still and machine.contact != 'coulomb'
     return _of_lost(
         run_s + scene.duration / step_s * NS_A_STEP_OF_AXLE / NS_PER_S,
-        scene.duration * AXLE_ERROR if known else None,
+        scene.duration * AXLE_ERROR if is_known else None,
         _rounding_s(scene.duration, step_s, machine.small_period),
         None if scene.lies_still else _shortest_wave_s(scene),
     )
@@ -861,9 +861,9 @@ class _Steps(NamedTuple):
 def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     stated = None if scene.solver is None else scene.solver.tolerance
-    asked = asked_tolerance(machine, accuracy=scene.accuracy, tolerance=stated)
-    if asked is not None:
-        return asked
+    error = asked_tolerance(machine, accuracy=scene.accuracy, tolerance=stated)
+    if error is not None:
+        return error
     from tauto_core.motion.stepping import TOLERANCE  # imports kernels
 
     return TOLERANCE
@@ -889,16 +889,16 @@ def scene_waves(scene: Scene) -> Waves:
     """
     if not scene.ship.is_computed:
         return Waves(np.empty(0), np.empty(0))
-    moved = scene.ship.roughest(scene).channels(scene)
-    if isinstance(moved.six, SixMotions) and isinstance(moved.six.sway, Harmonics):
+    channels = scene.ship.roughest(scene).channels(scene)
+    if isinstance(channels.six, SixMotions) and isinstance(channels.six.sway, Harmonics):
         # all six have the frequencies of the waves as the ship meets them
-        frequency = moved.six.sway.angular_frequency
-        return Waves(frequency, moved.six.sway.amplitude * frequency**2 / scene.g)
+        frequency = channels.six.sway.angular_frequency
+        return Waves(frequency, channels.six.sway.amplitude * frequency**2 / scene.g)
     rolls, heaves = (
         (motion.amplitude, motion.angular_frequency)
         if isinstance(motion, Harmonics)
         else (np.empty(0), np.empty(0))
-        for motion in (moved.roll, moved.heave)
+        for motion in (channels.roll, channels.heave)
     )
     sway = abs(scene.ship.height) * rolls[0] * rolls[1] ** 2 / scene.g
     return Waves(np.concatenate([rolls[1], heaves[1]]), np.concatenate([sway, 0.0 * heaves[1]]))
@@ -915,12 +915,12 @@ def _swing_s(machine: AnyMachine) -> float:
 def _run_s(
     scene: Scene, name: str, motion: ShipMotion, swings: float = 0.0, steps: _Steps | None = None
 ) -> float:
-    told = motion.metadata
-    channels = 1 + bool(told.get('heave'))
-    waves = channels * int(told.get('components', 0)) * float(told.get('seas_at_once', 1.0))
+    facts = motion.metadata
+    channels = 1 + bool(facts.get('heave'))
+    waves = channels * int(facts.get('components', 0)) * float(facts.get('seas_at_once', 1.0))
     work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
     work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
-    felt = motion.total * felt_parts(scene)
+    samples = motion.total * felt_parts(scene)
     named, stated = scene.drift.covariates or (), scene.drift.coefficients
     moves = sum(name in SHAKEN_BY for name in named)
     work_ns += motion.total * COVARIATE_NS_A_SAMPLE * moves
@@ -929,9 +929,9 @@ def _run_s(
         work_ns += COEFFICIENT_RUNS_S * NS_PER_S
     if scene.suspension is not None:
         wide = scene.suspension.large_angles
-        work_ns += felt * (WIDE_NS_A_SAMPLE if wide else SUSPENDED_NS_A_SAMPLE)
+        work_ns += samples * (WIDE_NS_A_SAMPLE if wide else SUSPENDED_NS_A_SAMPLE)
     if name == 'forced_harmonic':
-        work_ns += felt * FORCED_NS_A_SAMPLE
+        work_ns += samples * FORCED_NS_A_SAMPLE
     if steps is not None:
         work_ns += swings * (steps.a_swing * step_ns(scene) + steps.events * NS_AN_EVENT)
     return START_S[name] + work_ns / NS_PER_S

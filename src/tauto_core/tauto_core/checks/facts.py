@@ -207,7 +207,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
     # a lever that a force in the case draws feels the case alone
     weighs, drag = machine.feels_gravity, machine.drag is not None
     shakers = _and([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
-    found = {
+    causes = {
         'the thread swings, a second degree of freedom': not lever,
         'the apparent gravity moves the lever': lever and weighs and bool(tilts),
         'the apparent gravity moves the weight': not lever and bool(tilts),
@@ -218,7 +218,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
             machine.escapement and machine.escapement.recoil
         ),
     }
-    words = [each for each, present in found.items() if present]
+    words = [word for word, present in causes.items() if present]
     return '; '.join(words) or 'the thread goes slack in the swing'
 
 
@@ -239,7 +239,7 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
     drag = machine.drag or Drag()
     overdamped = drag.viscous >= 2.0 * machine.inertia * machine.frequency
     shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
-    found = {
+    causes = {
         'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
         f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
         'the imbalance of the wheel makes a well that is not harmonic': not shakers
@@ -254,7 +254,7 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
         ),
         'heat and age change its numbers on the way': machine.heat.acts,
     }
-    return [words for words, present in found.items() if present] or [
+    return [words for words, present in causes.items() if present] or [
         'the thread goes slack in the swing'
         if machine.drag is None
         else 'drag is given, though all of it is zero: leave it out'
@@ -275,16 +275,16 @@ def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] 
     """
     if scene.suspension is None or isinstance(machine, InPlaceOfWheel):
         return None
-    found = case_following(scene, machine)
-    assert found is not None
+    case = case_following(scene, machine)
+    assert case is not None
     return {
         'kind': scene.suspension.kind,
         'lengths_m': [scene.g / omega**2 for omega in scene.suspension.frequencies(scene.g)],
-        'periods_s': list(found.periods_s),
+        'periods_s': list(case.periods_s),
         'large_angles': scene.suspension.large_angles,
         'step_s': felt_step_ns(scene) * 1e-9,
-        'departure_rad': found.departure_rad,
-        'departure': found.departure,
+        'departure_rad': case.departure_rad,
+        'departure': case.departure,
     }
 
 
@@ -298,12 +298,12 @@ def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]
     lengths = lengths_between(scene, machine)
     if lengths is None:
         return None
-    found = thread_following(scene, machine) if isinstance(machine, HangingMachine) else None
+    swing = thread_following(scene, machine) if isinstance(machine, HangingMachine) else None
     return {
         'length_m': machine.length if isinstance(machine, HangingMachine) else None,
-        'swings_in_s': found.periods_s[0] if found is not None else None,
-        'departure_rad': found.departure_rad if found is not None else None,
-        'departure': found.departure if found is not None else None,
+        'swings_in_s': swing.periods_s[0] if swing is not None else None,
+        'departure_rad': swing.departure_rad if swing is not None else None,
+        'departure': swing.departure if swing is not None else None,
         'fair_lengths_m': list(lengths),
     }
 
@@ -330,16 +330,16 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
     seas = [ship]
     if ship.weather is not None:
         highest = max(ship.states(scene), key=lambda state: state.height)
-        seas = [ship.in_state(each) for each in highest.alone if each.sea is not None]
-    heaves = [each.channels(scene).heave for each in seas]
-    waves = [each for each in heaves if isinstance(each, Harmonics)]
+        seas = [ship.in_state(state) for state in highest.alone if state.sea is not None]
+    heaves = [ship.channels(scene).heave for ship in seas]
+    waves = [wave for wave in heaves if isinstance(wave, Harmonics)]
     if not waves:
         return None
     met = together(waves)
     acceleration = met.amplitude * met.angular_frequency**2
     sigma, of_jerk = (
-        float(np.linalg.norm(each)) / math.sqrt(2.0)
-        for each in (acceleration, acceleration * met.angular_frequency)
+        float(np.linalg.norm(values)) / math.sqrt(2.0)
+        for values in (acceleration, acceleration * met.angular_frequency)
     )
     if not sigma:  # an operator may have a heave of 0
         return None
@@ -352,19 +352,19 @@ def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     if isinstance(machine, InPlaceOfWheel):
         return []
 
-    found = {'suspension': case_following(scene, machine)}
+    bodies = {'suspension': case_following(scene, machine)}
     if isinstance(machine, HangingMachine):
-        found['trochlea.thread.length'] = thread_following(scene, machine)
-    said = []
-    for key, each in found.items():
-        if each is not None and each.resonates_with:
-            own = _and([f'{period:.4g} s' for period in each.periods_s])
-            with_whom = _and([f'the {name}' for name in each.resonates_with])
-            said.append(
-                f'{scene.name}: {key}: swings by itself in {own}, in resonance with {with_whom}. '
-                'Change its dimensions'
+        bodies['trochlea.thread.length'] = thread_following(scene, machine)
+    texts = []
+    for key, body in bodies.items():
+        if body is not None and body.resonates_with:
+            periods = _and([f'{period:.4g} s' for period in body.periods_s])
+            with_whom = _and([f'the {name}' for name in body.resonates_with])
+            texts.append(
+                f'{scene.name}: {key}: swings by itself in {periods}, in resonance with '
+                f'{with_whom}. Change its dimensions'
             )
-    return said
+    return texts
 
 
 def way(scene: Scene) -> dict[str, Any] | None:
@@ -396,11 +396,11 @@ def felt_air(scene: Scene) -> dict[str, float]:
     It is looked at some 10,000 times over the scene.
     """
     assert scene.air is not None
-    each = np.arange(0, scene.log_count, max(scene.log_count // 10_000, 1))
-    felt = BoxTemperature(scene).at(np.append(each, scene.log_count - 1))
+    logs = np.arange(0, scene.log_count, max(scene.log_count // 10_000, 1))
+    celsius = BoxTemperature(scene).at(np.append(logs, scene.log_count - 1))
     return {
-        'lowest_celsius': float(felt.min()),
-        'highest_celsius': float(felt.max()),
+        'lowest_celsius': float(celsius.min()),
+        'highest_celsius': float(celsius.max()),
         'box_hours': scene.air.box_hours,
     }
 
@@ -502,8 +502,8 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
     sea = ship if isinstance(ship, SeaShip) else None
     hull = sea is not None and sea.hull is not None
     cork = sea is not None and sea.heave and not hull and sea.rao is None
-    known = (*ship.motions, *(('surge', 'sway') if cork else ()))
-    missing = [each for each in MOTIONS if each not in known]
+    motions = (*ship.motions, *(('surge', 'sway') if cork else ()))
+    missing = [name for name in MOTIONS if name not in motions]
     body = scene.regulator
     in_fluid = body if isinstance(body, FluidTautochroneRegulator) else None
     wheel, plain = scene.trochlea is not None, isinstance(machine, Machine)
@@ -558,46 +558,46 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         'voyage': voyage is None,
     }  # fmt: skip
     # figures that depend on numbers of the scene
-    here: dict[str, dict[str, Any]] = {'heat': {}}
+    diff: dict[str, dict[str, Any]] = {'heat': {}}
     if plain and pull is not None:
         worth = [_BRASS] if pull.pulling_mass else [_STEEL]
         mixed = pull.pulling_mass and (pull.force or pull.stiffness)
         worth = worth * (not mixed) + [_OIL] * (drag.viscous > 0.0)
-        here['heat'] = {'worth': '; '.join(worth) or None}
+        diff['heat'] = {'worth': '; '.join(worth) or None}
     if scene.air is not None:
-        here['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
+        diff['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
     # the equations of levers and swinging threads are without these
-    beyond = ['balance of the wheel', *['fall of the drive'] * (not plain)]
-    for what in beyond if not plain else ():
-        here[what] = here.get(what, {}) | {'key': None}
+    names = ['balance of the wheel', *['fall of the drive'] * (not plain)]
+    for what in names if not plain else ():
+        diff[what] = diff.get(what, {}) | {'key': None}
     if moves:
         why = f'The ship has no {", no ".join(missing)}.'
-        here['motions of the ship'] = {'why': why, 'key': 'ship' if sea is None else 'ship.hull'}
+        diff['motions of the ship'] = {'why': why, 'key': 'ship' if sea is None else 'ship.hull'}
     else:
-        here['swing of the thread'] = {'worth': None}
+        diff['swing of the thread'] = {'worth': None}
     if feels:
-        here['sideways half of the sea'] = {
+        diff['sideways half of the sea'] = {
             'worth': '−62 s/day for a weight on a cork in waves of 2.5 m and 9 s, '
             'in a hull of 44 m +1 to −91'
         }
     if isinstance(machine, LeverMachine) and hung is None:
-        here['heel under sail'] = {'worth': '−165 s/day for a level lever at 5°, −659 at 10°'}
+        diff['heel under sail'] = {'worth': '−165 s/day for a level lever at 5°, −659 at 10°'}
     if voyage is not None:
-        first, last = (
+        at_start, at_end = (
             float(normal_gravity(math.radians(place[0])))
             for place in (voyage.departure, voyage.arrival)
         )
-        shift = printed((math.sqrt(last / first) - 1.0) * DAY_S, '+.1f')
-        here['gravity by latitude'] = {
+        shift = printed((math.sqrt(at_end / at_start) - 1.0) * DAY_S, '+.1f')
+        diff['gravity by latitude'] = {
             'worth': f'{shift} s/day for a weight from departure to arrival'
         }
     if isinstance(machine, Machine) and hung is not None:
         turned = frequency_in_light_case(hung, machine.inertia, machine.frequency, scene.g)
         shift = printed((turned / machine.frequency - 1.0) * DAY_S, '+,.0f')
-        here["the case's answer to the wheel"] = {
+        diff["the case's answer to the wheel"] = {
             'worth': f'{shift} s/day in a case of {USUAL_MASS:g} kg'
         }
-    return [row._replace(**here.get(row.what, {})) for row in TABLE if true[row.what]]
+    return [row._replace(**diff.get(row.what, {})) for row in TABLE if true[row.what]]
 
 
 def frequency_in_light_case(
@@ -659,7 +659,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'duration_s': scene.duration,
         'propagator': name,
         'reason': reason(scene, machine, name),
-        'left_out': [each._asdict() for each in left_out(scene, machine)],
+        'left_out': [row._asdict() for row in left_out(scene, machine)],
         'expected': {
             **asdict(expected),
             'tolerance': tolerance(scene, machine) if stepping else None,
@@ -724,16 +724,16 @@ def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[st
     """
     if not isinstance(machine, Machine | LeverMachine):
         return None
-    found = steady_swing(cast(Machine | LeverMachine, at_departure(scene, machine)))
-    if isinstance(found, NoSteadySwing):
-        return {'why': found.why}
+    swing = steady_swing(cast(Machine | LeverMachine, at_departure(scene, machine)))
+    if isinstance(swing, NoSteadySwing):
+        return {'why': swing.why}
     nominal = nominal_period_s(scene, machine)
-    settling = found.time_constant
+    settling = swing.time_constant
     return {
-        'amplitude_rad': found.amplitude,
-        'period_s': found.period,
-        'rate_s_per_day': rate_s_per_day(found.period, nominal),
-        'free_rate_s_per_day': rate_s_per_day(found.free_period, nominal),
+        'amplitude_rad': swing.amplitude,
+        'period_s': swing.period,
+        'rate_s_per_day': rate_s_per_day(swing.period, nominal),
+        'free_rate_s_per_day': rate_s_per_day(swing.free_period, nominal),
         'time_constant_s': settling if math.isfinite(settling) else None,
     }
 
@@ -758,20 +758,20 @@ def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
             'drift.random_walk_fm'
         ]
     try:
-        found = fit(scene, ())
+        model = fit(scene, ())
     except TautoError as error:
         # the trial sea may be higher than the scene's, which can be sailed
         return [
             f'{scene.name}: drift.random_walk_fm: whether the sea makes the rate walk at random '
             f'could not be tried: {error}'
         ]
-    if found.is_expected(dial_model(scene), WALK_FACTOR):
+    if model.is_expected(dial_model(scene), WALK_FACTOR):
         return []
     return [
         f'{scene.name}: drift.random_walk_fm: the sea swings the thread, and the rate of such a '
-        f'clock walks at random, by at least about {found.advised:g} s/day in a day in trial '
+        f'clock walks at random, by at least about {model.advised:g} s/day in a day in trial '
         'runs; the navigator expects less, so his errors will be larger than he states. '
-        f'Write drift.random_walk_fm: {found.advised:g}'
+        f'Write drift.random_walk_fm: {model.advised:g}'
     ]
 
 
@@ -782,7 +782,7 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
     `at_changes` at each change of gravity, as a share, `at_kelvin` at each change of temperature
     [K]; None where the scene gives it.
     """
-    tried = {found.name: found.at for found in runs(scene)}
+    results = {run.name: run.at for run in runs(scene)}
     return {
         name: {
             'value': value,
@@ -791,8 +791,8 @@ def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
             if name in SHAKEN_BY
             else 'at_changes'
             if name == 'gravity'
-            else 'at_kelvin': {str(period): k for period, k in tried[name].items()}
-            if name in tried
+            else 'at_kelvin': {str(period): k for period, k in results[name].items()}
+            if name in results
             else None,
         }
         for name, value, sigma in coefficients(scene)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tauto_core.clockwork.trochlea import stale_dial
-from tauto_core.curves.numerics import that_work
+from tauto_core.curves.numerics import workable_remedies
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
@@ -65,15 +65,15 @@ _RATE = (('samples a minute', 1.0 / 60.0),)
 class _Sizes(NamedTuple):
     """The range of a key in existing machines and voyages; 0 is always allowed."""
 
-    least: float
-    most: float
+    low: float
+    high: float
     unit: str
     slips: tuple[tuple[str, float], ...]
 
 
 _SIZES = {
-    key: _Sizes(least, most, unit, slips)
-    for key, least, most, unit, slips in (
+    key: _Sizes(low, high, unit, slips)
+    for key, low, high, unit, slips in (
         ('duration', 10.0, 400.0 * DAY_S, 's', _TIME),
         ('gravity', 1.0, 30.0, 'm/s2', (('cm/s2', 1e-2), ('feet/s2', 0.3048))),
         ('trochlea.inertia', 1e-10, 1.0, 'kg m2', _INERTIA),
@@ -139,13 +139,13 @@ _WARNED_OF = 'ship.rate'
 
 def beyond_known(scene: Scene) -> list[Problem]:
     """Return the numbers of machine, gravity and ship that are larger than any known."""
-    found = []
+    problems = []
     for key, value, sizes in _odd(scene):
-        larger = abs(value) > sizes.most and key != _WARNED_OF
+        larger = abs(value) > sizes.high and key != _WARNED_OF
         if larger and key.partition('.')[0] in _REFUSED:
-            said, meant = _comparison(value, sizes), _meant(key, value, sizes)
-            found.append(Problem(key, value, said, meant))
-    return found
+            text, meant = _comparison(value, sizes), _meant(key, value, sizes)
+            problems.append(Problem(key, value, text, meant))
+    return problems
 
 
 def implausible(scene: Scene) -> list[str]:
@@ -164,7 +164,7 @@ def _odd(scene: Scene) -> Iterator[tuple[str, float, _Sizes]]:
     """Yield key and value of each number outside the range that is known of it, and that range."""
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
         sizes = _SIZES.get(re.sub(r'\[\d+\]', '[*]', key))
-        if sizes is not None and value and not sizes.least <= abs(value) <= sizes.most:
+        if sizes is not None and value and not sizes.low <= abs(value) <= sizes.high:
             yield key, value, sizes
 
 
@@ -180,8 +180,8 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
 
 
 def _comparison(value: float, sizes: _Sizes) -> str:
-    beyond = abs(value) > sizes.most
-    limit = sizes.most if beyond else sizes.least
+    is_above = abs(value) > sizes.high
+    limit = sizes.high if is_above else sizes.low
     if sizes.unit == 's' and limit >= 60.0:
         size = span(limit)
     else:
@@ -191,8 +191,8 @@ def _comparison(value: float, sizes: _Sizes) -> str:
         familiar = f'{abs(value) / math.tau:.2g} turns, '
     elif sizes.unit == 's' and abs(value) >= 2.0 * DAY_S:
         familiar = f'{span(abs(value))}, '
-    said = f'{familiar}{"more" if beyond else "less"} than {size}'
-    return f'{said}, the {"most" if beyond else "least"} that any known machine or voyage has'
+    text = f'{familiar}{"more" if is_above else "less"} than {size}'
+    return f'{text}, the {"most" if is_above else "least"} that any known machine or voyage has'
 
 
 def _meant(key: str, value: float, sizes: _Sizes) -> str:
@@ -201,7 +201,7 @@ def _meant(key: str, value: float, sizes: _Sizes) -> str:
     meant = [
         f'in {unit}, write {name}: {value * size:.4g}'
         for unit, size in sizes.slips
-        if sizes.least <= abs(value * size) <= sizes.most
+        if sizes.low <= abs(value * size) <= sizes.high
     ]
     return f'If it is {"; ".join(meant)}.' if meant else f'Its unit is {sizes.unit or 1}.'
 
@@ -260,12 +260,12 @@ def check_known(scene: Scene) -> None:
     Every command that sails does so, unless `anyway` is set. Numbers larger
     than any known, and drag in which the wheel does not swing, are a SceneError.
     """
-    found = [*beyond_known(scene)] or _overdamped(scene)
-    if found:
+    problems = [*beyond_known(scene)] or _overdamped(scene)
+    if problems:
         anyway = (' To sail it all the same, say ', Argument('anyway', value=True), '.')
         raise SceneError.of(
             scene.name,
-            (replace(each, remedy=ArgumentText(each.remedy, *anyway)) for each in found),
+            (replace(item, remedy=ArgumentText(item.remedy, *anyway)) for item in problems),
         )
 
 
@@ -289,14 +289,14 @@ def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -
 
     `machine` is that of the scene, if it is built already.
     """
-    found = [*implausible(scene), *map(str, _overdamped(scene))]
-    if scene.clock.nominal_period is not None and not found:
-        found += stale_dial(scene, machine or compile_machine(scene))
+    texts = [*implausible(scene), *map(str, _overdamped(scene))]
+    if scene.clock.nominal_period is not None and not texts:
+        texts += stale_dial(scene, machine or compile_machine(scene))
     if scene.voyage is None:
-        return found
+        return texts
     passage = Passage(scene, scene.voyage)
     times = passage.places_ns
-    speeds = [passage.speed_m_s((before + after) // 2) for before, after in pairwise(times)]
+    speeds = [passage.speed_m_s((a + b) // 2) for a, b in pairwise(times)]
     speed = max(speeds)
     if speed > FASTEST_M_S:
         place = speeds.index(speed) + 1
@@ -304,25 +304,25 @@ def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -
         value = getattr(scene.voyage, key)
         if scene.voyage.times[place] is not None and place < len(times) - 1:
             key, value = f'waypoints[{place - 1}].at', scene.voyage.times[place]
-        found.append(
+        texts.append(
             f'voyage.{key} = {value:g}: makes the ship sail at {speed:.3g} m/s, more than '
             f'{FASTEST_M_S:g} m/s, the most of any known ship. If the times are in days, write '
             f'{key}: {value * DAY_S:.6g}.'
         )
-    return found
+    return texts
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
     """Refuse a release that, with the ship's motion at the start, is beyond the cam."""
     tilt = 0.0
     # a suspended case begins at rest, θ = φ
-    tilts = scene.suspension is None and machine.felt_angle(0.0, 1.0) != 0.0
+    tilts = scene.suspension is None and machine.sensed_angle(0.0, 1.0) != 0.0
     if tilts and math.isfinite(machine.range_rad):
         begun = motion.state()
-        felt = attitude(motion.produce(1))  # imports kernels
+        angles = attitude(motion.produce(1))  # imports kernels
         motion.restore(begun)
-        tilt = float(np.arctan2(-felt.force_y[0], felt.force_z[0]))
-    angle = machine.felt_angle(machine.release_angle, tilt)
+        tilt = float(np.arctan2(-angles.force_y[0], angles.force_z[0]))
+    angle = machine.sensed_angle(machine.release_angle, tilt)
     if not abs(angle) <= machine.range_rad:
         raise SceneError(
             scene.name,
@@ -343,7 +343,7 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
     from tauto_core.motion.lever import MOST_SHAPE_TERMS
 
     lever = isinstance(machine, LeverMachine)
-    works = _resolvable(machine, lambda tried: _is_resolved(tried, still))
+    works = _resolvable(machine, lambda trial: _is_resolved(trial, still))
     changes = 'the inertia of weight and lever' if lever else 'the swing'
     raise SceneError(
         scene.name,
@@ -368,15 +368,15 @@ def _resolvable(
 
     release = ('a release_angle of at most', 'rad', abs(machine.release_angle), 0.5, released)
     if not isinstance(machine, LeverMachine):
-        return that_work(release)
+        return workable_remedies(release)
     lever = machine
 
     def heavier(inertia: float) -> bool:
-        tried = lever.with_inertia(inertia)
-        return abs(tried.release_angle) <= tried.range_rad and resolved(tried)
+        trial = lever.with_inertia(inertia)
+        return abs(trial.release_angle) <= trial.range_rad and resolved(trial)
 
     inertia = ('an inertia of the wheel of at least', 'kg m2', lever.inertia, 2.0, heavier)
-    return that_work(inertia, release)
+    return workable_remedies(inertia, release)
 
 
 def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
@@ -450,13 +450,13 @@ def _check_dial(scene: Scene, frequency: float) -> None:
             f'{LAST_STAMP_S} s, where ROS stamps end',
             f'Check the units in {regulator} and of gravity, or give another nominal_period.',
         )
-    shown = scene.starts_at + scene.duration * nominal / period
-    if not shown <= LAST_STAMP_S:
+    dial_s = scene.starts_at + scene.duration * nominal / period
+    if not dial_s <= LAST_STAMP_S:
         raise SceneError(
             scene.name,
             'clock.nominal_period',
             nominal,
-            f'lets the dial, with a period of {period:.6g} s, come to {shown:.6g} s; ROS stamps '
+            f'lets the dial, with a period of {period:.6g} s, come to {dial_s:.6g} s; ROS stamps '
             f'end at {LAST_STAMP_S} s',
             'Give a nominal_period near the period, or leave it out.',
         )

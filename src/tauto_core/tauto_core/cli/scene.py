@@ -37,12 +37,12 @@ class NewCommand(TyperCommand):
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help, with the kinds of each section."""
-        from tauto_core.scene.reference import ASKED
+        from tauto_core.scene.reference import CHOICES
         from tauto_core.scene.sections import kind_of, kinds_in
 
         for option in self.params:
-            if isinstance(option, TyperOption) and option.name in ASKED:
-                names = [kind_of(model) for model in kinds_in(ASKED[option.name])]
+            if isinstance(option, TyperOption) and option.name in CHOICES:
+                names = [kind_of(model) for model in kinds_in(CHOICES[option.name])]
                 none = '; without it there is none' if option.name == 'escapement' else ''
                 option.help = f'{", ".join(names[:-1])} or {names[-1]}{none}.'
         super().format_help(ctx, formatter)

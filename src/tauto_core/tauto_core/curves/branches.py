@@ -65,19 +65,19 @@ class Pieces:
         for k, (low, high) in enumerate(pairwise(edges.tolist())):
 
             def series(count: int, k: int = k, low: float = low, high: float = high) -> FloatArray:
-                middle, half = 0.5 * (high + low), 0.5 * (high - low)
-                return chebyshev_coefficients(function(middle + half * chebyshev_nodes(count), k))
+                middle, size = 0.5 * (high + low), 0.5 * (high - low)
+                return chebyshev_coefficients(function(middle + size * chebyshev_nodes(count), k))
 
-            found = complete_series(series, _COUNTS, tail, last=3)
-            if found is None:
+            terms = complete_series(series, _COUNTS, tail, tail_count=3)
+            if terms is None:
                 raise QuadratureError(
                     f'a branch takes more than {_COUNTS[-1]} terms: the fluid resists too '
                     'strongly, or the curve is too uneven; use a smaller amplitude, a larger or '
                     'denser body, or a lighter fluid'
                 )
-            rows.append(found)
-        most = max(map(len, rows))
-        padded = [np.pad(row, (0, most - len(row))) for row in rows]
+            rows.append(terms)
+        longest = max(map(len, rows))
+        padded = [np.pad(row, (0, longest - len(row))) for row in rows]
         self._terms = np.ascontiguousarray(np.stack(padded, axis=1))
 
     def __call__(self, x: FloatArray) -> FloatArray:
@@ -87,8 +87,8 @@ class Pieces:
     def rate(self, x: FloatArray) -> FloatArray:
         """Return the derivatives at x, of any shape."""
         rates = np.asarray(chebyshev.chebder(self._terms, axis=0), np.float64)
-        found, width = self._sum(rates, x)
-        return 2.0 / width * found
+        sums, width = self._sum(rates, x)
+        return 2.0 / width * sums
 
     def on_pieces(self, x: FloatArray) -> FloatArray:
         """Return the values at x of (m, n, places), each in its piece."""
@@ -101,8 +101,8 @@ class Pieces:
         index = np.clip(np.searchsorted(self.edges, x, 'right') - 1, 0, len(self.edges) - 2)
         low, high = self.edges[index], self.edges[index + 1]
         share = (2.0 * x - low - high) / (high - low)
-        found = chebyshev.chebval(share, terms[:, index], tensor=False)
-        return np.asarray(found), high - low
+        sums = chebyshev.chebval(share, terms[:, index], tensor=False)
+        return np.asarray(sums), high - low
 
 
 # -----------------------------------------------------------------------------
@@ -150,12 +150,12 @@ class Quarter:
         inner = joints[(joints > 0.0) & (joints < reach)]
         self._edges = np.concatenate([[0.0], np.unique(inner), [reach]])
         pieces = np.arange(len(self._edges) - 1)
-        least = 1 + int(kappa * float(np.max(np.diff(self._edges))))
+        panels = 1 + int(kappa * float(np.max(np.diff(self._edges))))
         self._sums, parts = np.zeros(len(self._edges)), np.zeros(len(pieces))
         # Gauss's error falls so fast that two equal sums are those of the limit
-        for self._panels in (least, 2 * least, 4 * least, 8 * least, 16 * least):
-            before, parts = parts, self._potential(self._edges[1:], pieces)
-            if np.all(np.abs(parts - before) <= 4e-16 * parts):
+        for self._panels in (panels, 2 * panels, 4 * panels, 8 * panels, 16 * panels):
+            old, parts = parts, self._potential(self._edges[1:], pieces)
+            if np.all(np.abs(parts - old) <= 4e-16 * parts):
                 break
         self._sums[1:] = np.cumsum(parts)
         self.roots = np.sqrt(self._sums)
@@ -164,10 +164,10 @@ class Quarter:
         self._spread = Pieces(self.roots, self._spread_at)
         self._nodes = 1
         top = np.array([self.roots[-1]]), np.array([0.5 * math.pi])
-        whole = float(self.time(*top)[0])
+        total = float(self.time(*top)[0])
         for self._nodes in (2, 4, 8, 16):
-            last, whole = whole, float(self.time(*top)[0])
-            if abs(whole - last) <= 4e-15 * whole:
+            old_total, total = total, float(self.time(*top)[0])
+            if abs(total - old_total) <= 4e-15 * total:
                 break
         else:
             raise QuadratureError(
@@ -222,9 +222,9 @@ class Quarter:
     def _potential(self, arc: FloatArray, index: IntArray) -> FloatArray:
         """Return τ of arcs in the panels of those numbers, (n,)."""
         places, weights = repeated_rule(self._panels)
-        left = self._edges[index][:, None]
-        width = arc[:, None] - left
-        at = left + width * places
+        begin = self._edges[index][:, None]
+        width = arc[:, None] - begin
+        at = begin + width * places
         values = np.exp(self._growth * at) * self._force(at) * weights
         part = width[:, 0] * np.sum(values, axis=-1) / (2.0 * self._panels)
         return np.asarray(self._sums[index] + self._gamma * part)
@@ -235,8 +235,8 @@ class Quarter:
         index = np.full(len(root), k)
 
         def excess(arc: FloatArray) -> tuple[FloatArray, FloatArray]:
-            found = np.sqrt(np.maximum(self._potential(arc, index), 0.0))
-            return found - root, 0.5 * self._push(arc) / np.maximum(found, 1e-300)
+            r = np.sqrt(np.maximum(self._potential(arc, index), 0.0))
+            return r - root, 0.5 * self._push(arc) / np.maximum(r, 1e-300)
 
         share = (root - self.roots[k]) / (self.roots[k + 1] - self.roots[k])
         start = low + (high - low) * share
@@ -280,8 +280,8 @@ class CircularDescent(CurveInMedium):
 
     def height(self, arc: ArrayLike) -> FloatArray:
         """Return x = 2R sin²(s/2R) [m]."""
-        half = np.sin(0.5 * np.asarray(arc, np.float64) / self.radius)
-        return 2.0 * self.radius * half * half
+        sine = np.sin(0.5 * np.asarray(arc, np.float64) / self.radius)
+        return 2.0 * self.radius * sine * sine
 
 
 class ThroughPoints:
@@ -314,10 +314,10 @@ class ThroughPoints:
         self._steep = self._spline.derivative()
         self._bend = self._spline.derivative(2)
         self._far = float(y[-1])
-        tried = np.linspace(0.0, self._far, _SCANNED + 1)[1:]
-        falls = np.flatnonzero(~(self._steep(tried) > 0.0))
+        arcs = np.linspace(0.0, self._far, _SCANNED + 1)[1:]
+        falls = np.flatnonzero(~(self._steep(arcs) > 0.0))
         if len(falls) or not float(self._bend(0.0)) > 0.0:
-            where = float(tried[falls[0]]) if len(falls) else 0.0
+            where = float(arcs[falls[0]]) if len(falls) else 0.0
             raise DescentError(
                 f'points: the curve through them does not rise at {where:.6g} m from A, so that '
                 'no body comes down on it; give points that rise ever steeper, or more of them'
@@ -372,13 +372,13 @@ class ThroughPoints:
             return self._arc_edges[index] + part - s, self._stretch(level)
 
         share = (s - self._arc_edges[index]) / np.diff(self._arc_edges)[index]
-        found = bracketed_newton(
+        solution = bracketed_newton(
             excess, low + share * (high - low), (low, high), relative=_ROUNDING
         )
-        return found.reshape(np.shape(arc))
+        return solution.reshape(np.shape(arc))
 
 
-Given: TypeAlias = Cycloid | CircularDescent | ThroughPoints
+Branch: TypeAlias = Cycloid | CircularDescent | ThroughPoints
 
 # -----------------------------------------------------------------------------
 # The companion (1729, 7). Every half swing, down one branch and up the other, takes π√(L/g) if and
@@ -406,37 +406,37 @@ class Companion:
             small swings.
     """
 
-    def __init__(self, given: Given, side: Side, pendulum_length: float) -> None:
-        self._given, self._side, self.pendulum_length = given, side, pendulum_length
-        if not 4.0 * pendulum_length > given.pendulum_length:
+    def __init__(self, branch: Branch, side: Side, pendulum_length: float) -> None:
+        self._given, self._side, self.pendulum_length = branch, side, pendulum_length
+        if not 4.0 * pendulum_length > branch.pendulum_length:
             raise DescentError(
                 f'pendulum_length = {pendulum_length!r} m: no companion exists, since the given '
                 f'branch alone takes half as long as a pendulum of '
-                f'{given.pendulum_length!r} m and its time must be less than the whole; give more '
-                f'than {0.25 * given.pendulum_length!r} m'
+                f'{branch.pendulum_length!r} m and its time must be less than the whole; give '
+                f'more than {0.25 * branch.pendulum_length!r} m'
             )
-        self.kappa, self.gamma = given.kappa, given.gamma
+        self.kappa, self.gamma = branch.kappa, branch.gamma
         self._growth = -2.0 * self.kappa if side == 'descent' else 2.0 * self.kappa
         self._whole = 2.0 * math.sqrt(2.0 * pendulum_length)
         self.own = Quarter(
-            given.slope, given.kappa, given.gamma, falling=side == 'ascent',
-            reach=given.descent_cusp, joints=np.asarray(given.joints),
+            branch.slope, branch.kappa, branch.gamma, falling=side == 'ascent',
+            reach=branch.descent_cusp, joints=np.asarray(branch.joints),
         )  # fmt: skip
         """The given branch in its direction."""
         self.last_root = self._last_root()
-        last = np.array([self.last_root])
-        self.end = float(self._arc(last)[0])
+        root = np.array([self.last_root])
+        self.end = float(self._arc(root)[0])
         """Arc of its end [m]."""
-        self.given_end = float(self.own.arc(last)[0])
+        self.given_end = float(self.own.arc(root)[0])
         """Arc on the given branch from which, or to which, the body swings there [m]."""
         self.descent_cusp, self.ascent_cusp = self.end, 0.0
         inner = self.own.roots[1:-1]
         self.joints = self._arc(inner[inner < self.last_root])
         edges = np.concatenate([[0.0], self.joints, [self.end]])
         # a companion of hardly any time is a difference of two nearly equal functions
-        left = self._whole / (self._whole - math.sqrt(2.0 * given.pendulum_length))
+        factor = self._whole / (self._whole - math.sqrt(2.0 * branch.pendulum_length))
         self._slope_per_arc = Pieces(
-            edges, lambda arc, _: self._slope(self._root(arc)) / arc, 2.0**-49 * left
+            edges, lambda arc, _: self._slope(self._root(arc)) / arc, 2.0**-49 * factor
         )
 
     @property
@@ -504,12 +504,12 @@ class Companion:
             return spread > 0.0 and room > 0.0 and float(self._slope(at)[0]) <= 1.0
 
         edge = float(self.own.roots[-1])
-        tried = edge * np.linspace(0.0, 1.0, _SCANNED + 1)[1:]
+        roots = edge * np.linspace(0.0, 1.0, _SCANNED + 1)[1:]
         good = 1e-9 * edge
-        for each in tried.tolist():
-            if not stands(each):
-                return bisect(stands, good, each)[0]
-            good = each
+        for r in roots.tolist():
+            if not stands(r):
+                return bisect(stands, good, r)[0]
+            good = r
         return edge
 
 
@@ -558,28 +558,28 @@ class JoinedCurve:
     ) -> FloatArray:
         s = np.asarray(arc, np.float64)
         flat = np.atleast_1d(s)
-        found = np.empty_like(flat)
+        values = np.empty_like(flat)
         falls = flat >= 0.0
-        found[falls], found[~falls] = descent(flat[falls]), ascent(flat[~falls])
-        return found.reshape(s.shape)
+        values[falls], values[~falls] = descent(flat[falls]), ascent(flat[~falls])
+        return values.reshape(s.shape)
 
 
-def joined_companion(given: Given, side: Side, pendulum_length: float) -> JoinedCurve:
+def joined_companion(branch: Branch, side: Side, pendulum_length: float) -> JoinedCurve:
     """Return a given branch joined with its companion.
 
     Args:
-        given: a curve with the same slope on both sides of A.
+        branch: a curve with the same slope on both sides of A.
         side: which of its branches is given, 'descent' or 'ascent'.
         pendulum_length: L [m]: every half swing down the branch of descent takes π√(L/g).
 
     Raises:
         DescentError: no companion exists.
     """
-    other: Side = 'ascent' if side == 'descent' else 'descent'
-    found = Companion(given, other, pendulum_length)
-    mine = np.asarray(given.joints)
+    opposite: Side = 'ascent' if side == 'descent' else 'descent'
+    added = Companion(branch, opposite, pendulum_length)
+    mine = np.asarray(branch.joints)
     if side == 'descent':
-        ends, joints = (found.given_end, -found.end), np.concatenate([mine, -found.joints])
-        return JoinedCurve(given, Mirrored(found), pendulum_length, ends, joints)
-    ends, joints = (found.end, -found.given_end), np.concatenate([-mine, found.joints])
-    return JoinedCurve(found, given, pendulum_length, ends, joints)
+        ends, joints = (added.given_end, -added.end), np.concatenate([mine, -added.joints])
+        return JoinedCurve(branch, Mirrored(added), pendulum_length, ends, joints)
+    ends, joints = (added.end, -added.given_end), np.concatenate([-mine, added.joints])
+    return JoinedCurve(added, branch, pendulum_length, ends, joints)

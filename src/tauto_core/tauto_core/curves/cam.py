@@ -373,9 +373,9 @@ class Cam(ABC):
         a = self.hole_distance
         if math.isinf(a):
             return _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
-        beyond = ~(np.abs(arm) <= a + rounding)
-        if np.any(beyond):
-            longest = float(np.atleast_1d(np.abs(arm))[np.atleast_1d(beyond)][0])
+        too_long = ~(np.abs(arm) <= a + rounding)
+        if np.any(too_long):
+            longest = float(np.atleast_1d(np.abs(arm))[np.atleast_1d(too_long)][0])
             raise CamRangeError(
                 f'a lever arm of {longest!r} m is longer than the hole is away, {a!r} m, on the '
                 f'cam {self!r}: use a smaller amplitude or move the hole away'
@@ -437,8 +437,8 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
             f'has a cheek that would be hollow from {stretch[0]:.6g} to {stretch[1]:.6g} rad (a '
             'radius of curvature below 0), and a thread bridges a hollow'
         )
-        sooner = f'End the cam before {stretch[0]:.6g} rad, or let' if stretch[0] > 0.0 else 'Let'
-        raise _impossible(kind, problem, f'{sooner} the lever arm bend down less there.')
+        change = f'End the cam before {stretch[0]:.6g} rad, or let' if stretch[0] > 0.0 else 'Let'
+        raise _impossible(kind, problem, f'{change} the lever arm bend down less there.')
     return cam
 
 
@@ -487,8 +487,8 @@ def _impossible(kind: str, problem: str, remedy: str) -> SceneError:
 
 def _first(bad: np.ndarray) -> int | None:
     """Return the index of the first that is bad; None if none is."""
-    found = np.flatnonzero(bad)
-    return int(found[0]) if len(found) else None
+    indices = np.flatnonzero(bad)
+    return int(indices[0]) if len(indices) else None
 
 
 def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
@@ -507,12 +507,12 @@ def too_sharp(
     A radius of 0 finds hollows.
     """
     edge = cam.drawn_rad if reach_rad is None else reach_rad
-    found: list[tuple[float, float]] = []
+    stretches: list[tuple[float, float]] = []
     start = 0.0
     while start < edge and (stretch := _below(cam, radius, edge, start)) is not None:
-        found.append(stretch)
+        stretches.append(stretch)
         start = stretch[1]
-    return found
+    return stretches
 
 
 def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
@@ -522,13 +522,13 @@ def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[fl
     bad = np.flatnonzero(low < 0.0)
     if not len(bad):
         return None
-    first = int(bad[0])
-    good = np.flatnonzero(low[first:] >= 0.0)
-    begin = start if first == 0 else _crossing(cam, radius, angles[first - 1], angles[first])
+    i = int(bad[0])
+    good = np.flatnonzero(low[i:] >= 0.0)
+    begin = start if i == 0 else _crossing(cam, radius, angles[i - 1], angles[i])
     if not len(good):
         return begin, edge
-    last = first + int(good[0])
-    return begin, _crossing(cam, radius, angles[last], angles[last - 1])
+    j = i + int(good[0])
+    return begin, _crossing(cam, radius, angles[j], angles[j - 1])
 
 
 def _probes(edge: float, start: float) -> FloatArray:
@@ -543,8 +543,8 @@ def _probes(edge: float, start: float) -> FloatArray:
 
 def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
     """Return R less the radius, with an allowance for rounding where R is a small difference."""
-    found = cam.radius_of_curvature(angles)
-    return found - radius + _FLAT * cam.lever_arm(angles)
+    radii = cam.radius_of_curvature(angles)
+    return radii - radius + _FLAT * cam.lever_arm(angles)
 
 
 def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
@@ -585,42 +585,42 @@ def smooth_lever(
     ends = np.append(joints, edge)
 
     def ratio(u: FloatArray) -> FloatArray:
-        angle = first * np.sqrt(u)
+        angle = knot * np.sqrt(u)
         return arm(angle) / angle
 
     def piece(x: FloatArray) -> FloatArray:
-        return arm(np.minimum(left + span * x, edge))
+        return arm(np.minimum(begin + span * x, edge))
 
     # the first piece: t/ϑ in u = (ϑ/knot)²
-    first = float(ends[0])
+    knot = float(ends[0])
     while (even := _interpolated(ratio, TERMS)) is None:
         # by a fifth: half would make up to twice as many pieces as are needed
-        first *= 0.8
-        if not first > SHORTEST * edge:
+        knot *= 0.8
+        if not knot > SHORTEST * edge:
             raise _rough(0.0)
     powers = np.arange(TERMS)
     row = np.zeros(2 * TERMS)
-    row[1::2] = even / first ** (2 * powers)
-    knots, rows = [0.0, first], [row]
+    row[1::2] = even / knot ** (2 * powers)
+    knots, rows = [0.0, knot], [row]
     # the others, in ϑ less their left end
-    left, width = first, first
-    while left < edge:
-        end = float(ends[np.searchsorted(ends, left, side='right')])
+    begin, width = knot, knot
+    while begin < edge:
+        end = float(ends[np.searchsorted(ends, begin, side='right')])
         # away from a singularity pieces may grow
-        width = min(1.5 * width, end - left)
+        width = min(1.5 * width, end - begin)
         while True:
             # the last piece ends exactly at the edge, or at a joint
-            right = end if width >= (1.0 - 1e-9) * (end - left) else left + width
-            span = right - left
-            found = _interpolated(piece, 2 * TERMS, 4.0 * 2.0**-52 * right / span)
-            if found is not None:
+            right = end if width >= (1.0 - 1e-9) * (end - begin) else begin + width
+            span = right - begin
+            terms = _interpolated(piece, 2 * TERMS, 4.0 * 2.0**-52 * right / span)
+            if terms is not None:
                 break
             width *= 0.8
             if width < SHORTEST * edge:
-                raise _rough(left)
-        rows.append(found / span ** np.arange(2 * TERMS))
+                raise _rough(begin)
+        rows.append(terms / span ** np.arange(2 * TERMS))
         knots.append(right)
-        left = right
+        begin = right
     middle = np.array([even, even * (2 * powers + 1), even / (2 * powers + 2)])
     starts = np.array(knots)
     lifts = np.concatenate([[0.0], lift(starts[1:-1])])
@@ -692,10 +692,10 @@ class ForceLaw:
         from scipy.interpolate import PPoly, make_interp_spline  # slow to import
 
         lifts, forces = np.array(self.points).T
-        whole = PPoly.from_spline(make_interp_spline(lifts, forces, k=5).tck)
-        knots = np.unique(whole.x)
-        pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
-        force = PPoly(np.ascontiguousarray(whole.c[:, pieces]), knots)
+        spline = PPoly.from_spline(make_interp_spline(lifts, forces, k=5).tck)
+        knots = np.unique(spline.x)
+        pieces = np.searchsorted(spline.x, knots[:-1], side='right') - 1
+        force = PPoly(np.ascontiguousarray(spline.c[:, pieces]), knots)
         return ForceSplines(force, force.derivative(), force.derivative(2), force.antiderivative())
 
     @property

@@ -71,17 +71,17 @@ class DescentCurve(Protocol):
 
 def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
     """Return the arcs as an array; DescentError: an arc beyond a cusp, or NaN."""
-    found = np.asarray(arc, np.float64)
-    bad = ~((found >= curve.ascent_cusp) & (found <= curve.descent_cusp))
-    bad |= np.isinf(found)
+    arcs = np.asarray(arc, np.float64)
+    bad = ~((arcs >= curve.ascent_cusp) & (arcs <= curve.descent_cusp))
+    bad |= np.isinf(arcs)
     if np.any(bad):
-        worst = float(found[bad].flat[0])
+        worst = float(arcs[bad].flat[0])
         raise DescentError(
             f'arc {worst!r} m: the curve runs from {curve.ascent_cusp!r} m to '
             f'{curve.descent_cusp!r} m, where it has its cusps; stay within, or take a longer '
             'pendulum'
         )
-    return found
+    return arcs
 
 
 @dataclass(frozen=True)
@@ -452,9 +452,9 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
             'arcs; take a shorter pendulum or a thinner fluid'
         )
     x, y = (float(part) for part in coordinates(curve, arc))
-    right, left = (float(abscissa(curve, end)) for end in ends)
-    width = right - left
-    return x, right + (cusps - 0.5) * width + (-1) ** cusps * (y - 0.5 * (right + left))
+    right, x_left = (float(abscissa(curve, end)) for end in ends)
+    width = right - x_left
+    return x, right + (cusps - 0.5) * width + (-1) ** cusps * (y - 0.5 * (right + x_left))
 
 
 def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, FloatArray]:
@@ -484,9 +484,9 @@ def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
     """Return y at arcs on one side of A, whose cusp is there or at infinity."""
     if math.isinf(cusp):
         end = np.maximum(arc, -_FLAT / curve.kappa)
-        beyond = _cosine(curve, end) * (arc - end)
+        tail = _cosine(curve, end) * (arc - end)
         # the number of panels of an arc does not depend on the other arcs
-        panels, level = np.array([_panels(curve, each) for each in end.tolist()]), beyond
+        panels, level = np.array([_panels(curve, limit) for limit in end.tolist()]), tail
         for count in set(panels.tolist()):
             rows = panels == count
             level[rows] += _gauss(end[rows], count, lambda s: _cosine(curve, s))

@@ -195,8 +195,8 @@ def clear(beta: FloatArray, pull_cosine: FloatArray, free: FloatArray) -> np.nda
 
     `free` is the length of the thread from the cam to B over that at rest; NaN where it cannot be.
     """
-    least = np.minimum(np.cos(beta), pull_cosine)
-    return np.asarray((least >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))
+    cosine = np.minimum(np.cos(beta), pull_cosine)
+    return np.asarray((cosine >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))
 
 
 @dataclass(frozen=True)
@@ -226,10 +226,10 @@ class LeverGeometry(LeverLinkage):
     def pose(self, tau: FloatArray) -> Pose:
         """Return the position of all parts; NaN where the thread is too short."""
         tau = np.asarray(tau, np.float64)
-        u, half = tau * self.u_per_tau(tau), np.arctan(tau * tau)
+        u, half_angle = tau * self.u_per_tau(tau), np.arctan(tau * tau)
         free, start = self._wound(tau)[1], self.inclination
-        beta = start + 2.0 * half
-        across = -2.0 * self.arm * np.sin(half) * np.sin(start + half)
+        beta = start + 2.0 * half_angle
+        across = -2.0 * self.arm * np.sin(half_angle) * np.sin(start + half_angle)
         down = self.depth - self.arm * (np.sin(beta) - np.sin(start))
         inner = np.arctan2(self.base_radius * u, self.base_radius + free)
         return Pose(u, beta, np.arctan2(across, down) - inner, free)
@@ -251,10 +251,10 @@ class LeverGeometry(LeverLinkage):
         u, beta, delta, free = self.pose(tau)
         sine, cosine = np.sin(beta - delta), np.cos(beta - delta)
         arm = self.arm * cosine
-        first = self.base_radius * u / arm
-        inclines = -(self.base_radius + self.arm * first * sine) / free
+        ratio = self.base_radius * u / arm
+        inclines = -(self.base_radius + self.arm * ratio * sine) / free
         second = self.base_radius * (1.0 - inclines) / arm
-        return first, second + first * sine / cosine * (first - inclines)
+        return ratio, second + ratio * sine / cosine * (ratio - inclines)
 
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence.
@@ -284,12 +284,12 @@ class LeverGeometry(LeverLinkage):
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (l₀² − l²)/τ² [m2] and l [m]."""
         square, start = tau * tau, self.inclination
-        less = self.arm + self.depth * np.sin(start)
-        wound = 4.0 * self.arm * (self.depth * np.cos(start) - less * square)
+        drop = self.arm + self.depth * np.sin(start)
+        wound = 4.0 * self.arm * (self.depth * np.cos(start) - drop * square)
         wound = wound / (1.0 + square * square)
-        rest = self.length * self.length - square * wound
+        free_square = self.length * self.length - square * wound
         # beyond the geometry the length does not exist
-        free = np.sqrt(np.where((rest >= 0.0) & (wound > 0.0), rest, np.nan))
+        free = np.sqrt(np.where((free_square >= 0.0) & (wound > 0.0), free_square, np.nan))
         return np.where(wound > 0.0, wound, np.nan), free
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
@@ -335,9 +335,9 @@ class ArcLeverGeometry(LeverGeometry):
     def _pulled(self, delta: FloatArray) -> FloatArray:
         """Return −r u/δ [m]."""
         # sin δ/δ and (1 − cos δ)/δ by sinc, which is not 0/0 at rest
-        half = np.sinc(0.5 / np.pi * delta)
+        sinc = np.sinc(0.5 / np.pi * delta)
         return np.asarray(
-            self.depth * np.sinc(delta / np.pi) - 0.5 * self.arm * delta * half * half
+            self.depth * np.sinc(delta / np.pi) - 0.5 * self.arm * delta * sinc * sinc
         )
 
     def _free(self, delta: FloatArray) -> FloatArray:
@@ -349,16 +349,16 @@ class ArcLeverGeometry(LeverGeometry):
         (β − β₀)/τ², an increasing function of −δ/τ up to where l = 0, is 2 arctan(τ²)/τ².
         """
         square = tau * tau
-        known = np.where(square > 0.0, square, 1.0)
-        wanted = np.where(square > 0.0, 2.0 * np.arctan(square) / known, 2.0)
+        safe = np.where(square > 0.0, square, 1.0)
+        wanted = np.where(square > 0.0, 2.0 * np.arctan(square) / safe, 2.0)
 
         def excess(lean: FloatArray) -> tuple[FloatArray, FloatArray]:
             delta = -lean * tau
-            pulled, half = self._pulled(delta), np.sinc(0.5 / np.pi * delta)
-            apart = np.where(delta == 0.0, 1.0, delta)
+            pulled, sinc = self._pulled(delta), np.sinc(0.5 / np.pi * delta)
+            safe_delta = np.where(delta == 0.0, 1.0, delta)
             risen = 0.5 * pulled * pulled / (self.base_radius * self.arm)
-            risen += sine_defect(delta) / (apart * apart)
-            risen -= 0.5 * self.depth / self.arm * half * half
+            risen += sine_defect(delta) / (safe_delta * safe_delta)
+            risen -= 0.5 * self.depth / self.arm * sinc * sinc
             rate = lean * pulled * self._free(delta) / (self.arm * self.base_radius)
             return lean * lean * risen - wanted, rate
 
@@ -369,10 +369,10 @@ class ArcLeverGeometry(LeverGeometry):
             end = (reach + np.where(tau > 0.0, across, -across)) / np.abs(tau)
             reached = (tau == 0.0) | (excess(np.where(tau == 0.0, 0.0, end))[0] > 0.0)
             start = np.sqrt(4.0 * self.base_radius * self.arm / (self.depth * self.length))
-            found = bracketed_newton(
+            root = bracketed_newton(
                 excess, np.full(np.shape(tau), start), (0.0, end), relative=1e-15
             )
-        return np.where(reached, -found, np.nan)
+        return np.where(reached, -root, np.nan)
 
 
 @dataclass(frozen=True)
@@ -427,8 +427,8 @@ class MirroredLever(LeverLinkage):
 
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dβ/dθ and d²β/dθ² [1/rad]."""
-        first, second = self.linkage.slopes(-tau)
-        return -first, second
+        ratio, second = self.linkage.slopes(-tau)
+        return -ratio, second
 
     def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
         """Return the distance of the thread from the fulcrum over AB."""

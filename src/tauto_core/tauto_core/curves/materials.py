@@ -71,13 +71,13 @@ def by_name(what: str, table: Mapping[str, object]) -> WrapValidator:
             return numbers(value)
         if value in table:
             return value
-        near = difflib.get_close_matches(value, list(table), 1)
-        said = f'is an unknown {what}'
-        said += f'; did you mean {near[0]}?' if near else ''
+        matches = difflib.get_close_matches(value, list(table), 1)
+        text = f'is an unknown {what}'
+        text += f'; did you mean {matches[0]}?' if matches else ''
         raise PydanticCustomError(
             'unknown',
             '{said} (there are {known})',
-            {'said': said, 'known': ', '.join(sorted(table))},
+            {'said': text, 'known': ', '.join(sorted(table))},
         )
 
     return WrapValidator(known)

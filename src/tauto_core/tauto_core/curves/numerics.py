@@ -58,8 +58,8 @@ def arctangent_defect(x: FloatArray) -> FloatArray:
 
 def exponential_mean(z: FloatArray) -> FloatArray:
     """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z; 1 at 0."""
-    apart = np.where(z == 0.0, 1.0, z)
-    return np.where(z == 0.0, 1.0, np.expm1(apart) / apart)
+    safe = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.expm1(safe) / safe)
 
 
 def exponential_defect(z: FloatArray) -> FloatArray:
@@ -74,8 +74,8 @@ def exponential_defect(z: FloatArray) -> FloatArray:
 
 def logarithmic_mean(z: FloatArray) -> FloatArray:
     """Return ln(1 + z)/z, 1 at 0, for z > −1."""
-    apart = np.where(z == 0.0, 1.0, z)
-    return np.where(z == 0.0, 1.0, np.log1p(apart) / apart)
+    safe = np.where(z == 0.0, 1.0, z)
+    return np.where(z == 0.0, 1.0, np.log1p(safe) / safe)
 
 
 # -----------------------------------------------------------------------------
@@ -122,10 +122,10 @@ def bracketed_newton(
         # where the derivative is 0 the bracket is halved
         with np.errstate(divide='ignore', invalid='ignore'):
             trial = x - value / slope
-        inside = (trial >= low) & (trial <= high)
-        moved = np.where(inside, trial, 0.5 * (low + high))
-        near = np.abs(moved - x) <= absolute + relative * np.abs(moved)
-        x, settled = np.where(settled, x, moved), settled | near
+        is_inside = (trial >= low) & (trial <= high)
+        x_next = np.where(is_inside, trial, 0.5 * (low + high))
+        is_near = np.abs(x_next - x) <= absolute + relative * np.abs(x_next)
+        x, settled = np.where(settled, x, x_next), settled | is_near
         if np.all(settled):
             break
     return np.asarray(x)
@@ -156,9 +156,9 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
     The value > 0 does not work; all beyond the first that works must work. It is rounded to four
     digits, away from the value that does not work.
     """
-    while (found := nearest_if_any(value, factor, works)) is None:
+    while (candidate := nearest_if_any(value, factor, works)) is None:
         value *= factor**FACTORS_TRIED
-    return found
+    return candidate
 
 
 def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
@@ -188,20 +188,20 @@ def farther(arm: float) -> str:
     return f', or move the hole to at least {arm:.6g} m from the axle'
 
 
-def choices(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+def choices(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
     """Return the remedies that work, as the end of a sentence; empty if none does."""
-    found = that_work(*tried)
-    return f', or use {found}' if found else ''
+    words = workable_remedies(*remedies)
+    return f', or use {words}' if words else ''
 
 
-def that_work(*tried: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
+def workable_remedies(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
     """Return the remedies that work: each as words, unit, value, direction and test."""
-    found = (
+    values = (
         (words, unit, nearest_if_any(value, factor, works))
-        for words, unit, value, factor, works in tried
+        for words, unit, value, factor, works in remedies
     )
     return ' or '.join(
-        f'{words} {value:.4g} {unit}' for words, unit, value in found if value is not None
+        f'{words} {value:.4g} {unit}' for words, unit, value in values if value is not None
     )
 
 
@@ -223,9 +223,9 @@ def chebyshev_coefficients(values: FloatArray) -> FloatArray:
     count = values.shape[-1]
     mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
     half_a_node = np.exp(-0.5j * math.pi / count * np.arange(count))
-    found = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
-    found[..., 0] *= 0.5
-    return np.ascontiguousarray(found)
+    coefficients = (np.fft.rfft(mirrored)[..., :count] * half_a_node).real / count
+    coefficients[..., 0] *= 0.5
+    return np.ascontiguousarray(coefficients)
 
 
 def powers_on_unit(series: NDArray[np.floating[Any]]) -> FloatArray:
@@ -235,17 +235,17 @@ def powers_on_unit(series: NDArray[np.floating[Any]]) -> FloatArray:
     the cost.
     """
 
-    def step(constant: float, row: FloatArray, other: FloatArray) -> FloatArray:
+    def step(constant: float, row: FloatArray, terms: FloatArray) -> FloatArray:
         # a constant + Σ row_j x^j + (2x − 1) Σ other_j x^j
-        shifted = -other
-        shifted[1:] += 2.0 * other[:-1]
+        shifted = -terms
+        shifted[1:] += 2.0 * terms[:-1]
         row[0] += constant
         return row + shifted
 
-    last, before = np.zeros((2, len(series)))
+    b1, b2 = np.zeros((2, len(series)))
     for coefficient in series[:0:-1]:
-        last, before = step(coefficient, -before, 2.0 * last), last
-    return step(series[0], -before, last)
+        b1, b2 = step(coefficient, -b2, 2.0 * b1), b1
+    return step(series[0], -b2, b1)
 
 
 def complete_series(
@@ -253,22 +253,22 @@ def complete_series(
     counts: Iterable[int],
     tail: float,
     *,
-    last: int = 4,
+    tail_count: int = 4,
     scale: float | None = None,
 ) -> FloatArray | None:
     """Return the first Chebyshev series that represents its functions; None if none does.
 
     `series` gives the coefficients with n terms, (…, n), for the counts that are tried in order. A
     smooth function's coefficients fall geometrically down to rounding. A series is complete when
-    the `last` ones are at most `tail` of its largest one, or of `scale`: several, since one may
-    vanish by symmetry.
+    the last `tail_count` are at most `tail` of its largest one, or of `scale`: several, since one
+    may vanish by symmetry.
     """
     for count in counts:
-        found = series(count)
-        sizes = np.abs(found)
+        coefficients = series(count)
+        sizes = np.abs(coefficients)
         largest = np.max(sizes, axis=-1, keepdims=True) if scale is None else scale
-        if np.all(sizes[..., -last:] <= tail * largest):
-            return found
+        if np.all(sizes[..., -tail_count:] <= tail * largest):
+            return coefficients
     return None
 
 
@@ -294,21 +294,21 @@ def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> 
     at once.
     """
     count = len(lower)
-    owner, left, width = np.arange(count), lower, upper - lower
+    owner, begin, width = np.arange(count), lower, upper - lower
     settled = np.zeros(count)
-    coarse = gauss_sums(function, left, width)
+    coarse = gauss_sums(function, begin, width)
     for _ in range(_HALVINGS):
-        half = 0.5 * width
-        left, half = np.stack([left, left + half], axis=1), np.stack([half, half], axis=1)
-        fine = gauss_sums(function, left.ravel(), half.ravel()).reshape(-1, 2)
-        both = fine[:, 0] + fine[:, 1]
-        whole = np.abs(settled + np.bincount(owner, both, count))
-        open_ = ~(np.abs(both - coarse) <= _TOLERANCE * whole[owner])
-        settled = settled + np.bincount(owner[~open_], both[~open_], count)
+        step = 0.5 * width
+        begin, step = np.stack([begin, begin + step], axis=1), np.stack([step, step], axis=1)
+        fine = gauss_sums(function, begin.ravel(), step.ravel()).reshape(-1, 2)
+        sums = fine[:, 0] + fine[:, 1]
+        size = np.abs(settled + np.bincount(owner, sums, count))
+        open_ = ~(np.abs(sums - coarse) <= _TOLERANCE * size[owner])
+        settled = settled + np.bincount(owner[~open_], sums[~open_], count)
         if not open_.any():
             return settled
         owner, coarse = np.repeat(owner[open_], 2), fine[open_].ravel()
-        left, width = left[open_].ravel(), half[open_].ravel()
+        begin, width = begin[open_].ravel(), step[open_].ravel()
         if np.bincount(owner).max() > 1024:
             break
     raise QuadratureError(
@@ -330,10 +330,10 @@ def repeated_rule(panels: int) -> tuple[FloatArray, FloatArray]:
     return places.ravel(), np.tile(weights, panels)
 
 
-def gauss_sums(function: ArrayFunction, left: FloatArray, width: FloatArray) -> FloatArray:
+def gauss_sums(function: ArrayFunction, begin: FloatArray, width: FloatArray) -> FloatArray:
     """Return 24-point Gauss–Legendre sums over n intervals of given beginnings and widths."""
     nodes, weights = gauss_rule()
-    values = function(left[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
+    values = function(begin[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
     # along the last axis, so that the order of summation does not depend on the shape
     total: FloatArray = np.sum(values * weights, axis=-1)
     return 0.5 * width * total
@@ -351,16 +351,16 @@ def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
     """
     width = 0.5 * np.diff(edges)
     parts = width * np.sum(values * gauss_rule()[1], axis=-1)
-    before = np.concatenate([[0.0], np.cumsum(parts)])
-    within = width[:, None] * np.sum(values[:, None, :] * _from_left(), axis=-1)
-    return before[:-1, None] + within, float(before[-1])
+    sums = np.concatenate([[0.0], np.cumsum(parts)])
+    partial = width[:, None] * np.sum(values[:, None, :] * _from_left(), axis=-1)
+    return sums[:-1, None] + partial, float(sums[-1])
 
 
 def unresolved(values: FloatArray) -> float:
     """Return the size of the last Legendre coefficients of the panels, over the largest value."""
     nodes, weights = gauss_rule()
-    last = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
-    tails = np.abs(np.sum(values[..., None] * last, axis=1)) * _NODES
+    basis = np.polynomial.legendre.legvander(nodes, _NODES - 1)[:, -2:] * weights[:, None]
+    tails = np.abs(np.sum(values[..., None] * basis, axis=1)) * _NODES
     return float(np.max(tails) / np.max(np.abs(values)))
 
 
@@ -404,29 +404,29 @@ def spline_slopes(x: FloatArray, y: FloatArray) -> FloatArray:
     # Below the first row and above the last there is nothing: zeros, which the solver multiplies.
     below, diagonal, above = np.zeros((3, n))
     below[1:-1], diagonal[1:-1], above[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
-    first, last = x[2] - x[0], x[-1] - x[-3]
-    diagonal[0], above[0] = h[1], first
-    below[-1], diagonal[-1] = last, h[-2]
-    over = h.reshape(-1, *[1] * (y.ndim - 1))
-    chord, right = np.diff(y, axis=0) / over, np.zeros(y.shape)
-    right[1:-1] = 3.0 * (over[1:] * chord[:-1] + over[:-1] * chord[1:])
-    right[0] = ((h[0] + 2.0 * first) * h[1] * chord[0] + h[0] ** 2 * chord[1]) / first
-    right[-1] = (h[-1] ** 2 * chord[-2] + (2.0 * last + h[-1]) * h[-2] * chord[-1]) / last
+    d0, d1 = x[2] - x[0], x[-1] - x[-3]
+    diagonal[0], above[0] = h[1], d0
+    below[-1], diagonal[-1] = d1, h[-2]
+    spacing = h.reshape(-1, *[1] * (y.ndim - 1))
+    chord, right = np.diff(y, axis=0) / spacing, np.zeros(y.shape)
+    right[1:-1] = 3.0 * (spacing[1:] * chord[:-1] + spacing[:-1] * chord[1:])
+    right[0] = ((h[0] + 2.0 * d0) * h[1] * chord[0] + h[0] ** 2 * chord[1]) / d0
+    right[-1] = (h[-1] ** 2 * chord[-2] + (2.0 * d1 + h[-1]) * h[-2] * chord[-1]) / d1
     # without pivots, which this system does not need
     sought: Any = right.tolist() if y.ndim == 1 else right  # numbers are quicker by themselves
-    rows = zip(*(each.tolist() for each in (below, diagonal, above)), sought, strict=True)
-    _, pivot, beyond, value = next(rows)
-    pivots, aboves, values = [pivot], [beyond], [value]
+    rows = zip(*(band.tolist() for band in (below, diagonal, above)), sought, strict=True)
+    _, pivot, upper, value = next(rows)
+    pivots, aboves, values = [pivot], [upper], [value]
     for low, middle, high, wanted in rows:
         factor = low / pivot
-        pivot, value = middle - factor * beyond, wanted - factor * value
-        beyond = high
+        pivot, value = middle - factor * upper, wanted - factor * value
+        upper = high
         pivots.append(pivot)
         aboves.append(high)
         values.append(value)
     slopes = [0.0]
-    for pivot, beyond, value in zip(*map(reversed, (pivots, aboves, values)), strict=True):
-        slopes.append((value - beyond * slopes[-1]) / pivot)
+    for pivot, upper, value in zip(*map(reversed, (pivots, aboves, values)), strict=True):
+        slopes.append((value - upper * slopes[-1]) / pivot)
     return np.array(slopes[:0:-1])
 
 
@@ -439,23 +439,23 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     line. x is strictly increasing, and `at` lies between the first and the last.
     """
     m = np.pad(np.diff(y) / np.diff(x), 2, mode='edge')
-    for i, one, two in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
-        m[i] = 2.0 * m[one] - m[two]
+    for i, j, k in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
+        m[i] = 2.0 * m[j] - m[k]
     change = np.abs(np.diff(m))
-    before, after = change[:-2], change[2:]
-    both = before + after
+    w0, w1 = change[:-2], change[2:]
+    weights = w0 + w1
     slopes = 0.5 * (m[3:] + m[:-3])
     # as in SciPy: where both weights are rounding, their ratio is none
-    apart = both > 1e-9 * np.max(both)
-    share = before[apart] / both[apart]
-    slopes[apart] = m[1:-2][apart] + share * (m[2:-1][apart] - m[1:-2][apart])
+    clear = weights > 1e-9 * np.max(weights)
+    share = w0[clear] / weights[clear]
+    slopes[clear] = m[1:-2][clear] + share * (m[2:-1][clear] - m[1:-2][clear])
     return hermite(x, y, slopes, at)
 
 
 def hermite(x: FloatArray, y: FloatArray, slopes: FloatArray, at: FloatArray) -> FloatArray:
     """Return the cubics with given values and slopes at the points, a row for each of `at`."""
     i = np.clip(np.searchsorted(x, at, 'right') - 1, 0, len(x) - 2)
-    h, u = (each.reshape(-1, *[1] * (y.ndim - 1)) for each in (np.diff(x), at - x[i]))
+    h, u = (values.reshape(-1, *[1] * (y.ndim - 1)) for values in (np.diff(x), at - x[i]))
     chord = np.diff(y, axis=0) / h
     bend = (slopes[:-1] + slopes[1:] - 2.0 * chord) / h
     square = u * u

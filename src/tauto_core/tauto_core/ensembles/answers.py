@@ -41,7 +41,7 @@ estimated drift.
 
 
 @dataclass(frozen=True)
-class Within:
+class Portion:
     """Share of all ships whose longitude was within a limit.
 
     One that failed, or whose clock stopped, counts as outside.
@@ -108,7 +108,7 @@ class Answers:
     ships: int
     failures: dict[str, int]
     unchecked_days: tuple[float, float] | None
-    within: dict[str, list[Within]] | None
+    within: dict[str, list[Portion]] | None
     quantiles_nmi: dict[str, list[float] | None]
     influences: list[Influence]
 
@@ -131,13 +131,13 @@ class Answers:
             return f'None of {ships} arrived.'
         lost = sum(self.failures.values())
         who = f'the {self.ships - lost} of {ships} that arrived' if lost else ships
-        (half, most), (half_dial, most_dial) = (
+        (median, q95), (half_dial, most_dial) = (
             [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
             for sizes in (by_rated, by_dial)
         )
         return (
-            f'Of {who}, {self.unchecked()}, half are within {half} nautical miles by the rated '
-            f'clock and 95 % within {most}; by the dial alone within {half_dial} and {most_dial}. '
+            f'Of {who}, {self.unchecked()}, half are within {median} nautical miles by the rated '
+            f'clock and 95 % within {q95}; by the dial alone within {half_dial} and {most_dial}. '
             'That is no verdict: the Act of 1714 asks for six weeks.'
         )
 
@@ -146,7 +146,7 @@ class Answers:
         days = self.unchecked_days or (0.0, 0.0)
         if not any(days):
             return 'checked to the end'
-        spans = dict.fromkeys(span(each * DAY_S) for each in days)
+        spans = dict.fromkeys(span(day * DAY_S) for day in days)
         return f'{" to ".join(spans)} unchecked'
 
 
@@ -188,16 +188,16 @@ def _quantiles(sizes: FloatArray) -> list[float] | None:
     return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
 
 
-def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Within]:
+def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Portion]:
     """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
     return _shares(sizes_nmi(rows, ERRORS[clock]))
 
 
-def _shares(sizes: FloatArray) -> list[Within]:
+def _shares(sizes: FloatArray) -> list[Portion]:
     """Return the shares of sizes within each limit of the Act."""
     counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
     total = len(sizes)
-    return [Within(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
+    return [Portion(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
@@ -213,14 +213,14 @@ def _influences(
 ) -> list[Influence]:
     if len(rows) < LEAST_RANKED:
         return []
-    found = []
+    influences = []
     for key in drawn:
         values = [row[key] for row in rows]
         if all(isinstance(value, int | float) for value in values):
             raw, corrected = (_spearman(values, error) for error in errors.values())
             sizes = (_spearman(values, np.abs(error)) for error in errors.values())
-            found.append(Influence(key, raw, corrected, *sizes))
-    return sorted(found, key=lambda each: -each.strongest)
+            influences.append(Influence(key, raw, corrected, *sizes))
+    return sorted(influences, key=lambda item: -item.strongest)
 
 
 def _spearman(values: Sequence[float], errors: FloatArray) -> float | None:
@@ -341,7 +341,7 @@ class ClockAnswers:
 
 
 @dataclass(frozen=True)
-class Company:
+class ConvoyPair:
     """Two ships that sailed together, each with the wind of her log.
 
     Attributes:
@@ -381,7 +381,7 @@ class TrialAnswers:
     wind_draws: int
     hull_draws: int
     clocks: list[ClockAnswers]
-    companies: list[Company]
+    companies: list[ConvoyPair]
     left_out: list[dict[str, str]]
     voyages: list[dict[str, Any]]
     keys_left_out: tuple[str, ...] = ()
@@ -393,17 +393,17 @@ class TrialAnswers:
         passages = counted(self.judged, 'passage')
         rated, dial = clock.ways['corrected'], clock.ways['raw']
         if not rated.prizes:
-            said = f'{counted(self.passages, "passage")} of {self.logs}: none of six weeks, '
-            return f'{said}which the Act of 1714 asks for.'
+            sentence = f'{counted(self.passages, "passage")} of {self.logs}: none of six weeks, '
+            return f'{sentence}which the Act of 1714 asks for.'
         prize = rated.prizes[0]
-        said = (
+        sentence = (
             f'On {prize.passages} of {passages} of six weeks and more {clock.clock} would have '
             f'found the longitude within {prize.limit_nmi:g} nautical miles when rated in '
             f'harbour: {prize.said}. By the dial alone on {dial.prizes[0].passages}'
         )
         if 'sensed' in clock.ways:
-            said += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
-        return f'{said}.'
+            sentence += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
+        return f'{sentence}.'
 
     def _repr_html_(self) -> str:
         return str(drawn_by('notebook', 'trial_html')(self))
@@ -412,20 +412,20 @@ class TrialAnswers:
 def check_local_time(local_time_s: float) -> None:
     """Refuse an error of local time [s] that no navigator makes (UsageError)."""
     if not 0.0 <= local_time_s <= 3600.0:
-        said = ': must lie between 0 and 3600 s. Use for example 4'
-        raise UsageError(Argument('local_time', f'{local_time_s:g}'), said)
+        limits = ': must lie between 0 and 3600 s. Use for example 4'
+        raise UsageError(Argument('local_time', f'{local_time_s:g}'), limits)
 
 
 def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
     """Return the answers of a trial; the navigator errs by `local_time_s` in his local time."""
     trial = sailed.trial
-    passages = {each.name: each for each in trial.passages}
-    ends = {name: no_landfall(*each.entries[-1][1:3]) for name, each in passages.items()}
+    passages = {trip.name: trip for trip in trial.passages}
+    ends = {name: no_landfall(*trip.entries[-1][1:3]) for name, trip in passages.items()}
     cut_s = trial.rules.longest_s
     # days at sea, which a shorter duration may have cut
-    most = math.inf if cut_s is None else cut_s / DAY_S - trial.rules.harbour_days
+    longest = math.inf if cut_s is None else cut_s / DAY_S - trial.rules.harbour_days
     judged = {
-        name for name, each in passages.items() if min(each.days, most) >= LEAST_UNCHECKED_DAYS
+        name for name, trip in passages.items() if min(trip.days, longest) >= LEAST_UNCHECKED_DAYS
     }
     clocks = []
     for clock in trial.rules.clocks:
@@ -482,16 +482,16 @@ def _way(
     local_time_s: float,
 ) -> WayAnswers:
     logged = {row['passage']: row for row in rows if row['drawn'] == 'log'}
-    tried = [row for name, row in logged.items() if name in judged]
+    sample = [row for name, row in logged.items() if name in judged]
 
     def parts(of: Callable[[LoggedPassage], str]) -> list[Part]:
         groups: dict[str, list[dict[str, Any]]] = {}
-        for row in tried:
+        for row in sample:
             groups.setdefault(of(passages[row['passage']]), []).append(row)
         return [_part(name, sizes_nmi(groups[name], WAYS[way])) for name in sorted(groups)]
 
     return WayAnswers(
-        prizes=list(_prizes(rows, tried, way, passages, local_time_s)),
+        prizes=list(_prizes(rows, sample, way, passages, local_time_s)),
         quantiles_nmi=_quantiles(sizes_nmi(logged.values(), WAYS[way])),
         wind_nmi=_changes(rows, logged, way, 'wind'),
         hull_nmi=_changes(rows, logged, way, 'hull'),
@@ -502,44 +502,44 @@ def _way(
 
 def _part(name: str, sizes: FloatArray) -> Part:
     arrived = sizes[np.isfinite(sizes)]
-    within = [int(np.count_nonzero(sizes <= limit)) for limit, _ in AWARDS]
-    return Part(name, len(sizes), within, float(np.median(arrived)) if len(arrived) else None)
+    counts = [int(np.count_nonzero(sizes <= limit)) for limit, _ in AWARDS]
+    return Part(name, len(sizes), counts, float(np.median(arrived)) if len(arrived) else None)
 
 
 def _prizes(
     rows: Sequence[dict[str, Any]],
-    tried: Sequence[dict[str, Any]],
+    sample: Sequence[dict[str, Any]],
     way: str,
     passages: dict[str, LoggedPassage],
     local_time_s: float,
 ) -> Iterator[Prize]:
-    if not tried:
+    if not sample:
         return
     from scipy.special import ndtr
 
-    names = {row['passage'] for row in tried}
-    sizes = sizes_nmi(tried, WAYS[way])
-    latitudes = np.radians([passages[row['passage']].entries[-1][1] for row in tried])
+    names = {row['passage'] for row in sample}
+    sizes = sizes_nmi(sample, WAYS[way])
+    latitudes = np.radians([passages[row['passage']].entries[-1][1] for row in sample])
     sights = np.maximum(ARCMIN_PER_S * local_time_s * np.cos(latitudes), 1e-9)
     draws: dict[str, dict[int, list[dict[str, Any]]]] = {'wind': {}, 'hull': {}}
     for row in rows:
         if row['drawn'] in draws and row['passage'] in names:
             draws[row['drawn']].setdefault(row['draw'], []).append(row)
-    for found, (limit, pounds) in zip(_shares(sizes), AWARDS, strict=True):
+    for share, (limit, pounds) in zip(_shares(sizes), AWARDS, strict=True):
         # the share of a normal error about each clock's own
         chance = ndtr((limit - sizes) / sights) - ndtr((-limit - sizes) / sights)
         spreads = []
         for drawn in draws.values():
-            shares = [np.mean(sizes_nmi(each, WAYS[way]) <= limit) for each in drawn.values()]
-            apart = np.square(np.array(shares) - found.share)
-            spreads.append(float(np.sqrt(np.mean(apart))) if shares else None)
+            shares = [np.mean(sizes_nmi(part, WAYS[way]) <= limit) for part in drawn.values()]
+            squares = np.square(np.array(shares) - share.share)
+            spreads.append(float(np.sqrt(np.mean(squares))) if shares else None)
         yield Prize(
             limit,
             pounds,
-            found.ships,
-            found.share,
-            found.low,
-            found.high,
+            share.ships,
+            share.share,
+            share.low,
+            share.high,
             float(np.mean(chance)),
             *spreads,
         )
@@ -553,8 +553,8 @@ def _changes(
     pairs = [
         (row[column], logged[row['passage']][column]) for row in rows if row['drawn'] == drawn
     ]
-    apart = [abs(one - other) for one, other in pairs if None not in (one, other)]
-    return float(np.median(apart)) if apart else None
+    changes = [abs(a - b) for a, b in pairs if None not in (a, b)]
+    return float(np.median(changes)) if changes else None
 
 
 # -----------------------------------------------------------------------------
@@ -570,29 +570,29 @@ SAILED_WITHIN_DAYS = 3.0
 """Largest time between their first entries: both clocks have then been at sea as long."""
 
 
-def _companies(sailed: Sailed) -> Iterator[Company]:
+def _companies(sailed: Sailed) -> Iterator[ConvoyPair]:
     """Yield the pairs of passages that were sailed in company."""
     rows = {(row['clock'], row['passage']): row for row in sailed.rows if row['drawn'] == 'log'}
     clocks = [clock.name for clock in sailed.trial.rules.clocks]
-    for one, other in combinations(sailed.trial.passages, 2):
-        begins = [log_time(each.entries[0][0]) for each in (one, other)]
+    for a, b in combinations(sailed.trial.passages, 2):
+        begins = [log_time(trip.entries[0][0]) for trip in (a, b)]
         if abs((begins[1] - begins[0]).total_seconds()) > SAILED_WITHIN_DAYS * DAY_S:
             continue
-        noons = {entry[0][:10]: index for index, entry in enumerate(other.entries)}
+        noons = {entry[0][:10]: index for index, entry in enumerate(b.entries)}
         together = [
             (index, noons[entry[0][:10]])
-            for index, entry in enumerate(one.entries)
+            for index, entry in enumerate(a.entries)
             if entry[0][:10] in noons
-            and nautical_miles(entry[1:3], other.entries[noons[entry[0][:10]]][1:3]) <= NEAR_NMI
+            and nautical_miles(entry[1:3], b.entries[noons[entry[0][:10]]][1:3]) <= NEAR_NMI
         ]
         if len(together) < LEAST_DAYS:
             continue
-        first, second = together[-1]
+        i, second = together[-1]
         differ: dict[str, dict[str, float]] = {}
         for clock in clocks:
-            ours, theirs = rows[clock, one.name], rows[clock, other.name]
+            ours, theirs = rows[clock, a.name], rows[clock, b.name]
             for way, column in TRACED.items():
-                if first < len(ours[column]) and second < len(theirs[column]):
-                    apart = ours[column][first] - theirs[column][second]
-                    differ.setdefault(clock, {})[way] = apart
-        yield Company((one.name, other.name), len(together), differ)
+                if i < len(ours[column]) and second < len(theirs[column]):
+                    gap = ours[column][i] - theirs[column][second]
+                    differ.setdefault(clock, {})[way] = gap
+        yield ConvoyPair((a.name, b.name), len(together), differ)

@@ -22,7 +22,7 @@ from tauto_core.bags.write import BUDGET
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
-from tauto_core.curves.cams.corrected import Evened, Pulled
+from tauto_core.curves.cams.corrected import EquivalentCam, LinearisedCam
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.rows import Voyages, sail
 from tauto_core.ensembles.workers import Crew
@@ -124,7 +124,7 @@ class RoughRow:
 
 
 @dataclass(frozen=True)
-class Worth:
+class Sensitivity:
     """The change of the rate on land by a small change: `what`, and [s/day]."""
 
     what: str
@@ -165,7 +165,7 @@ class Budget:
     rough: tuple[RoughRow, ...]
     rough_s_per_day: float
     fixed_s_per_day: float | None
-    worth: tuple[Worth, ...]
+    worth: tuple[Sensitivity, ...]
 
     def __str__(self) -> str:
         """Return the causes as lines of text."""
@@ -226,35 +226,35 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
     """
     scene, machine = job.scene, job.machine
     source = ShipSource(scene, ShipMotion(scene, job.without), says_scene=False, as_messages=False)
-    log_ns, found = scene.log_interval_ns, []
+    log_ns, means = scene.log_interval_ns, []
     for number, begin_ns in enumerate(job.begins_ns):
-        first = begin_ns // scene.step_ns
-        source.restore({'produced': first, 'motion': {'next': first}})
+        sample = begin_ns // scene.step_ns
+        source.restore({'produced': sample, 'motion': {'next': sample}})
         aged = _aged(machine, begin_ns / NS_PER_S)
         stage = TrochleaStage(scene, 'first' if job.settle_ns else 'scene', aged)
-        left = (job.settle_ns + job.stretch_ns) // scene.step_ns + 1 + 2 * LOOKAHEAD
+        remaining = (job.settle_ns + job.stretch_ns) // scene.step_ns + 1 + 2 * LOOKAHEAD
         warm = SHIP_TEMPERATURE in stage.inputs
         if warm:  # the clock waits for the temperature of the next logged instant
-            left += log_ns // scene.step_ns + 2 * LOOKAHEAD
-        said: list[Batches] = []
-        while left > 0 and source.produced < source.total:
-            batches = source.produce(min(left, CHUNK))
-            left -= len(batches[SHIP_IMU].stamp_ns)
-            said.append(stage.feed({t: batches[t] for t in stage.inputs if t in batches}))
+            remaining += log_ns // scene.step_ns + 2 * LOOKAHEAD
+        outputs: list[Batches] = []
+        while remaining > 0 and source.produced < source.total:
+            batches = source.produce(min(remaining, CHUNK))
+            remaining -= len(batches[SHIP_IMU].stamp_ns)
+            outputs.append(stage.feed({t: batches[t] for t in stage.inputs if t in batches}))
             if len(job.begins_ns) == 1:
                 tell(source.produced / source.total)
         if not warm or source.produced >= source.total:
-            said.append(stage.finish())
-        phases = [batch[PHASE] for batch in said if PHASE in batch]
+            outputs.append(stage.finish())
+        phases = [batch[PHASE] for batch in outputs if PHASE in batch]
         half_turns = np.concatenate(
-            [each.position[:, 1:3] for each in phases if isinstance(each, JointSamples)]
+            [batch.position[:, 1:3] for batch in phases if isinstance(batch, JointSamples)]
         )
         ends = job.settle_ns // log_ns, (job.settle_ns + job.stretch_ns) // log_ns
         # whole half turns and the fraction apart, so that a long voyage loses no digits
         turned = half_turns[ends[1]] - half_turns[ends[0]]
-        found.append(0.5 * float(turned.sum()) / (job.stretch_ns / NS_PER_S))
+        means.append(0.5 * float(turned.sum()) / (job.stretch_ns / NS_PER_S))
         tell((number + 1.0) / len(job.begins_ns))
-    return np.array(found)
+    return np.array(means)
 
 
 def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
@@ -304,15 +304,15 @@ def account(
     jobs |= _besides(plan, thread_swings=swing is None)
     thinned = replace(plan, begins_ns=plan.begins_ns[::THINNED])
     rough = [
-        (each.key, each.unit, each.values, [_with(thinned, ship=ship) for ship in each.ships])
-        for each in scene.ship.known_roughly(scene)
+        (item.key, item.unit, item.values, [_with(thinned, ship=ship) for ship in item.ships])
+        for item in scene.ship.known_roughly(scene)
     ]
     rough += [
-        (key, '/K', values, [replace(thinned, heat=each) for each in heats])
+        (key, '/K', values, [replace(thinned, heat=heat) for heat in heats])
         for key, values, heats in _materials(scene, heat)
     ]
-    for key, _, values, tried in rough:
-        for value, job in zip(values, tried, strict=True):
+    for key, _, values, runs in rough:
+        for value, job in zip(values, runs, strict=True):
             jobs[f'{key} = {value:.4g}'] = job
     # a dial that is left to itself is regulated for the machine as its materials are
     nominal = {
@@ -320,10 +320,10 @@ def account(
         for name, job in jobs.items()
     }
     rates = {
-        name: DAY_S * (nominal[name] * each - 1.0)
-        for name, each in _sailed(jobs, crew, progress).items()
+        name: DAY_S * (nominal[name] * ratio - 1.0)
+        for name, ratio in _sailed(jobs, crew, progress).items()
     }
-    whole = rates['']
+    total = rates['']
     end_ns = np.array([scene.starts_at_ns + scene.duration_ns])
     latitude_deg = float(Route(scene).fixes(end_ns).latitude[0])
     east = -scene.duration / DAY_S * ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
@@ -337,15 +337,15 @@ def account(
     on_land = _on_land(machine, swing, nominal_s)
     if _ON_LAND in rates:
         on_land['drag, escapement'] = float(np.mean(rates[_ON_LAND])) - sum(on_land.values())
-    at_sea = {cause: whole - rates[cause] for cause in causes}
+    at_sea = {cause: total - rates[cause] for cause in causes}
     parts: dict[str, FloatArray | float] = {**on_land, **at_sea}
-    together = sum(at_sea.values(), np.zeros(len(whole))) + sum(on_land.values())
+    together = sum(at_sea.values(), np.zeros(len(total))) + sum(on_land.values())
     open_rows = tuple(
         RoughRow(
             key,
             unit,
             *values,
-            *(float(np.mean(rates[f'{key} = {at:.4g}'] - whole[::THINNED])) for at in values),
+            *(float(np.mean(rates[f'{key} = {at:.4g}'] - total[::THINNED])) for at in values),
         )
         for key, unit, values, _ in rough
     )
@@ -358,10 +358,10 @@ def account(
         settle_s=plan.settle_ns / NS_PER_S,
         rows=tuple(starmap(row, parts.items())),
         sum=row('sum', together),
-        interaction=row('interaction', whole - together),
-        whole=row('whole', whole),
+        interaction=row('interaction', total - together),
+        whole=row('whole', total),
         rough=open_rows,
-        rough_s_per_day=math.hypot(*(each.half_range for each in open_rows)),
+        rough_s_per_day=math.hypot(*(item.half_range for item in open_rows)),
         fixed_s_per_day=float(np.mean(rates[_FIXED])) if _FIXED in rates else None,
         worth=tuple(_worth(scene, machine, swing, nominal_s, heat)),
     )
@@ -386,10 +386,10 @@ def _causes(
 ) -> dict[str, Job]:
     """Return the runs without each cause."""
     jobs = {
-        ' and '.join(name for name in each if not name.startswith('force')): replace(
-            plan, without=each
+        ' and '.join(name for name in names if not name.startswith('force')): replace(
+            plan, without=names
         )
-        for each in moves
+        for names in moves
     }
     if plan.scene.gravity == 'normal' and machine.feels_gravity:
         jobs['gravity'] = replace(plan, without=('gravity',))
@@ -405,11 +405,7 @@ def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
     scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
     if thread_swings:
         jobs[_ON_LAND] = _with(
-            plan,
-            ship=StillShip(),
-            gravity=scene.g,
-            air=_steady_air(scene),
-            suspension=None,
+            plan, ship=StillShip(), gravity=scene.g, air=_steady_air(scene), suspension=None
         )
     if hung is not None:
         jobs[_FIXED] = _with(plan, suspension=None)
@@ -440,9 +436,9 @@ def _sailed(
     jobs: Mapping[str, Job], crew: Crew, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
     """Return the frequencies of each job by its name, from all processes."""
-    plan = Voyages(sail_job, [(k, *each) for k, each in enumerate(jobs.items())], case_of)
-    done = None if progress is None else lambda count: progress(count / len(jobs))
-    rows = sail(plan, crew, None, done)
+    plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(jobs.items())], case_of)
+    report = None if progress is None else lambda count: progress(count / len(jobs))
+    rows = sail(plan, crew, None, report)
     return dict(zip(jobs, map(np.array, rows.column('per_s')), strict=True))
 
 
@@ -461,13 +457,13 @@ def _steady(name: str, machine: AnyMachine) -> SteadySwing | None:
     """Return the swing on land; None where the thread swings, too."""
     if isinstance(machine, HangingMachine):
         return None
-    found = steady_swing(machine)
-    if isinstance(found, NoSteadySwing):
+    swing = steady_swing(machine)
+    if isinstance(swing, NoSteadySwing):
         raise UsageError(
-            f'{name}: has no rate to account for: {found.why}. Give it a drag and an escapement '
+            f'{name}: has no rate to account for: {swing.why}. Give it a drag and an escapement '
             'that keep its swing, or neither'
         )
-    return found
+    return swing
 
 
 def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
@@ -480,7 +476,7 @@ def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
     settle_s = max(SETTLE_S, SETTLINGS * memory_s)
     stretch_s = max(STRETCH_S, settle_s)
     settle_ns, stretch_ns = (
-        -(-round(each * NS_PER_S) // log_ns) * log_ns for each in (settle_s, stretch_s)
+        -(-round(seconds * NS_PER_S) // log_ns) * log_ns for seconds in (settle_s, stretch_s)
     )
     each_s = (settle_ns + stretch_ns) / NS_PER_S
     count = max(int(STRETCHES * (STRETCH_S + SETTLE_S) / each_s), FEWEST_STRETCHES)
@@ -548,19 +544,19 @@ def _materials(
             value = (material(named).modulus or 0.0) if of_spring else material(named).expansion
             off = part * abs(value)
             heats = (
-                replace(heat, **{name: getattr(heat, name) + each for name in fields.split()})
-                for each in (-off, off)
+                replace(heat, **{name: getattr(heat, name) + shift for name in fields.split()})
+                for shift in (-off, off)
             )
             yield key, (value - off, value + off), cast(tuple[Heat, Heat], tuple(heats))
     if drag is not None and isinstance(drag.oil, str):
-        rates = tuple(each * heat.oil.rate for each in (1.0 - THINNING_PART, 1.0 + THINNING_PART))
-        oils = (replace(heat, oil=heat.oil._replace(rate=each)) for each in rates)
+        rates = tuple(part * heat.oil.rate for part in (1.0 - THINNING_PART, 1.0 + THINNING_PART))
+        oils = (replace(heat, oil=heat.oil._replace(rate=rate)) for rate in rates)
         yield 'drag.oil', cast(tuple[float, float], rates), cast(tuple[Heat, Heat], tuple(oils))
 
 
 def _worth(
     scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float, heat: Heat
-) -> Iterator[Worth]:
+) -> Iterator[Sensitivity]:
     """Yield the effect of small changes on land, by central differences of the whole machine.
 
     Changes that are not possible, near the end of a cam for example, are left out.
@@ -569,10 +565,10 @@ def _worth(
     def rate(changed: AnyMachine) -> float:
         if isinstance(changed, HangingMachine):
             return rate_s_per_day(changed.period(changed.release_angle), nominal_s)
-        found = steady_swing(changed)
-        if isinstance(found, NoSteadySwing):
-            raise UsageError(found.why)
-        return rate_s_per_day(found.period, nominal_s)
+        steady = steady_swing(changed)
+        if isinstance(steady, NoSteadySwing):
+            raise UsageError(steady.why)
+        return rate_s_per_day(steady.period, nominal_s)
 
     amplitude = abs(machine.release_angle) if swing is None else swing.amplitude
     changes: dict[str, Callable[[float], float]] = {
@@ -587,12 +583,12 @@ def _worth(
     if heat.feels_temperature and not isinstance(machine, HangingMachine):
         # of a swinging thread no steady swing is known, by which oil acts; the numbers hold at
         # heat.at_celsius, and `machine` is the same at the departure's temperature
-        given, here = cast(AnyMachine, compile_machine(scene)), machine.heat.at_celsius
-        changes['1 K'] = lambda sign: rate(given.at_celsius(here + sign))
+        base, celsius = cast(AnyMachine, compile_machine(scene)), machine.heat.at_celsius
+        changes['1 K'] = lambda sign: rate(base.at_celsius(celsius + sign))
     for what, changed in changes.items():
         with suppress(TautoError):
-            apart = changed(1.0) - changed(-1.0)
-            yield Worth(what, apart if 'amplitude' in what else 0.5 * apart)
+            change = changed(1.0) - changed(-1.0)
+            yield Sensitivity(what, change if 'amplitude' in what else 0.5 * change)
 
 
 def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
@@ -621,9 +617,9 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
         )
     at = min(1.0, 0.999 * machine.range_rad)
     cam = machine.cam
-    if isinstance(cam, Pulled | Evened):
+    if isinstance(cam, EquivalentCam | LinearisedCam):
         part = 1.0 + more_m * at / float(cam.cam.lever_arm(at))
-        return replace(machine, cam=Pulled(cam.cam, cam.law, part))
+        return replace(machine, cam=EquivalentCam(cam.cam, cam.law, part))
     # a pull on a larger lever arm is a larger pull, and its mass moves more
     part = 1.0 + more_m * at / float(cam.lever_arm(at))
     return replace(
@@ -664,13 +660,13 @@ def kept_budget(bag: Path) -> dict[str, Any] | None:
     if not file.is_file():
         return None
     try:
-        found = json.loads(file.read_text(encoding='utf-8'))
-        known = found['format'] == _FORMAT
+        content = json.loads(file.read_text(encoding='utf-8'))
+        is_known = content['format'] == _FORMAT
     except (OSError, ValueError, KeyError, TypeError):
-        known = False
-    if not known:
+        is_known = False
+    if not is_known:
         raise UsageError(f'{file}: is not a budget of this version. Make it again, or remove it')
-    return dict(found)
+    return dict(content)
 
 
 def budget_file(out: Path, scene: Scene) -> Path:

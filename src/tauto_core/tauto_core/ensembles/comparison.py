@@ -26,13 +26,7 @@ from tauto_core.ensembles.workers import Crew
 from tauto_core.machines import AnyMachine, InPlaceOfWheel
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
-from tauto_core.samples import (
-    READING,
-    SHIP_IMU,
-    Batches,
-    Samples,
-    TimeSamples,
-)
+from tauto_core.samples import READING, SHIP_IMU, Batches, Samples, TimeSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import (
     Argument,
@@ -181,14 +175,14 @@ def make_entries(
         if not anyway:
             with naming(origin, scene.name):
                 check_known(scene)
-    first: dict[str, str] = {}
+    origins: dict[str, str] = {}
     for origin, scene in scenes:
-        if scene.name in first:
+        if scene.name in origins:
             raise UsageError(
-                f'{origin}: its name, {scene.name!r}, is that of {first[scene.name]} too, and a '
+                f'{origin}: its name, {scene.name!r}, is that of {origins[scene.name]} too, and a '
                 'row is called by it. Leave one out, or give another `name`'
             )
-        first[scene.name] = origin
+        origins[scene.name] = origin
     _check_shared(scenes)
     if len(set(rolls_deg)) < len(rolls_deg):
         twice = Argument('roll_deg', ','.join(f'{roll:g}' for roll in rolls_deg))
@@ -212,33 +206,33 @@ def _scenes(
     accuracy: float | str | None,
     overrides: Mapping[str, object],
 ) -> list[tuple[str, Scene]]:
-    asked: dict[str, Any] = {'solver.accuracy': accuracy}
-    changed = {**asked, **overrides}
-    taken: dict[str, Any] = {}
+    solver: dict[str, Any] = {'solver.accuracy': accuracy}
+    changed = {**solver, **overrides}
+    shared: dict[str, Any] = {}
     if ship_of is not None:
-        own = [f'drift.{name}' for name in OF_THE_CLOCK]
+        own_keys = [f'drift.{name}' for name in OF_THE_CLOCK]
         of_passage = {
             key: value
             for key, value in overrides.items()
-            if key.partition('.')[0] in SHARED and key not in own
+            if key.partition('.')[0] in SHARED and key not in own_keys
         }
         changed = {key: value for key, value in changed.items() if key not in of_passage}
-        passage = load_scene(ship_of, **asked, **of_passage)
-        taken = {key: getattr(passage, key) for key in SHARED}
+        passage = load_scene(ship_of, **solver, **of_passage)
+        shared = {key: getattr(passage, key) for key in SHARED}
     scenes = [(origin_of(clock), load_scene(clock, **changed)) for clock in clocks]
     if duration is not None:
-        taken['duration'] = duration
+        shared['duration'] = duration
     # one motion for all, sampled as the most demanding of them needs
-    passages = [] if ship_of is None else [taken['ship']]
+    passages = [] if ship_of is None else [shared['ship']]
     rates = {ship.rate for ship in (*passages, *(scene.ship for _, scene in scenes))}
-    if not taken and len(rates) == 1:
+    if not shared and len(rates) == 1:
         return scenes
     whose = None if ship_of is None else origin_of(ship_of)
-    found = []
+    entries = []
     for name, scene in scenes:
-        ship = taken.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
-        found.append((name, _taking(name, scene, {**taken, 'ship': ship}, whose)))
-    return found
+        ship = shared.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
+        entries.append((name, _taking(name, scene, {**shared, 'ship': ship}, whose)))
+    return entries
 
 
 def _along(
@@ -249,18 +243,18 @@ def _along(
     shortened: bool,
 ) -> list[tuple[str, Scene]]:
     """Return the clocks on a passage of a log-book, in the ship of the first of them."""
-    origin, first = scenes[0]
-    found = []
+    origin, leader = scenes[0]
+    afloat = []
     for name, scene in scenes:
-        content = read_mapping(scene_yaml(on_passage_of(name, scene, first, origin)), name)
+        content = read_mapping(scene_yaml(on_passage_of(name, scene, leader, origin)), name)
         if scene.accuracy is not None:
             content['ship'].pop('rate', None)  # it follows from the sea
         content = scene_of_passage(content, passage, harbour_days)
         if shortened:
             content['duration'] = scene.duration
-        found.append((name, checked_scene(content | {'name': scene.name}, name)))
-    rate_hz = max(scene.ship.rate for _, scene in found)
-    return [(name, with_rate(scene, rate_hz)) for name, scene in found]
+        afloat.append((name, checked_scene(content | {'name': scene.name}, name)))
+    rate_hz = max(scene.ship.rate for _, scene in afloat)
+    return [(name, with_rate(scene, rate_hz)) for name, scene in afloat]
 
 
 def with_rate(scene: Scene, rate_hz: float) -> Scene:
@@ -281,11 +275,11 @@ def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scen
     return _taking(name, scene, {key: getattr(passage, key) for key in SHARED}, ship_of)
 
 
-def _taking(name: str, scene: Scene, taken: Mapping[str, Any], ship_of: str | None) -> Scene:
-    update = dict(taken)
+def _taking(name: str, scene: Scene, shared: Mapping[str, Any], ship_of: str | None) -> Scene:
+    update = dict(shared)
     if ship_of is not None:
-        kept = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
-        update['drift'] = taken['drift'].model_copy(update=kept)
+        settings = {key: getattr(scene.drift, key) for key in OF_THE_CLOCK}
+        update['drift'] = shared['drift'].model_copy(update=settings)
     return _as_given(name, scene.model_copy(update=update), ship_of)
 
 
@@ -315,21 +309,21 @@ def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
 
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
     """Refuse clocks that are not on the same ship."""
-    (first, scene), *others = scenes
+    (leader, scene), *followers = scenes
     passage = _passage(scene)
-    for origin, other in others:
-        apart = list(_differences('', passage, _passage(other)))
-        if apart:
-            told = '; '.join(
-                f'only {first if isinstance(ours, dict) else origin} has {key}'
+    for origin, peer in followers:
+        differences = list(_differences('', passage, _passage(peer)))
+        if differences:
+            text = '; '.join(
+                f'only {leader if isinstance(ours, dict) else origin} has {key}'
                 if isinstance(ours, dict) or isinstance(theirs, dict)
                 else f'{key} = {theirs} against {ours}'
-                for key, ours, theirs in apart
+                for key, ours, theirs in differences
             )
             raise UsageError(
-                f'{origin} does not make the passage of {first}: {told}. Let the scenes agree, '
+                f'{origin} does not make the passage of {leader}: {text}. Let the scenes agree, '
                 'or take one passage for all with ',
-                Argument('ship_of', first),
+                Argument('ship_of', leader),
             )
 
 
@@ -344,8 +338,8 @@ def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, 
             yield path, ours, theirs
         return
     for key in dict.fromkeys((*ours, *theirs)):
-        here = f'{path}.{key}' if path else str(key)
-        yield from _differences(here, ours.get(key, 'absent'), theirs.get(key, 'absent'))
+        place = f'{path}.{key}' if path else str(key)
+        yield from _differences(place, ours.get(key, 'absent'), theirs.get(key, 'absent'))
 
 
 # -----------------------------------------------------------------------------
@@ -466,22 +460,22 @@ class Comparison:
 
         def called(row: Row) -> str:
             case = 'hung' if row.suspended else 'fixed'
-            several = sum(each.clock == row.clock for each in self.rows) > 1
+            several = sum(item.clock == row.clock for item in self.rows) > 1
             return f'{row.clock} ({case})' if several else row.clock
 
         went = [row for row in self.rows if row.raw_error_nmi is not None and not row.stopped]
-        said = f'After {span(self.duration_s)} in the same sea'
+        text = f'After {span(self.duration_s)} in the same sea'
         if not went:
-            return f'{said} no clock goes.'
+            return f'{text} no clock goes.'
         went.sort(key=lambda row: abs(row.raw_error_nmi or 0.0))
         best, worst = went[0], went[-1]
         if best is worst:
-            said += f' the dial of {called(best)} errs by {_miles(best)}.'
+            text += f' the dial of {called(best)} errs by {_miles(best)}.'
         else:
-            said += f' the dial of {called(best)} errs least, by {_miles(best)}; that of '
-            said += f'{called(worst)} most, by {_miles(worst)}.'
+            text += f' the dial of {called(best)} errs least, by {_miles(best)}; that of '
+            text += f'{called(worst)} most, by {_miles(worst)}.'
         stopped = len(self.rows) - len(went)
-        return f'{said} {counted(stopped, "clock")} stopped.' if stopped else said
+        return f'{text} {counted(stopped, "clock")} stopped.' if stopped else text
 
     def _repr_html_(self) -> str:
         return str(drawn_by('notebook', 'comparison_html')(self))
@@ -509,8 +503,8 @@ def compare(
     crew = Crew(jobs).for_work(works_s)
     seas = in_one_sea(entries, crew.jobs)
     plan = Voyages(sail_sea, seas, lambda sea: ', '.join(entry.scene.name for _, entry in sea))
-    done = None if progress is None else lambda count: progress(count / len(seas))
-    rows = [row['row'] for row in sail(plan, crew, None, done)]
+    report = None if progress is None else lambda count: progress(count / len(seas))
+    rows = [row['row'] for row in sail(plan, crew, None, report)]
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
     return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, rows)
@@ -549,7 +543,7 @@ class Sea:
 
     def __init__(self, scenes: Sequence[Scene], origins: Sequence[str]) -> None:
         named = zip(scenes, origins, strict=True)
-        self._scene, origin = max(named, key=lambda each: each[0].samples_beyond_end)
+        self._scene, origin = max(named, key=lambda pair: pair[0].samples_beyond_end)
         with naming(origin, self._scene.name):
             self.motion = ShipMotion(self._scene)
         self.buffers = SharedBuffers()
@@ -579,24 +573,24 @@ class Sea:
             self._scene, self.motion, says_scene=False, as_messages=as_messages
         )
         chunk = voyage.CHUNK if as_messages else voyage.QUIET_CHUNK
-        if any(each.scene.suspension is not None for each in afloat):
+        if any(clock.scene.suspension is not None for clock in afloat):
             chunk = voyage.HUNG_CHUNK
-        asked = set[str]()
+        fields = set[str]()
         while source.produced < source.total:
             batches = source.produce(chunk)
-            imu = kept(cast(Sensed, batches[SHIP_IMU]), asked)
-            said = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
+            imu = kept(cast(Sensed, batches[SHIP_IMU]), fields)
+            content = {**batches, SHIP_IMU: message(imu)} if self._integrals else batches
             for integrals in self._integrals.values():
-                integrals.take(said)
-            for each in afloat:
-                each.feed({**batches, SHIP_IMU: imu})
+                integrals.take(content)
+            for clock in afloat:
+                clock.feed({**batches, SHIP_IMU: imu})
             if progress is not None:
                 progress(source.produced / source.total)
-        for each in afloat:
-            each.feed(None)
-        shared_s = time.thread_time() - began_s - sum(each.run_s for each in afloat)
-        for each in afloat:
-            each.run_s += shared_s / len(afloat)
+        for clock in afloat:
+            clock.feed(None)
+        shared_s = time.thread_time() - began_s - sum(clock.run_s for clock in afloat)
+        for clock in afloat:
+            clock.run_s += shared_s / len(afloat)
 
 
 class Afloat:
@@ -670,13 +664,13 @@ class _Compared(Afloat):
 
     def row(self) -> Row:
         """Return its row."""
-        scene, stopped, found = self.scene, None, self.figures()
+        scene, stopped, figures = self.scene, None, self.figures()
         if isinstance(self.ended, PropagationError):
             stopped = Stop(self.ended.time_s, str(self.ended))
         elif self.ended is not None:
             raise self.ended
-        elif not has_arrived(found):
-            went_s = found['stopped_s']
+        elif not has_arrived(figures):
+            went_s = figures['stopped_s']
             stopped = Stop(
                 went_s, f'after {span(went_s)}: {self.report["trochlea"]["stopped_why"]}'
             )
@@ -693,8 +687,8 @@ class _Compared(Afloat):
             release=release,
             propagator=self.summary.propagator,
             rate_spread_s_per_day=None if stopped else self.trace.rate_spread(),
-            error_s=found['clock_error_s'],
-            **{name: found[name] for name in _OF_A_ROW},
+            error_s=figures['clock_error_s'],
+            **{name: figures[name] for name in _OF_A_ROW},
             stopped=stopped,
             time_s=self.trace.time_s,
             trace_s=self.trace.error_s,
@@ -721,6 +715,6 @@ def sail_together(entries: Sequence[Entry], progress: Progress | None = None) ->
     scenes = [entry.scene for entry in entries]
     sea = Sea(scenes, [entry.origin for entry in entries])
     sailing = [_Compared(entry, sea) for entry in entries]
-    shaken = any(name in SHAKEN_BY for each in scenes for name in each.drift.covariates or ())
+    shaken = any(name in SHAKEN_BY for scene in scenes for name in scene.drift.covariates or ())
     sea.sail(sailing, began, progress, as_messages=shaken)
-    return [each.row() for each in sailing]
+    return [clock.row() for clock in sailing]

@@ -71,11 +71,11 @@ class Normal(Section):
             _check_rising(self.low, self.high)
         return self
 
-    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
+    def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
         """Return a value; if the mean is absent it is the scene's own, which must be a number."""
         from scipy.stats import truncnorm
 
-        mean = _centre(given) if self.mean is None else self.mean
+        mean = _centre(value) if self.mean is None else self.mean
         low = -np.inf if self.low is None else (self.low - mean) / self.sigma
         high = np.inf if self.high is None else (self.high - mean) / self.sigma
         return float(mean + self.sigma * truncnorm.ppf(random.random(), low, high))
@@ -99,10 +99,10 @@ class Uniform(Section):
             raise _wrong('needs both low and high, or half_width alone')
         return self
 
-    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
+    def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
         """Return a value; arguments as for `Normal.draw`."""
         if self.half_width is not None:
-            return _centre(given) + self.half_width * (2.0 * random.random() - 1.0)
+            return _centre(value) + self.half_width * (2.0 * random.random() - 1.0)
         low, high = cast(float, self.low), cast(float, self.high)
         return low + (high - low) * random.random()
 
@@ -120,9 +120,9 @@ class OneOf(Section):
             raise _wrong('values must be all numbers, all text or all truth values')
         return self
 
-    def draw(self, random: np.random.Generator, given: _Value | None) -> _Value:
+    def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
         """Return a value; arguments as for `Normal.draw`."""
-        del given
+        del value
         return self.values[int(random.integers(len(self.values)))]
 
 
@@ -156,32 +156,29 @@ def as_draws(
     `origin` names the source for errors, which are as for `read_draws`.
     """
     draws, problems = {}, []
-    for key, said in content.items():
+    for key, distribution in content.items():
         unit = unit_at(scene, key)
         try:
-            draws[key] = _READER.validate_python(_in_numbers(said, unit))
+            draws[key] = _READER.validate_python(_in_numbers(distribution, unit))
         except ValidationError as error:
             for detail in error.errors():
                 names = detail['loc'][1:]
                 full = '.'.join([key, *map(str, names)])
                 value = detail['input']
-                asked = _asked(str(names[0]), unit) if names else None
-                why = misfit(value, asked) if asked and isinstance(value, str) else None
-                problem, remedy = why or (
-                    detail['msg'][:1].lower() + detail['msg'][1:],
-                    _EXAMPLE,
-                )
+                target = _asked(str(names[0]), unit) if names else None
+                why = misfit(value, target) if target and isinstance(value, str) else None
+                problem, remedy = why or (detail['msg'][:1].lower() + detail['msg'][1:], _EXAMPLE)
                 problems.append(Problem(full, value, problem, remedy))
     if problems:
         raise SceneError.of(origin, problems)
     return draws
 
 
-def _in_numbers(said: object, unit: str | None) -> object:
+def _in_numbers(content: object, unit: str | None) -> object:
     """Return a distribution with its texts of a number and a unit as numbers in a key's unit."""
-    if unit is None or not isinstance(said, dict):
-        return said
-    return {name: in_unit(value, str(_asked(name, unit))) for name, value in said.items()}
+    if unit is None or not isinstance(content, dict):
+        return content
+    return {name: in_unit(value, str(_asked(name, unit))) for name, value in content.items()}
 
 
 def _asked(name: str, unit: str | None) -> str | None:
@@ -190,10 +187,10 @@ def _asked(name: str, unit: str | None) -> str | None:
     return 'K' if is_temperature and name in ('sigma', 'half_width') else unit
 
 
-def _centre(given: _Value | None) -> float:
-    if isinstance(given, bool) or not isinstance(given, int | float):
-        raise ValueError(f"is drawn about the scene's value, which is {given!r}, not a number")
-    return float(given)
+def _centre(value: _Value | None) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"is drawn about the scene's value, which is {value!r}, not a number")
+    return float(value)
 
 
 def _check_rising(low: float, high: float) -> None:
@@ -201,8 +198,8 @@ def _check_rising(low: float, high: float) -> None:
         raise _wrong(f'low = {low!r} must be below high = {high!r}')
 
 
-def _wrong(said: str) -> PydanticCustomError:
-    return PydanticCustomError('draw', '{said}', {'said': said})
+def _wrong(text: str) -> PydanticCustomError:
+    return PydanticCustomError('draw', '{said}', {'said': text})
 
 
 MOST_SHIPS = 1_000_000
@@ -292,26 +289,26 @@ class Plan:
 
         So are drawn values beyond all that are known, unless `anyway`.
         """
-        given = copy.deepcopy(self.content)
+        content = copy.deepcopy(self.content)
         drawn: dict[str, _Value] = {}
         for key, draw in self.draws.items():
             random = np.random.default_rng(_stream(self.scene.seed, number, *key.encode()))
             try:
-                drawn[key] = draw.draw(random, value_at(given, key))
+                drawn[key] = draw.draw(random, value_at(content, key))
             except ValueError as error:
                 raise self._refused(number, Problem(key, None, str(error), _CENTRE)) from None
         words = _stream(self.scene.seed, number).generate_state(1, np.uint64)
-        given['seed'] = int(words[0] >> np.uint64(1))
+        content['seed'] = int(words[0] >> np.uint64(1))
         try:
             for key, value in drawn.items():
-                put_value(given, key, value, self.drawn_by)
-            scene = checked_scene(given, self.origin)
+                put_value(content, key, value, self.drawn_by)
+            scene = checked_scene(content, self.origin)
             if drawn and not self.anyway:
                 check_known(scene)
             return Ship(drawn, scene)
         except SceneError as error:
-            first, *further = error.problems
-            raise self._refused(number, first, *further) from None
+            problem, *further = error.problems
+            raise self._refused(number, problem, *further) from None
 
     def check(self) -> None:
         """Refuse a fleet in which a ship's scene is invalid, before any of them sails.
@@ -327,22 +324,14 @@ class Plan:
         for number in range(min(self.ships, CHECKED_FIRST)):
             self.ship(number)
 
-    def _refused(self, number: int, first: Problem, *further: Problem) -> SceneError:
-        said = f'ship {number}, as drawn: {first.problem}'
+    def _refused(self, number: int, problem: Problem, *further: Problem) -> SceneError:
+        text = f'ship {number}, as drawn: {problem.problem}'
         narrow = ' Narrow what is drawn, or cut it off with low and high.' * bool(self.draws)
-        remedy = f'{first.remedy}{narrow}'
-        return SceneError(self.drawn_by, first.key, first.value, said, remedy, further=further)
+        remedy = f'{problem.remedy}{narrow}'
+        return SceneError(self.drawn_by, problem.key, problem.value, text, remedy, further=further)
 
 
-_OF_THE_MOTION = {
-    'gravity',
-    'trochlea',
-    'regulator',
-    'drag',
-    'escapement',
-    'ship',
-    'suspension',
-}
+_OF_THE_MOTION = {'gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension'}
 """Sections of a scene on which the motion of the ship, or of the regulator in it, depends."""
 
 _NOISES = {'clock.white_fm', 'clock.random_walk_fm'}
@@ -420,17 +409,17 @@ def sail_fleet(
     An invalid scene of any ship is a SceneError before any sails.
     """
     plan.check()
-    first = plan.ship(0).scene
-    with naming(plan.origin, first.name):
-        check_scene(first)
+    scene = plan.ship(0).scene
+    with naming(plan.origin, scene.name):
+        check_scene(scene)
     voyages = Voyages(
         partial(sail_ship, plan),
         range(plan.ships),
         'ship {}'.format,
-        lambda _: work_s(first),
+        lambda _: work_s(scene),
         number=int,
         columns=plan.columns,
         identity=plan.identity(),
     )
-    found = sail(voyages, crew, out, progress)
-    return Fleet(plan, found, statistics_of(found, plan.draws))
+    rows = sail(voyages, crew, out, progress)
+    return Fleet(plan, rows, statistics_of(rows, plan.draws))

@@ -81,7 +81,7 @@ class Rows(Sequence[dict[str, Any]]):
                     if value is None or isinstance(value, float):
                         column.append(math.nan if value is None else value)
                         continue
-                    column = self._columns[name] = [_told(one) for one in column]
+                    column = self._columns[name] = [_told(number) for number in column]
                 column.append(value)
             self._count += 1
 
@@ -95,23 +95,23 @@ class Rows(Sequence[dict[str, Any]]):
             return
         order = np.argsort(np.array(self._columns['ship'], np.int64), kind='stable').tolist()
         for name, column in self._columns.items():
-            moved = [column[place] for place in order]
-            self._columns[name] = array('d', moved) if isinstance(column, array) else moved
+            values = [column[place] for place in order]
+            self._columns[name] = array('d', values) if isinstance(column, array) else values
 
     def table(self, columns: Columns) -> pa.Table:
         """Return these columns as a table of Arrow."""
         import pyarrow as pa
 
-        whole, number = pa.int64(), pa.float64()
-        kinds = {int: whole, float: number, str: pa.string(), bool: pa.bool_()}
+        integer, number = pa.int64(), pa.float64()
+        kinds = {int: integer, float: number, str: pa.string(), bool: pa.bool_()}
         kinds[list] = pa.list_(number)
-        made = {}
+        arrays = {}
         for name, kind in columns.items():
             column = self._columns.get(name, [])
             is_array = isinstance(column, array)
             values = np.array(column) if is_array else column
-            made[name] = pa.array(values, kinds[kind], from_pandas=is_array)
-        return pa.table(made)
+            arrays[name] = pa.array(values, kinds[kind], from_pandas=is_array)
+        return pa.table(arrays)
 
     def __len__(self) -> int:
         return self._count
@@ -122,7 +122,7 @@ class Rows(Sequence[dict[str, Any]]):
     def __getitem__(self, place: slice) -> list[dict[str, Any]]: ...
     def __getitem__(self, place: int | slice) -> dict[str, Any] | list[dict[str, Any]]:
         if isinstance(place, slice):
-            return [self[one] for one in range(self._count)[place]]
+            return [self[index] for index in range(self._count)[place]]
         return {name: _told(column[place]) for name, column in self._columns.items()}
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
@@ -148,7 +148,7 @@ EVERY_S = 1.0
 _AT_ONCE = 4096
 """Rows that are mappings at a time while they are read."""
 
-_SAYS, _ALL, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
+_SAYS, _TABLE, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
 
 
 class FleetError(TautoError):
@@ -202,10 +202,10 @@ class Store:
     def opened(self) -> Iterator[None]:
         """Make the folder, be its only writer, identify the fleet in it and read its rows."""
         parts = self._folder / _PARTS
-        with ExitStack() as held:
+        with ExitStack() as stack:
             with _saying(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)
-                held.enter_context(self._one_writer())
+                stack.enter_context(self._one_writer())
             self._check_folder()  # another fleet may have sailed here since
             self.rows = Rows(self._read())
             self.rows.sort()
@@ -213,15 +213,15 @@ class Store:
                 write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
                 parts.mkdir(exist_ok=True)
                 for drafts in (self._folder.glob(DRAFTS), parts.glob(DRAFTS)):
-                    for left in drafts:  # by a process that was killed
-                        left.unlink()
+                    for draft in drafts:  # by a process that was killed
+                        draft.unlink()
             yield
 
     @contextmanager
     def _one_writer(self, *, make: bool = True) -> Iterator[None]:
-        with ExitStack() as held:
+        with ExitStack() as stack:
             try:
-                held.enter_context(one_writer(self._folder / _LOCK, make=make))
+                stack.enter_context(one_writer(self._folder / _LOCK, make=make))
             except BlockingIOError:
                 raise UsageError(
                     Argument('out', self._folder),
@@ -240,8 +240,8 @@ class Store:
         """Write the rows in memory."""
         if not self._waiting:
             return
-        first = int(self._waiting[0]['ship'])
-        self._write(self._waiting, self._folder / _PARTS / f'{first:07d}.parquet')
+        number = int(self._waiting[0]['ship'])
+        self._write(self._waiting, self._folder / _PARTS / f'{number:07d}.parquet')
         self.rows.extend(self._waiting)
         self._waiting, self._written_s = Rows(), time.monotonic()
 
@@ -249,7 +249,7 @@ class Store:
         """Join all rows in one file, in the order of the ships."""
         self.flush()
         self.rows.sort()
-        self._write(self.rows, self._folder / _ALL)
+        self._write(self.rows, self._folder / _TABLE)
         with _saying(self._folder):
             shutil.rmtree(self._folder / _PARTS)
 
@@ -261,18 +261,18 @@ class Store:
             raise UsageError(Argument('out', folder), ': is a file. Name a folder')
         if not says.exists():
             # killed at its start, a fleet leaves no more than these
-            if any(not each.match(DRAFTS) for each in folder.iterdir() if each.name != _LOCK):
-                other = ': holds something else. Name a new folder'
-                raise UsageError(Argument('out', folder), other)
+            if any(not file.match(DRAFTS) for file in folder.iterdir() if file.name != _LOCK):
+                why = ': holds something else. Name a new folder'
+                raise UsageError(Argument('out', folder), why)
             return
         with _saying(folder):
-            found = read_mapping(says.read_text('utf-8'), str(says))
+            stored = read_mapping(says.read_text('utf-8'), str(says))
         ours = read_mapping(write_mapping(dict(self._identity)), 'ours')
-        apart = [key for key in ours if found.get(key) != ours[key]]
-        if apart:
+        names = [key for key in ours if stored.get(key) != ours[key]]
+        if names:
             raise UsageError(
                 Argument('out', folder),
-                f': holds another fleet; {", ".join(apart)} differ. Name a new folder, or give '
+                f': holds another fleet; {", ".join(names)} differ. Name a new folder, or give '
                 'the same scene and draws, in the same versions, to go on',
             )
 
@@ -281,8 +281,8 @@ class Store:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        seen: set[int] = set()
-        for file in (self._folder / _ALL, *sorted((self._folder / _PARTS).glob('*.parquet'))):
+        ships: set[int] = set()
+        for file in (self._folder / _TABLE, *sorted((self._folder / _PARTS).glob('*.parquet'))):
             if not file.exists():
                 continue
             try:
@@ -293,8 +293,8 @@ class Store:
                 ) from None
             for batch in table.to_batches(_AT_ONCE):
                 for row in batch.to_pylist():
-                    if row['ship'] not in seen:
-                        seen.add(row['ship'])
+                    if row['ship'] not in ships:
+                        ships.add(row['ship'])
                         yield row
 
     def _write(self, rows: Rows, file: Path) -> None:
@@ -424,48 +424,48 @@ def sail(
     with nullcontext() if store is None else store.opened():
         rows = Rows() if store is None else store.rows
         keep = rows.extend if store is None else store.add
-        there = {ship // clocks for ship in rows.column('ship')}
-        left = [each for each in voyages if not there or plan.number(each) not in there]
+        stored = {ship // clocks for ship in rows.column('ship')}
+        pending = [item for item in voyages if not stored or plan.number(item) not in stored]
         total, lost = clocks * len(voyages), list[str]()
-        came_in = total - clocks * len(left)
+        came_in = total - clocks * len(pending)
 
         def tell(share: float) -> None:
             if progress is not None:
-                progress(total - clocks * len(left) * (1.0 - share))
+                progress(total - clocks * len(pending) * (1.0 - share))
 
         # as many processes as for all of them: the first run had those
-        works_s = [plan.cost_s(each) for each in left[:1]] * len(voyages)
-        crew = crew.for_work(works_s) if left else Crew(1)
+        works_s = [plan.cost_s(item) for item in pending[:1]] * len(voyages)
+        crew = crew.for_work(works_s) if pending else Crew(1)
         try:
-            with closing(run_each(plan.task, left, crew, tell)) as ended:
-                for each in ended:
-                    if each.result is not None:
+            with closing(run_each(plan.task, pending, crew, tell)) as ended:
+                for run in ended:
+                    if run.result is not None:
                         came_in += clocks
-                        keep(each.result)
+                        keep(run.result)
                         continue
-                    error, is_lost = each.error, isinstance(each.error, WorkerError)
+                    error, is_lost = run.error, isinstance(run.error, WorkerError)
                     if isinstance(error, SceneError) or (store is None and not is_lost):
                         assert error is not None
                         raise error
                     why = str(error) or type(error).__name__
-                    lost.append(f'{plan.called(left[each.place])}: {why}')
+                    lost.append(f'{plan.called(pending[run.place])}: {why}')
                     if store is None:
                         break
                     warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
             if lost:
-                more = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
+                suffix = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
                 count = counted(len(lost), 'ship')
-                raise WorkerError(f'{count} did not end the voyage: ', lost[0], more)
+                raise WorkerError(f'{count} did not end the voyage: ', lost[0], suffix)
         except WorkerError as error:
             if not came_in or not plan.columns:
                 raise
-            many = f'. {came_in:,} of {counted(total, "ship")} came in; '
-            kept = (
+            tally = f'. {came_in:,} of {counted(total, "ship")} came in; '
+            advice = (
                 ('with ', Argument('out'), ' they would be kept, and the same command would sail ')
                 if store is None
                 else ('they are kept, and the same command sails ',)
             )
-            raise WorkerError(error.message, many, *kept, 'the others') from None
+            raise WorkerError(error.message, tally, *advice, 'the others') from None
         finally:
             if store is not None:
                 store.flush()
@@ -473,6 +473,6 @@ def sail(
             store.close()
     rows.sort()
     if store is not None and len(rows) > total:
-        asked = set(map(plan.number, voyages))
-        return Rows(row for row in rows if row['ship'] // clocks in asked)
+        numbers = set(map(plan.number, voyages))
+        return Rows(row for row in rows if row['ship'] // clocks in numbers)
     return rows

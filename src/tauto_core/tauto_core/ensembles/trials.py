@@ -92,7 +92,7 @@ class Choice:
     def __post_init__(self) -> None:
         if self.sample is not None and self.sample < 1:
             raise UsageError(Argument('sample', self.sample), ': must be at least 1. Name more')
-        if self.ocean is not None and not any(self._is_in(each) for each in OCEANS):
+        if self.ocean is not None and not any(self._is_in(ocean) for ocean in OCEANS):
             raise UsageError(
                 Argument('ocean', self.ocean), f': is not one of {", ".join(OCEANS)}. Name one'
             )
@@ -119,20 +119,20 @@ class Choice:
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
         """Return the passages that are wanted; none is a UsageError."""
-        count, found = 0, []
-        for each in passages:
+        count, matches = 0, []
+        for passage in passages:
             count += 1
-            if self.takes(each):
-                found.append(each)
-        if not found:
+            if self.takes(passage):
+                matches.append(passage)
+        if not matches:
             raise UsageError(
                 f'{origin}: none of its {count} passages is what is asked for. See them with '
                 '`tauto logbook`'
             )
-        if self.sample is not None and self.sample < len(found):
-            places = np.linspace(0, len(found) - 1, self.sample).round().astype(int)
-            found = [found[place] for place in places]
-        return tuple(found)
+        if self.sample is not None and self.sample < len(matches):
+            places = np.linspace(0, len(matches) - 1, self.sample).round().astype(int)
+            matches = [matches[place] for place in places]
+        return tuple(matches)
 
 
 def ocean_of_passage(passage: LoggedPassage) -> str:
@@ -199,26 +199,26 @@ def with_wind_drawn(
     Entries whose wind says nothing stay as they are.
     """
     offset = WIND_OFFSET * random.standard_normal()
-    found = []
+    result = []
     for utc, latitude, longitude, wind_from, wind, celsius in entries:
         daily, turn, anywhere = *random.standard_normal(2), 360.0 * random.random()
         calm = wind is not None and wind < LEAST_WIND
         if wind is None or (not calm and (wind_from is None or wind_from in VARIABLE_WINDS)):
-            found.append((utc, latitude, longitude, wind_from, wind, celsius))
+            result.append((utc, latitude, longitude, wind_from, wind, celsius))
             continue
-        known = not calm and wind_from is not None
-        blows_from = (wind_from + WIND_FROM_DEG * turn) % 360.0 if known else anywhere
+        has_direction = not calm and wind_from is not None
+        blows_from = (wind_from + WIND_FROM_DEG * turn) % 360.0 if has_direction else anywhere
         blows = max(wind + offset + WIND_DAILY * daily, 0.0)
-        found.append((utc, latitude, longitude, float(blows_from), float(blows), celsius))
-    return tuple(found)
+        result.append((utc, latitude, longitude, float(blows_from), float(blows), celsius))
+    return tuple(result)
 
 
 def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[str, Any]:
     """Return values of `HULL_KEYS`, drawn within the uncertainty of a ship of the century."""
     shape = HULL_SHAPES[int(random.integers(len(HULL_SHAPES)))]
     gyration, centre, damping = random.random(3)
-    least, most = (math.log(each) for each in DAMPINGS)
-    factor = math.exp(least + (most - least) * damping)
+    low, high = (math.log(bound) for bound in DAMPINGS)
+    factor = math.exp(low + (high - low) * damping)
     return {
         'ship.hull.shape': shape,
         'ship.hull.k_yy': SHAPES[shape].length
@@ -326,10 +326,10 @@ class Rules:
             if not self.anyway:
                 check_known(scene)
         except SceneError as error:
-            first, *further = error.problems
-            place = f'passage {passage.name}, {first.key}'
+            wrong, *further = error.problems
+            place = f'passage {passage.name}, {wrong.key}'
             raise SceneError(
-                clock.origin, place, first.value, first.problem, first.remedy, further=further
+                clock.origin, place, wrong.value, wrong.problem, wrong.remedy, further=further
             ) from None
         if follows and scene.accuracy is not None:
             scene = with_rate(scene, rate_under_way(scene, scene.ship, scene.accuracy))
@@ -470,24 +470,24 @@ def make_trial(
     wrong: list[tuple[str, Problem]] = []
 
     def sound() -> Iterator[LoggedPassage]:
-        for each in read_passages(logs, progress=progress):
-            fault = each.fault()
-            if fault is None and not any(map(has_wind, each.entries)):
-                key = f'passage {each.name}, wind_mps'
+        for passage in read_passages(logs, progress=progress):
+            fault = passage.fault()
+            if fault is None and not any(map(has_wind, passage.entries)):
+                key = f'passage {passage.name}, wind_mps'
                 fault = Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
-            if fault is not None and choice.takes(each):
-                wrong.append((each.name, fault))
+            if fault is not None and choice.takes(passage):
+                wrong.append((passage.name, fault))
             if fault is None or not skip_wrong:
-                yield each
+                yield passage
 
     chosen = choice.of(sound(), logs)
     if wrong and not skip_wrong:
-        (_, first), *others = wrong
+        (_, problem), *tail = wrong
         skip = ArgumentText('Correct them, or leave them out with ', _SKIP, '.')
-        said = f'{counted(len(wrong), "passage")} cannot be sailed'
-        further = [*(fault for _, fault in others), Problem('', ABSENT, said, skip)]
+        text = f'{counted(len(wrong), "passage")} cannot be sailed'
+        further = [*(fault for _, fault in tail), Problem('', ABSENT, text, skip)]
         raise SceneError(
-            logs, first.key, first.value, first.problem, first.remedy, further=further
+            logs, problem.key, problem.value, problem.problem, problem.remedy, further=further
         )
     rules = Rules(
         tuple(TriedClock(origin, scene.name, _content(scene, origin)) for origin, scene in scenes),
@@ -497,7 +497,7 @@ def make_trial(
         anyway,
     )
     typical = Sailing(0, chosen[len(chosen) // 2])
-    rules = replace(rules, clocks=tuple(_sensed(rules, each, typical) for each in rules.clocks))
+    rules = replace(rules, clocks=tuple(_sensed(rules, clock, typical) for clock in rules.clocks))
     return Trial(logs, rules, chosen, wind_draws, hull_draws, tuple(wrong))
 
 
@@ -516,8 +516,8 @@ def replaced_by_log(scene: Scene) -> tuple[str, ...]:
 
 def check_logs(logs: str) -> None:
     """Refuse, before anything is read, a log-book that is not there (UsageError)."""
-    for found in missing_file('logs', logs, folders=True):
-        raise UsageError(Argument('logs', logs), f': {found.problem}. {found.remedy}')
+    for problem in missing_file('logs', logs, folders=True):
+        raise UsageError(Argument('logs', logs), f': {problem.problem}. {problem.remedy}')
 
 
 def clocks_beside(
@@ -527,13 +527,13 @@ def clocks_beside(
 
     They are scenes, files or built-in names; `clocks` means `CLOCKS`.
     """
-    found = []
-    for each in clocks:
-        for clock in CLOCKS if each == 'clocks' else (each,):
-            own = load_scene(clock, **{'solver.accuracy': scene.accuracy})
-            alone, name = own.model_copy(update={'suspension': None}), origin_of(clock)
-            found.append((name, on_passage_of(name, alone, scene, origin)))
-    return found
+    result = []
+    for item in clocks:
+        for clock in CLOCKS if item == 'clocks' else (item,):
+            own_scene = load_scene(clock, **{'solver.accuracy': scene.accuracy})
+            alone, name = own_scene.model_copy(update={'suspension': None}), origin_of(clock)
+            result.append((name, on_passage_of(name, alone, scene, origin)))
+    return result
 
 
 def _content(scene: Scene, origin: str) -> dict[str, Any]:
@@ -551,18 +551,18 @@ def _sensed(rules: Rules, clock: TriedClock, typical: Sailing) -> TriedClock:
     They are found on one passage and stated on all: trial runs take longer than a passage.
     """
     content = {**clock.content, 'drift': dict(clock.content.get('drift') or {})}
-    asked = content['drift'].pop('covariates', None)
-    given = content['drift'].pop('coefficients', None)
+    keys = content['drift'].pop('covariates', None)
+    priors = content['drift'].pop('coefficients', None)
     plain = replace(clock, content=content)
     scene, _ = rules.scene(plain, typical)
-    names = tuple(asked or [*SHAKEN_BY, 'gravity', *['temperature'] * (scene.air is not None)])
+    names = tuple(keys or [*SHAKEN_BY, 'gravity', *['temperature'] * (scene.air is not None)])
     try:
-        found = coefficients(_with_covariates(scene, names, given))
+        terms = coefficients(_with_covariates(scene, names, priors))
     except SceneError as error:
-        if asked is not None:
+        if keys is not None:
             raise
         return replace(plain, why_unsensed=error.problem)
-    stated = {each.name: {'value': each.value, 'sigma': each.sigma} for each in found}
+    stated = {term.name: {'value': term.value, 'sigma': term.sigma} for term in terms}
     return replace(plain, covariates=names, priors=stated)
 
 
@@ -606,28 +606,28 @@ class _Tried(Afloat):
         """Take the errors noon by noon, and what the navigator with thermometer and IMU finds."""
         errors = batches.get(LONGITUDE_ERROR)
         if isinstance(errors, JointSamples) and len(errors.stamp_ns):
-            done = len(self._traces['noon_error_nmi'])
-            until = np.searchsorted(errors.stamp_ns, self._noons[done:], 'right') - 1
+            count = len(self._traces['noon_error_nmi'])
+            until = np.searchsorted(errors.stamp_ns, self._noons[count:], 'right') - 1
             # an entry beyond this batch waits for the next one
-            within = until[self._noons[done:] <= errors.stamp_ns[-1]]
+            rows = until[self._noons[count:] <= errors.stamp_ns[-1]]
             for name, column in TRACES.items():
-                values = errors.position[np.maximum(within, 0), errors.name.index(column)]
+                values = errors.position[np.maximum(rows, 0), errors.name.index(column)]
                 self._traces[name] += values.tolist()
         if self._sensed is None:
             return
-        found = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _KNOWN})
+        out = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _TOPICS})
         if self.at_end:
-            found = merged([found, self._sensed.finish()])
-        self._tally.take(found)
+            out = merged([out, self._sensed.finish()])
+        self._tally.take(out)
 
     def figures(self) -> dict[str, Any]:
         """Return the figures of its row, also by the navigator with thermometer and IMU."""
         sensed = (self._tally.result() if self.ended is None else None) or {}
-        found = {name: sensed.get(key) for name, key in SENSED.items()}
-        return {**super().figures(), **found, **self._traces}
+        figures = {name: sensed.get(key) for name, key in SENSED.items()}
+        return {**super().figures(), **figures, **self._traces}
 
 
-_KNOWN = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
+_TOPICS = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
 """Topics that a navigator has."""
 
 
@@ -658,16 +658,16 @@ def sail_passage(
     return [
         {
             'ship': sailing.number * len(afloat) + place,
-            'clock': each.clock.name,
+            'clock': entry.clock.name,
             'passage': sailing.passage.name,
             'drawn': sailing.drawn,
             'draw': sailing.draw,
             **dict.fromkeys(HULL_KEYS),
             **hull,
-            'seed': each.scene.seed,
-            **each.figures(),
+            'seed': entry.scene.seed,
+            **entry.figures(),
         }
-        for place, (each, (_, hull)) in enumerate(zip(afloat, built, strict=True))
+        for place, (entry, (_, hull)) in enumerate(zip(afloat, built, strict=True))
     ]
 
 
@@ -709,14 +709,14 @@ def sail_trial(
 ) -> Sailed:
     """Sail a trial, or the rest of it, as `rows.sail` does; a wrong log is refused before."""
     trial.check()
-    first, *others = trial.rules.clocks
+    leader, *peers = trial.rules.clocks
     plan = Voyages(
         partial(sail_passage, trial.rules),
         trial.sailings,
-        lambda each: f'passage {each.passage.name}',
-        lambda each: (1 + len(others)) * work_s(trial.rules.scene(first, each)[0]),
-        clocks=1 + len(others),
-        number=lambda each: each.number,
+        lambda sailing: f'passage {sailing.passage.name}',
+        lambda sailing: (1 + len(peers)) * work_s(trial.rules.scene(leader, sailing)[0]),
+        clocks=1 + len(peers),
+        number=lambda sailing: sailing.number,
         columns=COLUMNS,
         identity=trial.identity(),
     )

@@ -130,10 +130,7 @@ class Ended(Generic[Result]):
 
 
 def run_each(
-    task: Task[Item, Result],
-    items: Sequence[Item],
-    crew: Crew,
-    progress: Share | None = None,
+    task: Task[Item, Result], items: Sequence[Item], crew: Crew, progress: Share | None = None
 ) -> Generator[Ended[Result]]:
     """Yield the result of each item, as runs end; they begin in the order of the items.
 
@@ -145,17 +142,17 @@ def run_each(
     whose workers has other versions, is a WorkerError. Workers may come at any time, and each is
     asked for its versions at each run.
     """
-    shares, done = [0.0] * len(items), 0.0
+    shares, total = [0.0] * len(items), 0.0
 
     def tell(place: int, share: float) -> None:
         """Take the share of one run; a run that is repeated does not reduce it."""
-        nonlocal done
+        nonlocal total
         gained = share - shares[place]
         if gained > 0.0:
             shares[place] = share
-            done += gained
+            total += gained
             if progress is not None:
-                progress(min(done / len(items), 1.0))
+                progress(min(total / len(items), 1.0))
 
     if crew.jobs == 1 and crew.scheduler is None:
         for place, item in enumerate(items):
@@ -170,10 +167,7 @@ def run_each(
 
 
 def _run_beside(
-    task: Task[Item, Result],
-    items: Sequence[Item],
-    crew: Crew,
-    tell: Callable[[int, float], None],
+    task: Task[Item, Result], items: Sequence[Item], crew: Crew, tell: Callable[[int, float], None]
 ) -> Generator[Ended[Result]]:
     news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
     with ExitStack() as started:
@@ -189,17 +183,17 @@ def _run_beside(
             client.subscribe_topic(_TOPIC, lambda event: news.put(event[1]))
             started.callback(attention.leave, pool)
             submit = partial(_as_bytes(pool), partial(_run_alike, versions()))
-        left: dict[Future[Result], int] = {}
+        running: dict[Future[Result], int] = {}
         waiting, came = enumerate(items), 0
 
         def hand_on(count: int) -> None:
             for place, item in islice(waiting, count):
                 run = submit(task, place, item)
-                left[run] = place
+                running[run] = place
                 run.add_done_callback(news.put)
 
         hand_on(AHEAD)
-        while left:
+        while running:
             try:
                 new = news.get(timeout=ASK_S)
             except queue.Empty:
@@ -209,7 +203,7 @@ def _run_beside(
             if isinstance(new, tuple):
                 tell(*new)
                 continue
-            place = left.pop(new)
+            place = running.pop(new)
             came += 1
             hand_on(1)
             try:
@@ -227,13 +221,13 @@ _to_parent: Callable[[tuple[int, float] | Ended[Any]], None] | None = None
 
 def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
     """Run one item in another process, and report its progress from there."""
-    told = time.monotonic()
+    told_s = time.monotonic()
 
     def tell(share: float) -> None:
-        nonlocal told
-        if time.monotonic() < told + TELL_S:
+        nonlocal told_s
+        if time.monotonic() < told_s + TELL_S:
             return
-        told = time.monotonic()
+        told_s = time.monotonic()
         if _to_parent is not None:
             _to_parent((place, share))
             return
@@ -272,7 +266,7 @@ def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
 
         return pickle.loads(call)()
 
-    return lambda run, *given: pool.submit(opened, dumps(partial(run, *given)))
+    return lambda run, *args: pool.submit(opened, dumps(partial(run, *args)))
 
 
 class _Processes(Executor):
@@ -315,21 +309,21 @@ class _Processes(Executor):
     def _in_process(self, call: Callable[[], Any]) -> Any:
         from loky.backend.reduction import dumps
 
-        said, sent = None, dumps(call)
+        message, sent = None, dumps(call)
         for _ in range(MOST_DEATHS):
             _, to_process, from_process = self._process()
             try:
                 to_process.send_bytes(sent)
-                while not isinstance(said, Ended):
-                    if said is not None:
-                        self._tell(said)
-                    said = from_process.recv()
+                while not isinstance(message, Ended):
+                    if message is not None:
+                        self._tell(message)
+                    message = from_process.recv()
             except (EOFError, OSError):  # it died
                 self._end(threading.get_ident())
                 continue
-            if said.error is not None:
-                raise said.error
-            return said.result
+            if message.error is not None:
+                raise message.error
+            return message.result
         raise WorkerError(*_DIED)
 
     def _process(self) -> tuple[Any, Connection, Connection]:
@@ -343,8 +337,8 @@ class _Processes(Executor):
                 return self._begun[threading.get_ident()]
             try:
                 (calls, to_process), (from_process, answers) = (Pipe(duplex=False) for _ in '12')
-                given = calls, answers, os.getpid()
-                process = LokyProcess(target=_serve, args=given, daemon=True, env=_SAFE_PATH)
+                args = calls, answers, os.getpid()
+                process = LokyProcess(target=_serve, args=args, daemon=True, env=_SAFE_PATH)
                 process.start()
             except OSError as error:
                 raise WorkerError(
@@ -371,13 +365,13 @@ _SAFE_PATH = {'PYTHONSAFEPATH': '1'}
 @contextmanager
 def _safe_path() -> Iterator[None]:
     """Give that environment to processes that start in this context."""
-    before = os.environ.get('PYTHONSAFEPATH')
+    old = os.environ.get('PYTHONSAFEPATH')
     os.environ.update(_SAFE_PATH)
     try:
         yield
     finally:
         del os.environ['PYTHONSAFEPATH']
-        os.environ.update({} if before is None else {'PYTHONSAFEPATH': before})
+        os.environ.update({} if old is None else {'PYTHONSAFEPATH': old})
 
 
 def _serve(calls: Connection, answers: Connection, parent: int) -> None:
@@ -394,8 +388,8 @@ def _serve(calls: Connection, answers: Connection, parent: int) -> None:
     if os.getppid() != parent:
         return
 
-    def send(said: tuple[int, float] | Ended[Any]) -> None:
-        answer = dumps(said)
+    def send(message: tuple[int, float] | Ended[Any]) -> None:
+        answer = dumps(message)
         try:
             answers.send_bytes(answer)
         except OSError:  # the parent was killed, so the result is not needed
@@ -421,9 +415,9 @@ class _Attention:
         self._ready: set[Any] = set()
         self.lost = False
 
-    def ask(self, left: int) -> None:
+    def ask(self, count: int) -> None:
         """Say once that runs wait without workers, or that the scheduler is silent."""
-        scheduler, said = self._client.scheduler, ''
+        scheduler, text = self._client.scheduler, ''
         # A result that breaks off in transit leaves its future waiting for ever.
         states = list(self._client.futures.items())
         ready = {key for key, state in states if state.status == 'finished'}
@@ -434,20 +428,20 @@ class _Attention:
             if scheduler is None:
                 raise self.gone('closed')
             if not self._client.sync(scheduler.ncores, callback_timeout=REACHED_WITHIN_S):
-                said = (
-                    f'there is no worker process for {counted(left, "run")}. Start some '
+                text = (
+                    f'there is no worker process for {counted(count, "run")}. Start some '
                     f'(dask worker {scheduler.address} --nthreads 1), or stop with Ctrl-C'
                 )
         except TimeoutError:
-            said = (
+            text = (
                 f'the scheduler has not answered for {REACHED_WITHIN_S:g} s. See what its own log '
                 'says, or stop with Ctrl-C'
             )
         except OSError as error:
             raise self.gone(str(error)) from None
-        if said and said != self._said:
-            warnings.warn(said, TautoWarning, stacklevel=2)
-        self._said = said
+        if text and text != self._said:
+            warnings.warn(text, TautoWarning, stacklevel=2)
+        self._said = text
 
     def gone(self, why: str) -> WorkerError:
         """Return the error for a scheduler that is lost."""
@@ -539,23 +533,23 @@ def _check_alike(client: Client, address: str) -> None:
     One that has no tauto_core ends when it is handed a run.
     """
     ours = versions()
-    for worker, found in client.run(versions, on_error='return').items():
-        if not isinstance(found, dict):
+    for worker, theirs in client.run(versions, on_error='return').items():
+        if not isinstance(theirs, dict):
             raise WorkerError(
                 Argument('scheduler', address),
-                f': worker {worker} cannot run tauto_core ({found}). Install tauto_core '
+                f': worker {worker} cannot run tauto_core ({theirs}). Install tauto_core '
                 f'{ours["tauto_core"]} there',
             )
-        if found != ours:
-            raise WorkerError(Argument('scheduler', address), f': {_unlike(worker, ours, found)}')
+        if theirs != ours:
+            raise WorkerError(Argument('scheduler', address), f': {_unlike(worker, ours, theirs)}')
 
 
 def _unlike(worker: str, ours: Mapping[str, str], theirs: Mapping[str, str]) -> str:
-    apart = ', '.join(
+    unlike = ', '.join(
         f'{name} {theirs.get(name)} against {mine}'
         for name, mine in ours.items()
         if theirs.get(name) != mine
     )
     return (
-        f'worker {worker} has other versions than this machine: {apart}. Install the same on both'
+        f'worker {worker} has other versions than this machine: {unlike}. Install the same on both'
     )

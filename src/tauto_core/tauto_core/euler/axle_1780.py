@@ -25,13 +25,13 @@ from tauto_core.samples import FloatArray
 # motions are integrated, and far from rest they obey Lagrange's equations.
 
 _LETTERS = letters_of('axle')
-E, C, K = (_LETTERS[each] for each in 'eck')
+E, C, K = (_LETTERS[name] for name in 'eck')
 """The body of the examples [m]."""
 
 THETA, PHI, THETA_RATE, PHI_RATE = _LETTERS['θ'], _LETTERS['Φ'], 1.1, -0.3
 """A state far from rest [rad, rad/s]."""
 
-SPEED, SPIN, TIME = (_LETTERS[each] for each in 'nνt')
+SPEED, SPIN, TIME = (_LETTERS[name] for name in 'nνt')
 """Initial n [m/s] and ν [rad/s] of a motion from equilibrium, and its time of comparison [s]."""
 
 
@@ -62,8 +62,8 @@ def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
         bend = -G * C / K**2 * (y[1] - y[0])
         return [y[2], y[3], (-G * y[0] - C * bend) / e, bend]
 
-    found = solve_ivp(slope, (0.0, time_s), start, method='DOP853', rtol=1e-12, atol=1e-18)
-    end: FloatArray = found.y[:, -1]
+    solution = solve_ivp(slope, (0.0, time_s), start, method='DOP853', rtol=1e-12, atol=1e-18)
+    end: FloatArray = solution.y[:, -1]
     return end
 
 
@@ -96,10 +96,10 @@ def on_a_plane(body: AxlePendulum, phi: float, time_s: float) -> FloatArray:
         now = forces(body, AxleState(*y))
         return [y[2], y[3], float(now.arc_acceleration), float(now.tilt_acceleration)]
 
-    found = solve_ivp(
+    solution = solve_ivp(
         slope, (0.0, time_s), [0.0, phi, 0.0, 0.0], method='DOP853', rtol=1e-12, atol=1e-14
     )
-    end: FloatArray = found.y[:, -1]
+    end: FloatArray = solution.y[:, -1]
     return end
 
 
@@ -118,9 +118,9 @@ def pushed_motion(time_s: float) -> FloatArray:
 
 def pushed_amplitudes() -> FloatArray:
     """Return α and α′ of that motion, its components along the eigenvectors."""
-    own = true_modes(E, C, K)
-    slow, fast = math.sqrt(G / own.h), math.sqrt(G / own.h_prime)
-    shapes = np.array([[C * slow, C * fast], [own.B * slow, own.B_prime * fast]])
+    pair = true_modes(E, C, K)
+    slow, fast = math.sqrt(G / pair.h), math.sqrt(G / pair.h_prime)
+    shapes = np.array([[C * slow, C * fast], [pair.B * slow, pair.B_prime * fast]])
     return np.asarray(
         np.linalg.solve(shapes, np.array([(SPEED - C * SPIN) / E, SPIN])), np.float64
     )
@@ -156,7 +156,7 @@ def _far_from_rest() -> dict[str, float]:
 
 
 def _of_modes() -> dict[str, float]:
-    true, point, far = (true_modes(*body) for body in ((E, C, K), (E, C, 0.0), (1e4, C, K)))
+    true, point, flat = (true_modes(*body) for body in ((E, C, K), (E, C, 0.0), (1e4, C, K)))
     swings = time_to_rest(true.B), time_to_rest(true.B_prime)
     return {
         'slow': true.h,
@@ -172,18 +172,18 @@ def _of_modes() -> dict[str, float]:
         'simple_length': float(np.max(np.linalg.eigvals(np.array([[0.0, C], [0.0, C]])))),
         'f_of_point': 0.5 * (point.B + point.B_prime),
         'length_of_point': point.h,
-        'slow_on_flat': far.h,
-        'fast_on_flat': far.h_prime,
+        'slow_on_flat': flat.h,
+        'fast_on_flat': flat.h_prime,
     }
 
 
 def _of_motions() -> dict[str, float]:
     body, true = AxlePendulum(1.0 / E, C, K, G), true_modes(E, C, K)
-    after = pushed_motion(TIME)
+    motion = pushed_motion(TIME)
     pushes = pushed_amplitudes() * np.sqrt([G / true.h, G / true.h_prime])
     slow, _ = body.modes.tilt_per_arc
-    half = math.pi / math.sqrt(body.modes.squared_frequencies(G)[0])
-    in_mode = linear_motion(E, np.array([1e-3, 1e-3 * slow * E, 0.0, 0.0]), half)
+    half_s = math.pi / math.sqrt(body.modes.squared_frequencies(G)[0])
+    in_mode = linear_motion(E, np.array([1e-3, 1e-3 * slow * E, 0.0, 0.0]), half_s)
     start = np.array([0.02, -0.03, 0.1, 0.2])
     # α sin δ and α cos δ of both modes
     lengths = np.array([true.h, true.h_prime])
@@ -192,9 +192,9 @@ def _of_motions() -> dict[str, float]:
     cosines = np.linalg.solve(shapes, start[2:]) / rates
     amplitudes, phases = np.hypot(sines, cosines), np.arctan2(sines, cosines)
     return {
-        'pushed_contact': float(after[0]),
-        'pushed_body': float(after[1]),
-        'pushed_arc': E * float(after[0]),
+        'pushed_contact': float(motion[0]),
+        'pushed_body': float(motion[1]),
+        'pushed_arc': E * float(motion[0]),
         'slow_push': float(pushes[0]),
         'fast_push': float(pushes[1]),
         'one_mode': float(in_mode[1]),

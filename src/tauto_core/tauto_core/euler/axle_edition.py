@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from tauto_core.euler.axle_1780 import C, E, K
-from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition
+from tauto_core.euler.edition import Control, Drawing, G, View, read_edition
 from tauto_core.machines.axle_pendulum import modes
 
 Place = tuple[float, float]
@@ -39,25 +39,25 @@ def _meeting(axle: Place, tilt: float) -> Place:
 
 def _swings(e: float, c: float, k: float) -> str:
     """Return the lengths of both modes, and how long a swing takes or how fast the body falls."""
-    found = modes(e, c, k * k)
-    said = []
-    for name, length in (('*h*', found.h), ('*h′*', found.h_prime)):
+    pair = modes(e, c, k * k)
+    texts = []
+    for name, length in (('*h*', pair.h), ('*h′*', pair.h_prime)):
         if math.isinf(length):
-            said.append(f'{name} is infinite, the axle drifts')
+            texts.append(f'{name} is infinite, the axle drifts')
         elif length < 0.0:
             grown = math.sqrt(-length / G)
-            said.append(f'{name} = {length:.5f} m, the body falls, e-fold in {grown:.4f} s')
+            texts.append(f'{name} = {length:.5f} m, the body falls, e-fold in {grown:.4f} s')
         else:
             swing = math.pi * math.sqrt(length / G)
-            said.append(f'{name} = {length:.5f} m, a swing takes {swing:.5f} s')
-    return '; '.join(said) + '.'
+            texts.append(f'{name} = {length:.5f} m, a swing takes {swing:.5f} s')
+    return '; '.join(texts) + '.'
 
 
 # -----------------------------------------------------------------------------
 # Table IV: the body from the front, at rest, displaced, and on a plane.
 
 
-def _figure_3(c: float) -> Shown:
+def _figure_3(c: float) -> View:
     drawing = Drawing(-0.6, 0.6, -0.68, 0.12)
     drawing.line((-0.5, -AXLE), (0.5, -AXLE), (0.5, AXLE), (-0.5, AXLE), closed=True)
     for side in (-1.0, 1.0):
@@ -82,15 +82,15 @@ def _figure_3(c: float) -> Shown:
         ((-0.3, -c), 'I', -9.0, 0.0),
         ((0.3, -c), 'K', 9.0, 0.0),
     )
-    own = K * K + c * c
-    return Shown(
+    square = K * K + c * c
+    return View(
         drawing,
         f'*GC = c* = {c:g} m. With *k* = {K:g} m about *IK* the moment of inertia about the axis '
-        f'of the axle would be *M* times {own:.4f} m².',
+        f'of the axle would be *M* times {square:.4f} m².',
     )
 
 
-def _figure_4(e: float, c: float, k: float) -> Shown:
+def _figure_4(e: float, c: float, k: float) -> View:
     a = e + AXLE
     drawing = Drawing(-0.45, 0.45, -0.95, 0.06, 280.0)
     drawing.arc((0.0, 0.0), a, -0.5 * math.pi - 1.1, -0.5 * math.pi + 1.1, 'ink')
@@ -107,7 +107,7 @@ def _figure_4(e: float, c: float, k: float) -> Shown:
         ((-side, -a * math.cos(1.1)), 'M', -10.0, 2.0),
         ((side, -a * math.cos(1.1)), 'N', 10.0, 2.0),
     )
-    return Shown(drawing, f'*a* = {a:g} m, *e = a − b* = {e:g} m. {_swings(e, c, k)}')
+    return View(drawing, f'*a* = {a:g} m, *e = a − b* = {e:g} m. {_swings(e, c, k)}')
 
 
 _MOTIONS = ('slow mode', 'fast mode', 'push n at G')
@@ -118,21 +118,21 @@ _TIMES = tuple(round(0.04 * k, 2) for k in range(1, 36))
 
 def _angles(motion: int, seconds: float) -> tuple[float, float]:
     """Return θ and Φ of a motion from equilibrium at a time [rad]."""
-    own = modes(E, C, K * K)
-    slow, fast = (math.sqrt(G / length) for length in (own.h, own.h_prime))
+    pair = modes(E, C, K * K)
+    slow, fast = (math.sqrt(G / length) for length in (pair.h, pair.h_prime))
     if motion == 0:
         rates = 0.35 * slow / C, 0.0
     elif motion == 1:
         rates = 0.0, 0.6 * fast / C
     else:
         # dΦ/dt = 0 and e dθ/dt = n
-        first = PUSH / (E * C * (1.0 - own.B / own.B_prime))
-        rates = first, -first * own.B / own.B_prime
+        rate = PUSH / (E * C * (1.0 - pair.B / pair.B_prime))
+        rates = rate, -rate * pair.B / pair.B_prime
     z = rates[0] / slow * math.sin(slow * seconds), rates[1] / fast * math.sin(fast * seconds)
-    return C * (z[0] + z[1]), own.B * z[0] + own.B_prime * z[1]
+    return C * (z[0] + z[1]), pair.B * z[0] + pair.B_prime * z[1]
 
 
-def _figure_5(motion: float, seconds: float) -> Shown:
+def _figure_5(motion: float, seconds: float) -> View:
     theta, phi = _angles(int(motion), seconds)
     a = E + AXLE
     drawing = Drawing(-0.38, 0.38, -0.62, 0.16, 300.0)
@@ -159,14 +159,14 @@ def _figure_5(motion: float, seconds: float) -> Shown:
     if abs(phi) > 0.02 and -0.55 < (h := _meeting(axle, phi))[1] < 0.12:
         drawing.line(axle, h, look='faint')
         drawing.letter(h, 'h', -9.0 * side, -9.0)
-    return Shown(
+    return View(
         drawing,
         f'{_MOTIONS[int(motion)]}, {seconds:.2f} s from equilibrium: *θ = AOa* = {theta:.5f}, '
         f'*Φ = Ahg* = {phi:.5f}, *x = Op* = {-low[1]:.4f} m, *y = pg* = {low[0]:.4f} m.',
     )
 
 
-def _figure_6(phi: float, c: float, k: float) -> Shown:
+def _figure_6(phi: float, c: float, k: float) -> View:
     drawing = Drawing(-0.45, 0.45, -0.65, 0.12, 320.0)
     drawing.line((-0.42, -AXLE), (0.42, -AXLE), look='heavy')
     axle = -c * math.sin(phi), 0.0
@@ -182,7 +182,7 @@ def _figure_6(phi: float, c: float, k: float) -> Shown:
         ((axle[0], -AXLE), 'a', -9.0, -8.0),
     )
     h = k * k / c
-    return Shown(
+    return View(
         drawing,
         f'The axle is at {axle[0]:.4f} m = *−c sin Φ*, *g* in its vertical. A swing takes '
         f'{math.pi * math.sqrt(h / G):.5f} s, as of a pendulum *kk/c* = {h:.5f} m.',
@@ -193,25 +193,25 @@ def _figure_6(phi: float, c: float, k: float) -> Shown:
 # Table V: the convex support and the cradle.
 
 
-def _figure_v_1(i: float, c: float, k: float) -> Shown:
-    found = modes(-i, c, k * k)
+def _figure_v_1(i: float, c: float, k: float) -> View:
+    pair = modes(-i, c, k * k)
     radius = i - AXLE
     theta = 0.45
     drawing = Drawing(-0.5, 0.5, -0.55, 0.36, 320.0)
     # O is at the origin, the axle above it
     drawing.arc((0.0, 0.0), radius, 0.1, math.pi - 0.1, 'ink')
-    rest = (0.0, i)
+    origin = (0.0, i)
     axle = i * math.sin(theta), i * math.cos(theta)
     touch = radius * math.sin(theta), radius * math.cos(theta)
-    tilt = theta * found.B_prime / c
+    tilt = theta * pair.B_prime / c
     low = _below(axle, c, tilt)
-    drawing.circle(rest, AXLE, 'faint')
+    drawing.circle(origin, AXLE, 'faint')
     _body(drawing, axle, low, k)
     drawing.line((0.0, 0.35), (0.0, -0.52), look='faint')
     drawing.line((0.0, 0.0), axle, look='thin')
     drawing.letters(
         ((0.0, 0.0), 'O', -10.0, -4.0),
-        (rest, 'C', -10.0, 6.0),
+        (origin, 'C', -10.0, 6.0),
         ((0.0, radius), 'A', -9.0, -8.0),
         ((-radius * math.cos(0.1), radius * math.sin(0.1)), 'M', -10.0, 3.0),
         ((radius * math.cos(0.1), radius * math.sin(0.1)), 'N', 11.0, 3.0),
@@ -219,16 +219,16 @@ def _figure_v_1(i: float, c: float, k: float) -> Shown:
         (touch, 'a', -7.0, -9.0),
         (low, 'g', 10.0, -4.0),
     )
-    return Shown(drawing, f'*OC = i* = {i:g} m. {_swings(-i, c, k)}')
+    return View(drawing, f'*OC = i* = {i:g} m. {_swings(-i, c, k)}')
 
 
 ROCKER = 0.5
 """Radius of the rockers of the cradle [m]."""
 
 
-def _figure_v_2(e: float, c: float, k: float) -> Shown:
-    found = modes(e, c, k * k)
-    ratio = (found.B if found.h > 0.0 else found.B_prime) / c
+def _figure_v_2(e: float, c: float, k: float) -> View:
+    pair = modes(e, c, k * k)
+    ratio = (pair.B if pair.h > 0.0 else pair.B_prime) / c
     theta = min(0.22, 0.5 / abs(ratio))
     a = e + ROCKER
     drawing = Drawing(-1.0, 1.0, -1.75, 0.12, 320.0)
@@ -259,7 +259,7 @@ def _figure_v_2(e: float, c: float, k: float) -> Shown:
         (low, 'g', 10.0, -3.0),
         (touch, 'a', 9.0, -9.0),
     )
-    return Shown(drawing, f'*OC = e* = {e:g} m. {_swings(e, c, k)}')
+    return View(drawing, f'*OC = e* = {e:g} m. {_swings(e, c, k)}')
 
 
 _C = Control('c, m', (0.1, 0.2, 0.3, 0.4), begin=2)
@@ -277,7 +277,7 @@ EDITION = read_edition(
         ),
         'Tab. IV, 6': (
             _figure_6,
-            Control('Φ, rad', tuple(round(0.15 * each, 2) for each in range(-4, 5)), begin=6),
+            Control('Φ, rad', tuple(round(0.15 * k, 2) for k in range(-4, 5)), begin=6),
             Control('c, m', (0.2, 0.3, 0.4), begin=1),
             Control('k, m', (0.05, 0.1, 0.15), begin=2),
         ),

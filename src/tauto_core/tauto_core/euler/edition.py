@@ -228,7 +228,7 @@ def svg(drawing: Drawing, title: str, *, alone: bool = False) -> str:
 
 def turned(points: Iterable[ArrayLike], angle: float) -> tuple[FloatArray, FloatArray]:
     """Return points (x, y) turned about the origin by an angle [rad], from x towards y."""
-    x, y = (np.asarray(each, np.float64) for each in points)
+    x, y = (np.asarray(values, np.float64) for values in points)
     cosine, sine = np.cos(angle), np.sin(angle)
     return cosine * x - sine * y, sine * x + cosine * y
 
@@ -264,7 +264,7 @@ class Control:
 
 
 @dataclass(frozen=True)
-class Shown:
+class View:
     """A figure at certain values of its controls: the drawing, and its numbers.
 
     In `says` formulas stand between asterisks.
@@ -287,7 +287,7 @@ class EulerFigure:
 
     name: str
     caption: str
-    draw: Callable[..., Shown]
+    draw: Callable[..., View]
     controls: tuple[Control, ...] = ()
 
 
@@ -342,20 +342,20 @@ class Edition:
 
         A claim on several paragraphs stands beside the first: XXII-XXIX beside XXII.
         """
-        beside: dict[str, list[Claim]] = {each.number: [] for each in self.paragraphs}
+        table: dict[str, list[Claim]] = {item.number: [] for item in self.paragraphs}
         for claim in claims:
             if claim.paper == self.paper:
-                beside[self.covered(claim)[0]].append(claim)
-        return beside
+                table[self.covered(claim)[0]].append(claim)
+        return table
 
     def covered(self, claim: Claim) -> list[str]:
         """Return the numbers of the paragraphs that a claim is on: '26-27, 29' has three."""
-        numbers = [each.number for each in self.paragraphs]
-        found: list[str] = []
+        numbers = [item.number for item in self.paragraphs]
+        result: list[str] = []
         for part in claim.paragraph.split(','):
-            ends = [numbers.index(each.strip()) for each in part.split('-')]
-            found += numbers[ends[0] : ends[-1] + 1]
-        return found
+            ends = [numbers.index(end.strip()) for end in part.split('-')]
+            result += numbers[ends[0] : ends[-1] + 1]
+        return result
 
 
 @cache
@@ -367,25 +367,25 @@ def read_text(file: str) -> dict[str, Any]:
 
 def letters_of(
     file: str,
-    own: Mapping[str, float | str] | None = None,
+    example: Mapping[str, float | str] | None = None,
     computed: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
     """Return the values of the letters of a paper's example, and of those computed.
 
-    A letter of `own` replaces the example's; a letter that is a formula follows it.
+    A letter of `example` replaces the example's; a letter that is a formula follows it.
     """
     stated = read_text(file)['letters']
-    found = dict(computed or {})
+    letters = dict(computed or {})
     for name, value in stated.items():
-        found[name] = _number(value, found)
+        letters[name] = _number(value, letters)
     changed: dict[str, float] = {}
-    for name, value in (own or {}).items():
-        changed[name] = _number(value, found | changed)
-    found |= changed
+    for name, value in (example or {}).items():
+        changed[name] = _number(value, letters | changed)
+    letters |= changed
     for name, value in stated.items():
         if changed and name not in changed:
-            found[name] = _number(value, found)
-    return found
+            letters[name] = _number(value, letters)
+    return letters
 
 
 def _number(value: float | str, letters: Mapping[str, float], of: str = '') -> float:
@@ -409,45 +409,45 @@ def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[
         computed: the independent values by the names that `computed` has in the file.
     """
     text = read_text(file)
-    found = []
+    claims = []
     for paragraph in text['paragraphs']:
-        for each in paragraph.get('claims', ()):
-            stands, must, adds = (each.get(key, '') for key in ('stands', 'must', 'adds'))
-            known = letters_of(file, each.get('with'), computed)
+        for entry in paragraph.get('claims', ()):
+            stands, must, adds = (entry.get(key, '') for key in ('stands', 'must', 'adds'))
+            letters = letters_of(file, entry.get('with'), computed)
             named = {'none': math.nan, 'adds': adds}
             value, must_value = (
-                _number(named.get(formula, formula), known, each.get('of', ''))
-                if formula != '' and 'computed' in each
+                _number(named.get(formula, formula), letters, entry.get('of', ''))
+                if formula != '' and 'computed' in entry
                 else None
-                for formula in (each.get('value', stands or adds), each.get('must_value', must))
+                for formula in (entry.get('value', stands or adds), entry.get('must_value', must))
             )
-            euler = each.get('euler', True)
-            found.append(
+            euler = entry.get('euler', True)
+            claims.append(
                 Claim(
                     paper,
-                    each.get('paragraphs', paragraph['number']),
-                    each['claim'],
+                    entry.get('paragraphs', paragraph['number']),
+                    entry['claim'],
                     stands,
                     math.nan if value is None else value,
-                    _number(each['computed'], known) if 'computed' in each else None,
-                    float(each.get('tolerance', text['tolerance'])),
+                    _number(entry['computed'], letters) if 'computed' in entry else None,
+                    float(entry.get('tolerance', text['tolerance'])),
                     must,
                     must_value,
-                    each.get('because', ''),
-                    each.get('expected', 'corrected' if must else 'holds' if euler else 'added'),
+                    entry.get('because', ''),
+                    entry.get('expected', 'corrected' if must else 'holds' if euler else 'added'),
                     adds,
                     euler,
-                    each.get('whose', ''),
-                    each.get('question', False),
+                    entry.get('whose', ''),
+                    entry.get('question', False),
                 )
             )
-    return found
+    return claims
 
 
 def read_edition(
     paper: Paper,
     file: str,
-    figures: Mapping[str, tuple[Callable[..., Shown], *tuple[Control, ...]]],
+    figures: Mapping[str, tuple[Callable[..., View], *tuple[Control, ...]]],
 ) -> Edition:
     """Return a paper, its text from `<file>.yaml`.
 
@@ -469,14 +469,14 @@ def read_edition(
         ),
         tuple(
             Paragraph(
-                each['number'],
-                each['argues'],
-                each['latin'],
-                tuple(each.get('runs', ())),
-                tuple(each.get('figures', ())),
-                each.get('found', ''),
-                each.get('lacks', ''),
+                entry['number'],
+                entry['argues'],
+                entry['latin'],
+                tuple(entry.get('runs', ())),
+                tuple(entry.get('figures', ())),
+                entry.get('found', ''),
+                entry.get('lacks', ''),
             )
-            for each in text['paragraphs']
+            for entry in text['paragraphs']
         ),
     )

@@ -26,8 +26,8 @@ from tauto_core.machines.fluid_pendulum import descent_time
 from tauto_core.samples import FloatArray
 
 _LETTERS = letters_of('fluid')
-M, N, A, F, H, B, S = (_LETTERS[each] for each in 'mnafhbs')
-GLOBE, GAMMA, BETA = (_LETTERS[each] for each in 'κγβ')
+M, N, A, F, H, B, S = (_LETTERS[name] for name in 'mnafhbs')
+GLOBE, GAMMA, BETA = (_LETTERS[name] for name in 'κγβ')
 CYLINDER = N / (2.0 * M * A)
 FRICTION = 0.03
 SHORT, SMALL, THIN = 0.01, 1e-4, 0.01
@@ -42,17 +42,17 @@ def slope(s: float, kappa: float = GLOBE, length: float = F) -> float:
 
 def height(s: float, kappa: float = GLOBE, length: float = F) -> float:
     """Return x(s) [m] by quadrature of the slope."""
-    found, _ = quad(lambda r: slope(r, kappa, length), 0.0, s, epsabs=0.0, epsrel=1e-13)
-    return float(found)
+    value, _ = quad(lambda r: slope(r, kappa, length), 0.0, s, epsabs=0.0, epsrel=1e-13)
+    return float(value)
 
 
 def fallen(s: float, kappa: float = GLOBE, length: float = F) -> float:
     """Return t = γ ∫ e^{−2κs} dx [m] (§13) by quadrature."""
-    found, _ = quad(
+    value, _ = quad(
         lambda r: GAMMA * math.exp(-2.0 * kappa * r) * slope(r, kappa, length), 0.0, s,
         epsabs=0.0, epsrel=1e-13,
     )  # fmt: skip
-    return float(found)
+    return float(value)
 
 
 def speed_height(s: float, at_lowest: float = B) -> float:
@@ -70,9 +70,9 @@ def speed_height(s: float, at_lowest: float = B) -> float:
 
 def derivative(function: Callable[[float], float], at: float, step: float = 1e-3) -> float:
     """Return a derivative by differences of fourth order, good to 1e-10 or so."""
-    near = function(at + step) - function(at - step)
-    far = function(at + 2.0 * step) - function(at - 2.0 * step)
-    return (8.0 * near - far) / (12.0 * step)
+    inner = function(at + step) - function(at - step)
+    outer = function(at + 2.0 * step) - function(at - 2.0 * step)
+    return (8.0 * inner - outer) / (12.0 * step)
 
 
 def zero_of(function: Callable[[float], float], low: float, high: float) -> float:
@@ -86,8 +86,8 @@ def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
     A negative arc goes in the other direction, down the branch of ascent; with friction μ, over
     the weight in the fluid, the curve is steeper by μ.
     """
-    found = _motion(start, friction, length, to_rest=False)
-    return found[0]
+    motion = _motion(start, friction, length, to_rest=False)
+    return motion[0]
 
 
 def swing(start: float) -> tuple[float, float]:
@@ -253,9 +253,9 @@ def _of_shape() -> dict[str, float]:
 
 
 def _of_arcs() -> dict[str, float]:
-    most = math.log1p(BETA) / GLOBE
-    start = zero_of(lambda s: fallen(s) - B, 0.1, most)
-    small = zero_of(lambda s: fallen(s) - SMALL, 1e-3, most)
+    limit = math.log1p(BETA) / GLOBE
+    start = zero_of(lambda s: fallen(s) - B, 0.1, limit)
+    small = zero_of(lambda s: fallen(s) - SMALL, 1e-3, limit)
     end, small_end = -swing(start)[1], -swing(small)[1]
     return {
         's_fastest': zero_of(

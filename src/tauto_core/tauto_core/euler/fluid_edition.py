@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from tauto_core.curves.fluid import FluidTautochrone, abscissa, chained, coordinates
-from tauto_core.euler.edition import Control, Drawing, G, Shown, read_edition
+from tauto_core.euler.edition import Control, Drawing, G, View, read_edition
 from tauto_core.machines.fluid_pendulum import (
     composed_length,
     descent_time,
@@ -32,7 +32,7 @@ def _branch(curve: FluidTautochrone, end: float) -> tuple[FloatArray, FloatArray
     return level, height
 
 
-def _figure_1(kappa: float, part: float) -> Shown:
+def _figure_1(kappa: float, part: float) -> View:
     curve = FluidTautochrone(kappa, GAMMA, 1.0)
     arc = part * _START
     b = height_at_lowest(curve, _START)
@@ -55,7 +55,7 @@ def _figure_1(kappa: float, part: float) -> Shown:
     )
     v = float(velocity_height(curve, arc, b))
     seconds = descent_time(curve, G, arc)
-    return Shown(
+    return View(
         drawing,
         f'*AM = s* = {arc:.3f} m, *AP = x* = {height:.4f} m. From *E* the globe passes *M* with '
         f'*v* = {1e3 * v:.2f} mm and *A* with *b* = {1e3 * b:.2f} mm. From rest at *M* it needs '
@@ -63,21 +63,21 @@ def _figure_1(kappa: float, part: float) -> Shown:
     )
 
 
-def _figure_2(descent: float, ascent: float) -> Shown:
-    down, up = (FluidTautochrone(0.75, GAMMA, each) for each in (descent, ascent))
+def _figure_2(descent: float, ascent: float) -> View:
+    down, up = (FluidTautochrone(0.75, GAMMA, f) for f in (descent, ascent))
     drawing = Drawing(-0.82, 0.82, -0.08, 0.78)
     # both branches to their cusps, at most as long as the sheet is wide
     right, high = _branch(down, min(down.descent_cusp, 0.8))
-    left, steep = _branch(up, max(up.ascent_cusp, -0.8))
+    across, steep = _branch(up, max(up.ascent_cusp, -0.8))
     drawing.line((0.0, 0.0), (0.0, 0.7), look='thin')
     drawing.curve(right, high, 'curve')
-    drawing.curve(left, steep, 'other')
+    drawing.curve(across, steep, 'other')
     arc = 0.6 * down.descent_cusp
     # the arc of the ascent from b at A (§34)
     lowest = height_at_lowest(down, arc)
-    far = math.log1p(up.kappa * math.sqrt(2.0 * lowest * ascent)) / up.kappa
+    reach = math.log1p(up.kappa * math.sqrt(2.0 * lowest * ascent)) / up.kappa
     (x,), (y,) = coordinates(down, np.array([arc]))
-    (u,), (w,) = coordinates(up, np.array([-far]))
+    (u,), (w,) = coordinates(up, np.array([-reach]))
     drawing.line((0.0, x), (y, x))
     drawing.line((0.0, u), (w, u))
     drawing.letters(
@@ -88,22 +88,22 @@ def _figure_2(descent: float, ascent: float) -> Shown:
         ((w, u), 'N', -10.0, -5.0),
     )
     length = composed_length(descent, ascent)
-    return Shown(
+    return View(
         drawing,
         f'*f* = {descent:g} m, *h* = {ascent:g} m: a half swing takes as long as one of a '
         f'pendulum of {length:.5f} m, {math.pi * math.sqrt(length / G):.5f} s, from any start. '
-        f'From *AM* = {arc:.4f} m the globe gets to *AN* = {far:.5f} m.',
+        f'From *AM* = {arc:.4f} m the globe gets to *AN* = {reach:.5f} m.',
     )
 
 
-def _figure_3(kappa: float) -> Shown:
+def _figure_3(kappa: float) -> View:
     curve = FluidTautochrone(kappa, GAMMA, 1.0)
     drawing = Drawing(-0.12, 1.25, -0.07, 0.86)
     arc = np.linspace(0.0, 1.2, 60)
     height = curve.height(arc)
-    seen = height <= 0.8
+    mask = height <= 0.8
     drawing.line((0.0, 0.0), (0.0, 0.8))
-    drawing.curve(arc[seen], height[seen], 'curve')
+    drawing.curve(arc[mask], height[mask], 'curve')
     cusp = curve.descent_cusp
     top = float(curve.height(cusp))
     drawing.line((cusp - 0.12, top - 0.12), (cusp + 0.1, top + 0.1), look='other')
@@ -114,24 +114,24 @@ def _figure_3(kappa: float) -> Shown:
         ((0.0, 0.0), 'A', -4.0, -11.0),
         ((0.0, low), 'P', -10.0, 2.0),
         ((middle, low), 'M', 10.0, -5.0),
-        ((float(arc[seen][-1]), float(height[seen][-1])), 'B', 11.0, 2.0),
+        ((float(arc[mask][-1]), float(height[mask][-1])), 'B', 11.0, 2.0),
     )
     drawing.note((cusp, top), 'ds = dx', 28.0, -8.0)
-    return Shown(
+    return View(
         drawing,
         f'*ds = dx* at *s* = {cusp:.5f} m, *x* = {top:.5f} m: there the tautochrone stands '
         'upright, and turns back.',
     )
 
 
-def _figure_4(ascent: float) -> Shown:
-    curve, down = (FluidTautochrone(0.75, GAMMA, each) for each in (ascent, 1.0))
+def _figure_4(ascent: float) -> View:
+    curve, down = (FluidTautochrone(0.75, GAMMA, f) for f in (ascent, 1.0))
     drawing = Drawing(-0.12, 1.9, -0.1, 1.25)
-    for each, sign, look in ((down, 1.0, 'faint'), (curve, -1.0, 'curve')):
+    for branch, sign, look in ((down, 1.0, 'faint'), (curve, -1.0, 'curve')):
         arc = np.linspace(0.0, 1.85, 90)
-        height = each.height(sign * arc)
-        seen = height <= 1.2
-        drawing.curve(arc[seen], height[seen], look)
+        height = branch.height(sign * arc)
+        mask = height <= 1.2
+        drawing.curve(arc[mask], height[mask], look)
     drawing.line((0.0, 0.0), (0.0, 1.2))
     arc_n = 0.5
     low = float(curve.height(-arc_n))
@@ -144,43 +144,43 @@ def _figure_4(ascent: float) -> Shown:
     drawing.note((0.95, 1.1), 'descent', -22.0, 0.0)
     cusp = -curve.ascent_cusp
     if math.isinf(cusp):
-        return Shown(
+        return View(
             drawing,
             f'*h* = {ascent:g} m: *3(m − n)nh* is at least *8mma*, *β* = {curve.beta:.4f}. The '
             'curve never gets as steep as *dt = du*, so the ascent has no point of return.',
         )
-    top, other = float(curve.height(-cusp)), float(curve.height(curve.descent_cusp))
+    top, twin = float(curve.height(-cusp)), float(curve.height(curve.descent_cusp))
     if top < 1.2:
         drawing.line((cusp - 0.15, top - 0.15), (cusp + 0.12, top + 0.12), look='other')
         drawing.note((cusp, top), 'dt = du', 30.0, -8.0)
-    return Shown(
+    return View(
         drawing,
         f'*h* = {ascent:g} m, *β = γκh* = {curve.beta:.4f}: *dt = du* at *t* = {cusp:.5f} m, *u* '
-        f'= {top:.5f} m; on the descent of *f = h* it is at *x* = {other:.5f} m.',
+        f'= {top:.5f} m; on the descent of *f = h* it is at *x* = {twin:.5f} m.',
     )
 
 
-def _figure_5(kappa: float) -> Shown:
+def _figure_5(kappa: float) -> View:
     curve = FluidTautochrone(kappa, GAMMA, 1.0)
     ends = curve.ascent_cusp, curve.descent_cusp
     share = np.sin(np.linspace(-0.5, 0.5, 61) * np.pi)
     arc = np.where(share < 0.0, -ends[0], ends[1]) * share
-    beyond = np.array([chained(curve, float(s), 1) for s in arc]).T
+    chain = np.array([chained(curve, float(s), 1) for s in arc]).T
     x, y = coordinates(curve, arc)
-    width = 2.0 * abs(beyond[1][0] - beyond[1][-1])
+    width = 2.0 * abs(chain[1][0] - chain[1][-1])
     drawing = Drawing(-4.0, 3.0, -0.25, 1.75)
     for shift in (0.0, -width):
-        drawing.curve(beyond[1] + shift, beyond[0], 'faint')
+        drawing.curve(chain[1] + shift, chain[0], 'faint')
     drawing.curve(y, x, 'curve')
     drawing.letters(
         ((0.0, 0.0), 'A', 0.0, -12.0),
         ((float(y[-1]), float(x[-1])), 'B', 0.0, 11.0),
         ((float(y[0]), float(x[0])), 'C', 0.0, 11.0),
-        ((float(beyond[1][0]), float(beyond[0][0])), 'D', -4.0, 11.0),
-        ((float(beyond[1][-1]) - width, float(beyond[0][-1])), 'E', 4.0, 11.0),
+        ((float(chain[1][0]), float(chain[0][0])), 'D', -4.0, 11.0),
+        ((float(chain[1][-1]) - width, float(chain[0][-1])), 'E', 4.0, 11.0),
     )
     across = float(abscissa(curve, ends[1]) - abscissa(curve, ends[0]))
-    return Shown(
+    return View(
         drawing,
         f'*B* is {float(x[-1]):.4f} m and *C* {float(x[0]):.4f} m high; *BD* and *CE* are as wide '
         f'as *BC*, {across:.4f} m.',

@@ -75,7 +75,7 @@ _Row = Sequence[_Node]
 
 
 def _tokens(formula: str) -> list[_Node]:
-    return [_Node(str(found.lastgroup), found[0]) for found in _TOKEN.finditer(formula)]
+    return [_Node(str(match.lastgroup), match[0]) for match in _TOKEN.finditer(formula)]
 
 
 def _row(tokens: _Row, at: int = 0) -> tuple[tuple[_Node, ...], int]:
@@ -111,7 +111,7 @@ def _spaced(nodes: _Row) -> list[_Node]:
         node
         for k, node in enumerate(nodes)
         if node.kind != 'space'
-        or not any(each.kind == 'other' for each in nodes[max(k - 1, 0) : k + 2])
+        or not any(peer.kind == 'other' for peer in nodes[max(k - 1, 0) : k + 2])
     ]
 
 
@@ -127,7 +127,7 @@ def _roots(nodes: _Row) -> list[_Node]:
             if at < len(nodes) and nodes[at].kind == 'group':
                 under, at = nodes[at].parts, at + 1
             else:
-                under = tuple(takewhile(lambda each: each.kind in _FACTORS, nodes[at:]))
+                under = tuple(takewhile(lambda n: n.kind in _FACTORS, nodes[at:]))
                 at += len(under)
             node = _Node('drawn', '', under)
         drawn.append(node)
@@ -145,7 +145,7 @@ def _fractions(nodes: _Row) -> list[_Node]:
             above: list[_Node] = []
             while drawn and drawn[-1].kind in _IN_PRODUCT:
                 above.insert(0, drawn.pop())
-            below = tuple(takewhile(lambda each: each.kind in _IN_PRODUCT, nodes[at:]))
+            below = tuple(takewhile(lambda n: n.kind in _IN_PRODUCT, nodes[at:]))
             if above and below:
                 at += len(below)
                 node = _Node('fraction', '/', tuple(above), below)
@@ -172,8 +172,8 @@ def mathml(formula: str, *, flat: bool = False) -> str:
     depth = 0
     for k, token in enumerate(tokens):
         depth += (token.kind == 'open') - (token.kind == 'close')
-        beside = [each.kind for each in tokens[max(k - 1, 0) : k + 2]]
-        if depth == 0 and beside == ['space', 'other', 'space']:
+        kinds = [item.kind for item in tokens[max(k - 1, 0) : k + 2]]
+        if depth == 0 and kinds == ['space', 'other', 'space']:
             lines[-1] = lines[-1][:-1]  # the sign brings its own space
             lines.append([])
         lines[-1].append(token)
@@ -205,7 +205,7 @@ def _markup(node: _Node, *, flat: bool = True) -> str:
 
 def _token_markup(kind: str, text: str) -> str:
     if kind == 'fault':
-        stands, must = (_markups(_row(_tokens(each))[0]) for each in text[1:-1].split('|'))
+        stands, must = (_markups(_row(_tokens(part))[0]) for part in text[1:-1].split('|'))
         must = f'<mrow class="must"><mo>[</mo>{must}<mo>]</mo></mrow>'
         return f'<mrow><mrow class="fault">{stands}</mrow>{must}</mrow>'
     phrase = 'mtext' if text in _PHRASES else 'mi'
@@ -218,10 +218,10 @@ def _token_markup(kind: str, text: str) -> str:
 
 
 def _letter_markup(text: str) -> str:
-    markup, rest = f'<mi>{text[0]}</mi>', text[1:]
-    if rest.startswith('\u0308'):
-        markup, rest = f'<mover accent="true">{markup}<mo>¨</mo></mover>', rest[1:]
-    return f'<msup>{markup}<mo>{rest}</mo></msup>' if rest else markup
+    markup, suffix = f'<mi>{text[0]}</mi>', text[1:]
+    if suffix.startswith('\u0308'):
+        markup, suffix = f'<mover accent="true">{markup}<mo>¨</mo></mover>', suffix[1:]
+    return f'<msup>{markup}<mo>{suffix}</mo></msup>' if suffix else markup
 
 
 def _product(row: _Row) -> str:
@@ -258,19 +258,19 @@ def evaluate(formula: str, letters: Letters, of: str = '') -> float:
     sides = _split(_row(_tokens(formula.split(', ', maxsplit=1)[0]))[0], '=')
     if not of:
         return _sum(sides[min(1, len(sides) - 1)], letters)
-    for side, other in (sides[:2], sides[1::-1]):
-        here = letters.get(of, 1.0)
-        known = {of: here, **letters}
-        aim = _sum(other, known)
-        off = _sum(side, known) - aim
-        last, before = 1.01 * here + 1e-3, 0.0
-        before = _sum(side, {**letters, of: last}) - aim
+    for side, opposite in (sides[:2], sides[1::-1]):
+        x = letters.get(of, 1.0)
+        values = {of: x, **letters}
+        aim = _sum(opposite, values)
+        off = _sum(side, values) - aim
+        x_old, off_old = 1.01 * x + 1e-3, 0.0
+        off_old = _sum(side, {**letters, of: x_old}) - aim
         # the secant, until rounding ends it
-        for _ in range(60 if off != before else 0):
-            if off in (0.0, before):
-                return here
-            last, here = here, here - off * (here - last) / (off - before)
-            before, off = off, _sum(side, {**letters, of: here}) - aim
+        for _ in range(60 if off != off_old else 0):
+            if off in (0.0, off_old):
+                return x
+            x_old, x = x, x - off * (x - x_old) / (off - off_old)
+            off_old, off = off, _sum(side, {**letters, of: x}) - aim
     raise FormulaError(f'{formula}: no {of} in it')
 
 
@@ -290,14 +290,14 @@ def _sum(row: _Row, letters: Letters) -> float:
         for j, term in enumerate(_split(part, '−')):
             # a sign may stand first; after the last stands etc
             if [node for node in term if node.text not in ('etc', '…')]:
-                first, *divisors = (_times(each, letters) for each in _split(term, ':'))
-                total += (-1.0 if j else 1.0) * first / math.prod(divisors)
+                value, *divisors = (_times(factor, letters) for factor in _split(term, ':'))
+                total += (-1.0 if j else 1.0) * value / math.prod(divisors)
     return total
 
 
 def _times(row: _Row, letters: Letters) -> float:
     """Return the value of a product, in which the functions take what follows them."""
-    found = 1.0
+    product = 1.0
     at = 0
     while at < len(row):
         node = row[at]
@@ -309,19 +309,19 @@ def _times(row: _Row, letters: Letters) -> float:
         if (node.kind == 'word' and node.text in _FUNCTIONS) or named:
             function = math.asin if inverse else math.log if named else _FUNCTIONS[node.text]
             at += 1 + (row[at + 1].kind == 'space')
-            last = at + 1
+            end = at + 1
             if row[at].kind != 'group':
-                while last < len(row) and row[last].kind in _IN_PRODUCT - {'word'}:
-                    last += 1
-            found *= function(_times(row[at:last], letters))
-            at = last
+                while end < len(row) and row[end].kind in _IN_PRODUCT - {'word'}:
+                    end += 1
+            product *= function(_times(row[at:end], letters))
+            at = end
         elif _letter(node):
             value, at = _named(row, at, letters)
-            found *= value
+            product *= value
         else:
-            found *= _value(node, letters)
+            product *= _value(node, letters)
             at += 1
-    return found
+    return product
 
 
 def _letter(node: _Node) -> str:
@@ -343,8 +343,8 @@ def _named(row: _Row, at: int, letters: Letters) -> tuple[float, int]:
     for size in range(len(run), 0, -1):
         name = ''.join(map(_letter, run[:size]))
         if name in letters:
-            last = run[size - 1]
-            power = _sum(last.below, letters) if last.kind == 'power' else 1.0
+            final = run[size - 1]
+            power = _sum(final.below, letters) if final.kind == 'power' else 1.0
             return math.pow(letters[name], power), at + size
     raise FormulaError(f'{_letter(row[at])} has no value')
 
@@ -355,8 +355,8 @@ def _value(node: _Node, letters: Letters) -> float:
     if node.kind == 'power' and node.parts:
         return math.pow(_value(node.parts[0], letters), _sum(node.below, letters))
     if node.kind in ('group', 'drawn'):
-        found = _sum(node.parts, letters)
-        return found if node.kind == 'group' else math.sqrt(found)
+        total = _sum(node.parts, letters)
+        return total if node.kind == 'group' else math.sqrt(total)
     if node.kind == 'number':
         return float(node.text)
     if node.kind == 'half':

@@ -115,7 +115,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> None:
         yield 'euler.md', claims_page(claims)
         for edition in EDITIONS:
             for figure in edition.figures:
-                begin = (each.values[each.begin] for each in figure.controls)
+                begin = (control.values[control.begin] for control in figure.controls)
                 drawn = svg(figure.draw(*begin).drawing, figure.name, alone=True)
                 yield f'figures/{_file(edition, figure)}.svg', drawn
 
@@ -128,20 +128,20 @@ def claims_page(claims: Sequence[Claim]) -> str:
     for edition in EDITIONS:
         parts.append(f'## {edition.paper}. {edition.short} (*{edition.title}*)\n')
         for figure in edition.figures:
-            beside = next(
-                each.number for each in edition.paragraphs if figure.name in each.figures
+            number = next(
+                part.number for part in edition.paragraphs if figure.name in part.figures
             )
-            said = _sentence(f'§{beside}, Fig. {figure.name}: {figure.caption}')
+            text = _sentence(f'§{number}, Fig. {figure.name}: {figure.caption}')
             name = _file(edition, figure)
-            parts.append(f'![{name}](figures/{name}.svg)\n\n' + '\n'.join(wrap(said, 120)) + '\n')
-        own = [claim for claim in claims if claim.paper == edition.paper]
-        parts.append('\n'.join([_COLUMNS, *map(_row, own)]) + '\n')
+            parts.append(f'![{name}](figures/{name}.svg)\n\n' + '\n'.join(wrap(text, 120)) + '\n')
+        rows = [claim for claim in claims if claim.paper == edition.paper]
+        parts.append('\n'.join([_COLUMNS, *map(_row, rows)]) + '\n')
     return '\n'.join(parts)
 
 
 def _file(edition: Edition, figure: EulerFigure) -> str:
     """Return the name of the file of a figure, without the suffix."""
-    name = ''.join(each if each.isalnum() else '_' for each in figure.name.lower())
+    name = ''.join(letter if letter.isalnum() else '_' for letter in figure.name.lower())
     return re.sub('_+', '_', f'{edition.paper.lower()}_{name}')
 
 
@@ -189,12 +189,12 @@ def _formula(text: str) -> str:
 def _sentence(words: str) -> str:
     """Return a sentence as Markdown, with its formulas marked."""
     pieces = words.split('*')
-    return ''.join(_formula(each) if k % 2 else _safe(each) for k, each in enumerate(pieces))
+    return ''.join(_formula(piece) if k % 2 else _safe(piece) for k, piece in enumerate(pieces))
 
 
 def _safe(text: str) -> str:
     """Return text in which the characters that Markdown would interpret are escaped."""
-    for each in '\\|*_`':
-        text = text.replace(each, '\\' + each)
+    for sign in '\\|*_`':
+        text = text.replace(sign, '\\' + sign)
     # an entity, since not every reader of Markdown takes a backslash before the sign
     return text.replace('<', '&lt;')

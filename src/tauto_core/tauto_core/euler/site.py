@@ -40,7 +40,7 @@ _VERDICTS = {
 
 def write_site(folder: Path, claims: Sequence[Claim]) -> None:
     """Write a page for each paper into a folder, as `write_pages` does."""
-    write_pages(folder, ((f'{each.file}.html', paper_page(each, claims)) for each in EDITIONS))
+    write_pages(folder, ((f'{paper.file}.html', paper_page(paper, claims)) for paper in EDITIONS))
 
 
 def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
@@ -54,23 +54,23 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
         title=escape(edition.title),
         head=_HEAD,
         papers=''.join(
-            f'<span aria-current="page">{escape(each.short)}</span>'
-            if each is edition
-            else f'<a href="{each.file}.html">{escape(each.short)}</a>'
-            for each in EDITIONS
+            f'<span aria-current="page">{escape(paper.short)}</span>'
+            if paper is edition
+            else f'<a href="{paper.file}.html">{escape(paper.short)}</a>'
+            for paper in EDITIONS
         ),
         facts=''.join(
             f'<dt>{escape(name)}</dt><dd>'
-            + re.sub(r'https?://[^\s,;)]+', r'<a href="\g<0>">\g<0></a>', escape(known))
+            + re.sub(r'https?://[^\s,;)]+', r'<a href="\g<0>">\g<0></a>', escape(text))
             + '</dd>'
-            for name, known in edition.facts
+            for name, text in edition.facts
         ),
         contents=''.join(
-            f'<li><a href="#{each.number}">{each.number}</a></li>' for each in edition.paragraphs
+            f'<li><a href="#{item.number}">{item.number}</a></li>' for item in edition.paragraphs
         ),
         paragraphs='\n'.join(
-            _paragraph(each, [figures[name] for name in each.figures], checked[each.number])
-            for each in edition.paragraphs
+            _paragraph(item, [figures[name] for name in item.figures], checked[item.number])
+            for item in edition.paragraphs
         ),
         # a script element ends at the first '</'
         figures=json.dumps(frames, ensure_ascii=False, separators=(',', ':')).replace(
@@ -84,8 +84,8 @@ def _paragraph(
 ) -> str:
     # a line ends between words, not within an option
     runs = ''
-    for each in paragraph.runs:
-        words = ' '.join(f'<span>{escape(word)}</span>' for word in each.split())
+    for run in paragraph.runs:
+        words = ' '.join(f'<span>{escape(word)}</span>' for word in run.split())
         runs += f'<li><code>{words}</code></li>'
     return (
         f'<section class="paragraph{" with-figure" if figures else ""}" id="{paragraph.number}">'
@@ -107,8 +107,8 @@ def _claim(claim: Claim) -> str:
         ('Tauto adds', claim.adds, '' if claim.stands else value),
     ]
     formulas = ''.join(
-        f'<dt>{name}</dt><dd>{mathml(formula)}{escape(shown)}</dd>'
-        for name, formula, shown in rows
+        f'<dt>{name}</dt><dd>{mathml(formula)}{escape(value)}</dd>'
+        for name, formula, value in rows
         if formula
     )
     because = f': {_sentence(claim.because)}' if claim.because else ''
@@ -126,18 +126,18 @@ def _claim(claim: Claim) -> str:
 
 def _figure(figure: EulerFigure) -> str:
     called = figure.name if figure.name.startswith('Tab.') else f'Fig. {figure.name}'
-    shown = figure.draw(*(each.values[each.begin] for each in figure.controls))
+    view = figure.draw(*(control.values[control.begin] for control in figure.controls))
     name = _id(figure)
     controls = ''.join(
-        f'<div class="control"><label for="{name}-{k}">{escape(each.name)}</label>'
-        f'<input type="range" id="{name}-{k}" min="0" max="{len(each.values) - 1}" '
-        f'value="{each.begin}" disabled>'
-        f'<output for="{name}-{k}">{escape(each.label(each.begin))}</output></div>'
-        for k, each in enumerate(figure.controls)
+        f'<div class="control"><label for="{name}-{k}">{escape(control.name)}</label>'
+        f'<input type="range" id="{name}-{k}" min="0" max="{len(control.values) - 1}" '
+        f'value="{control.begin}" disabled>'
+        f'<output for="{name}-{k}">{escape(control.label(control.begin))}</output></div>'
+        for k, control in enumerate(figure.controls)
     )
     return (
-        f'<figure id="{name}">{svg(shown.drawing, f"{called}: {plain(figure.caption)}")}'
-        f'{controls}<p class="says" aria-live="polite">{_sentence(typeset(shown.says))}</p>'
+        f'<figure id="{name}">{svg(view.drawing, f"{called}: {plain(figure.caption)}")}'
+        f'{controls}<p class="says" aria-live="polite">{_sentence(typeset(view.says))}</p>'
         f'<figcaption>{called}, constructed from the text. {_sentence(figure.caption)}'
         f'</figcaption></figure>'
     )
@@ -145,33 +145,33 @@ def _figure(figure: EulerFigure) -> str:
 
 def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
     """Return the drawings for all values of the controls, the last of which changes first."""
-    every = itertools.product(*(each.values for each in figure.controls))
-    shown = [figure.draw(*values) for values in every]
+    every = itertools.product(*(control.values for control in figure.controls))
+    views = [figure.draw(*values) for values in every]
     return {
-        'values': [list(map(each.label, range(len(each.values)))) for each in figure.controls],
-        'drawn': [each.drawing.markup for each in shown],
-        'says': [_sentence(typeset(each.says)) for each in shown],
+        'values': [list(map(item.label, range(len(item.values)))) for item in figure.controls],
+        'drawn': [view.drawing.markup for view in views],
+        'says': [_sentence(typeset(view.says)) for view in views],
     }
 
 
 def _sentence(words: str) -> str:
     """Return a sentence as HTML, with the formulas between asterisks as MathML."""
     pieces = words.split('*')
-    shown = (mathml(each, flat=True) if k % 2 else escape(each) for k, each in enumerate(pieces))
-    return ''.join(shown)
+    parts = (mathml(bit, flat=True) if k % 2 else escape(bit) for k, bit in enumerate(pieces))
+    return ''.join(parts)
 
 
 def _latin(text: str) -> str:
     """Return a text as HTML, with what must stand there behind each fault."""
     # a sentence, a formula as it stands, and as it must be
     pieces = re.split(r'‹(\*.*?\*)\|(\*.*?\*)›', text)
-    shown = ''
-    for k, each in enumerate(map(_sentence, pieces)):
+    html = ''
+    for k, piece in enumerate(map(_sentence, pieces)):
         tag = (None, '<del>{}</del>', ' <ins>[{}]</ins>')[k % 3]
-        marked = re.sub(r'‹(.*?)\|(.*?)›', r'<del>\1</del> <ins>[\2]</ins>', each)
-        shown += tag.format(each) if tag else marked
-    return shown
+        marked = re.sub(r'‹(.*?)\|(.*?)›', r'<del>\1</del> <ins>[\2]</ins>', piece)
+        html += tag.format(piece) if tag else marked
+    return html
 
 
 def _id(figure: EulerFigure) -> str:
-    return 'figure-' + ''.join(each if each.isalnum() else '-' for each in figure.name)
+    return 'figure-' + ''.join(letter if letter.isalnum() else '-' for letter in figure.name)

@@ -24,7 +24,7 @@ from tauto_core.samples import FloatArray
 # 1.
 
 _LETTERS = letters_of('trochlea')
-BASE_RADIUS, ROLL_ANGLE, HOLE, TURNED = (_LETTERS[each] for each in 'rzat')
+BASE_RADIUS, ROLL_ANGLE, HOLE, TURNED = (_LETTERS[name] for name in 'rzat')
 RATE = 1.0
 
 OfArray = Callable[[FloatArray], FloatArray]
@@ -89,14 +89,14 @@ def length(z: float) -> float:
 
 def unwound(angle: FloatArray) -> FloatArray:
     """Return the lift of the weight, the length wound on the cheek, from its points."""
-    return np.array([BASE_RADIUS * length(float(each)) for each in np.ravel(angle)])
+    return np.array([BASE_RADIUS * length(float(value)) for value in np.ravel(angle)])
 
 
 def curvature_radius(z: float) -> float:
     """Return the radius of curvature of the unrolled curve, ds/dz over its turning rate."""
 
     def turned(s: FloatArray) -> FloatArray:
-        return np.array([math.atan2(*_tangent(float(each))[::-1]) for each in np.ravel(s)])
+        return np.array([math.atan2(*_tangent(float(value))[::-1]) for value in np.ravel(s)])
 
     return float(_speed(np.array(z))) / abs(slope_at(turned, z))
 
@@ -152,8 +152,8 @@ def rim_height(arc: float, weight: float, pull: float) -> OfArray:
     """Return v/r, r the base radius, as a function of (s − place of the rim)/r."""
     inertia = inertia_of_rings(weight, BASE_RADIUS)
 
-    def height(within: FloatArray) -> FloatArray:
-        places = arc - BASE_RADIUS * np.asarray(within)
+    def height(place: FloatArray) -> FloatArray:
+        places = arc - BASE_RADIUS * np.asarray(place)
         lift = unwound(places / BASE_RADIUS)
         top = float(unwound(np.array([1.0]))[0])
         rim = BASE_RADIUS * np.sqrt(2.0 * pull * (top - lift) / inertia)
@@ -197,7 +197,7 @@ def direction(angle: float, distance: float) -> float:
 
 def directions(angle: FloatArray, distance: float) -> FloatArray:
     """Return `direction` for an array of angles."""
-    return np.array([direction(float(each), distance) for each in np.ravel(angle)])
+    return np.array([direction(float(value), distance) for value in np.ravel(angle)])
 
 
 def envelope_distance(angle: float, distance: float) -> float:
@@ -205,7 +205,7 @@ def envelope_distance(angle: float, distance: float) -> float:
 
     Neighbouring lines x cos ψ + y sin ψ = t intersect where −x sin ψ + y cos ψ = dt/dψ.
     """
-    return RATE / slope_at(lambda each: directions(each, distance), angle)
+    return RATE / slope_at(lambda value: directions(value, distance), angle)
 
 
 def angle_of_hole(angle: float) -> float:
@@ -218,14 +218,14 @@ def angle_of_hole(angle: float) -> float:
 def small_triangles(angle: float) -> float:
     """Return (Oo/OC) : (On/OM) with a small turn, o the hole after it."""
     turn = 1e-6
-    before, after = (_hole_place(angle + side * turn, HOLE) for side in (-0.5, 0.5))
+    start, end = (_hole_place(angle + side * turn, HOLE) for side in (-0.5, 0.5))
     psi = direction(angle, HOLE)
     normal = np.array([math.cos(psi), math.sin(psi)])
     along = np.array([-normal[1], normal[0]])
     contact = RATE * angle * normal + envelope_distance(angle, HOLE) * along
-    moved = after - before
+    shift = end - start
     free = np.linalg.norm(_hole_place(angle, HOLE) - contact)
-    return float(np.linalg.norm(moved) / HOLE / (abs(moved @ normal) / free))
+    return float(np.linalg.norm(shift) / HOLE / (abs(shift @ normal) / free))
 
 
 # -----------------------------------------------------------------------------
@@ -258,14 +258,14 @@ def _of_involute() -> dict[str, float]:
 
 def _of_motion() -> dict[str, float]:
     large = 3.0 * BASE_RADIUS
-    own, thick = (inertia_of_rings(weight, large) for weight in (100.0, 900.0))
+    thin, thick = (inertia_of_rings(weight, large) for weight in (100.0, 900.0))
 
     def pendulum(inertia: float | None = None) -> float:
         return G * (period(1.0, inertia=inertia) / math.tau) ** 2
 
     def ratio(pull: float, large: float = 1.0, small: float = 1e-3) -> float:
-        one, other = (period(each, 100.0, pull, carried=pull / G) for each in (large, small))
-        return one / other
+        a, b = (period(radius, 100.0, pull, carried=pull / G) for radius in (large, small))
+        return a / b
 
     return {
         'ratio_of_periods': period(3.0) / period(0.1),
@@ -276,7 +276,7 @@ def _of_motion() -> dict[str, float]:
         'radius_in_scruples': radius_of_pendulum(100.0, 1.0, 3166.0),
         'ratio_of_sullys_arcs': ratio(1.0, math.pi / 3.0, math.pi / 6.0),
         'pendulum_of_thick_disc': pendulum(thick),
-        'pendulum_of_own_disc': pendulum(own),
+        'pendulum_of_own_disc': pendulum(thin),
         'ratio_with_small_weight': ratio(1e-4),
     }
 

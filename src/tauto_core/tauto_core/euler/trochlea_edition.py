@@ -16,7 +16,7 @@ from tauto_core.curves import Hole, Involute
 from tauto_core.curves.cam import Cam
 from tauto_core.curves.drawing import outline
 from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.euler.edition import Control, Drawing, G, Point, Shown, read_edition, turned
+from tauto_core.euler.edition import Control, Drawing, G, Point, View, read_edition, turned
 from tauto_core.euler.trochlea_1727 import BASE_RADIUS, inertia_of_rings, period
 from tauto_core.samples import FloatArray
 
@@ -64,7 +64,7 @@ def _thread(drawing: Drawing, along: tuple[FloatArray, FloatArray], end: Point) 
 # Figures I to IV: the wheel, its balance, Sully's machine, the force.
 
 
-def _figure_i(turn: float) -> Shown:
+def _figure_i(turn: float) -> View:
     # an arc of a circle through C, tangent to the thread at rest
     bend = 2.2
     along = np.linspace(0.0, 1.65, 60)
@@ -85,14 +85,14 @@ def _figure_i(turn: float) -> Shown:
     if turn:
         drawing.letter(touch, 'M', 8.0, -4.0)
     drawing.note(_weight(drawing, (touch[0], -3.7), 0.3), 'P', 20.0, -3.0, 'letter')
-    return Shown(
+    return View(
         drawing,
         f'The weight pulls at {arm / bend:.3f} of the radius of the arc from *C*, and turns the '
         'wheel back.' if turn else 'At rest the thread touches neither cheek.',
     )  # fmt: skip
 
 
-def _figure_ii(turn: float) -> Shown:
+def _figure_ii(turn: float) -> View:
     drawing = Drawing(-3.2, 3.2, -3.2, 3.2, 220.0)
     drawing.circle((0.0, 0.0), 2.9, 'ink')
     _cheeks(drawing, _UNIT, turn, 2.0, (turn, -3.2))
@@ -100,12 +100,10 @@ def _figure_ii(turn: float) -> Shown:
     drawing.circle(counter, 0.32, 'solid')
     drawing.note(counter, 'counterweight', 0.0, -22.0)
     drawing.letter((0.0, 0.0), 'C', 9.0, 6.0)
-    return Shown(
-        drawing, 'The centre of gravity of wheel and cheeks is *C*: it rests at any turn.'
-    )
+    return View(drawing, 'The centre of gravity of wheel and cheeks is *C*: it rests at any turn.')
 
 
-def _figure_iii(turn: float) -> Shown:
+def _figure_iii(turn: float) -> View:
     shape = LeverGeometry(0.02, 0.1, 0.3)
     r, fulcrum = shape.base_radius, (-shape.arm, -shape.depth)
     pose = shape.pose(shape.tau_of(np.array([turn])))
@@ -126,14 +124,14 @@ def _figure_iii(turn: float) -> Shown:
     drawing.letter(tied, 'B', -10.0, 9.0)
     drawing.letter(end, 'D', 2.0, -14.0)
     drawing.note(weight, 'P', 20.0, 0.0, 'letter')
-    return Shown(
+    return View(
         drawing,
         f'*D* has risen by {150.0 * math.sin(beta):.1f} mm, and the thread leans by '
         f'{abs(math.degrees(delta)):.2f}°.',
     )
 
 
-def _figure_iv(turn: float) -> Shown:
+def _figure_iv(turn: float) -> View:
     arm, rim = float(_UNIT.lever_arm(turn)), 2.6
     touch = _at(_UNIT.contact(turn), turn) if turn else (0.0, -1.0)
     drawing = Drawing(-3.0, 3.0, -4.3, 2.9, 280.0)
@@ -153,7 +151,7 @@ def _figure_iv(turn: float) -> Shown:
         drawing.letter((0.0, touch[1]), 'T', -9.0, -2.0)
         drawing.letter(touch, 'M', 10.0, -5.0)
         drawing.letter((arm, 0.0), 'N', 6.0, 7.0)
-    return Shown(
+    return View(
         drawing,
         f'*TM* = {arm:.3f} *CT* at the angle *BCO* = {turn:.1f}: the force at *O*, in units of '
         f'*P*, is *TM/CO* = {arm / rim:.4f}.',
@@ -164,7 +162,7 @@ def _figure_iv(turn: float) -> Shown:
 # Figures V to VIII: the curve, its construction, the time of a swing, the larger disc.
 
 
-def _figure_v(step: float) -> Shown:
+def _figure_v(step: float) -> View:
     z = 1.5
 
     def lettered(roll: float) -> tuple[FloatArray, FloatArray]:
@@ -215,7 +213,7 @@ def _figure_v(step: float) -> Shown:
         (crossing * down, 'p', 9.0, 9.0),
     )
     off = float(np.linalg.norm(centre - t_point))
-    return Shown(
+    return View(
         drawing,
         f'*R* is {off:.3f} from *T*, for *m* at {step:.2f} rad from *M*. As *m* comes to *M*, '
         '*R*, *p* and *t* run into *T*, for *CT* has no increment.',
@@ -225,7 +223,7 @@ def _figure_v(step: float) -> Shown:
 STEP = 0.1
 
 
-def _figure_vi(z: float) -> Shown:
+def _figure_vi(z: float) -> View:
     n_angle, s_angle = math.atan(z), z - math.atan(z)
     drawing = Drawing(-3.3, 3.3, -2.0, 1.3)
     drawing.circle((0.0, 0.0), 1.0, 'ink')
@@ -258,7 +256,7 @@ def _figure_vi(z: float) -> Shown:
         (ray(z), 'T', -4.0, 10.0),
     )
     found = math.hypot(*_at(_UNIT.contact(z)))
-    return Shown(
+    return View(
         drawing,
         f'*BP = z* = {z:.1f}, *BN = arctan z* = {n_angle:.5f}, *BS = BP − BN* = {s_angle:.5f}, '
         f'*CM = CP* = {size:.5f}. The cheek that Tauto cuts is there at {found:.5f} from *C*, and '
@@ -266,7 +264,7 @@ def _figure_vi(z: float) -> Shown:
     )
 
 
-def _figure_vii(turn: float) -> Shown:
+def _figure_vii(turn: float) -> View:
     fall = 0.35
     drawing = Drawing(-1.7, 5.3, -3.4, 1.5)
     drawing.circle((0.0, 0.0), 1.0, 'ink')
@@ -303,7 +301,7 @@ def _figure_vii(turn: float) -> Shown:
         (np.array([turn, near_end[1]]), 'n', 9.0, -5.0),
     )
     _cycloid(drawing, turn, fall)
-    return Shown(
+    return View(
         drawing,
         f'*BS = BM* = {turn:.1f}, *Qn* = {lift:.4f} while *Ss* = {fall}: *Qn/Ss* is '
         f'{lift / fall:.4f}, the mean of *BM/BC* and *Bm/BC*, {turn:.1f} and {turn - fall:.2f}.',
@@ -340,7 +338,7 @@ def _cycloid(drawing: Drawing, arc: float, step: float) -> None:
     )
 
 
-def _figure_viii(ratio: float) -> Shown:
+def _figure_viii(ratio: float) -> View:
     drawing = Drawing(-5.8, 5.8, -6.6, 5.4, 290.0)
     drawing.circle((0.0, 0.0), ratio, 'ink')
     drawing.circle((0.0, 0.0), 1.0, 'faint')
@@ -356,7 +354,7 @@ def _figure_viii(ratio: float) -> Shown:
     # a disc of the same thickness has a⁴ times the inertia
     disc = inertia_of_rings(100.0 * ratio**2, BASE_RADIUS * ratio)
     large, small = (period(each, inertia=disc, carried=1.0 / G) for each in (1.0, 1e-3))
-    return Shown(
+    return View(
         drawing,
         f'*CD = a* = {ratio:g} *BC*: the pendulum is *a⁴* = {ratio**4:.4g} times as long. The '
         f'inertia of a weight of a hundredth of the small disc costs '
@@ -385,7 +383,7 @@ def _through_hole(cam: Hole, angle: float) -> dict[str, FloatArray]:
     }
 
 
-def _figure_ix(ratio: float, angle: float) -> Shown:
+def _figure_ix(ratio: float, angle: float) -> View:
     cam = Hole(1.0, ratio)
     at = _through_hole(cam, angle)
     reach = min(2.0, 0.97 * cam.range_rad)
@@ -411,14 +409,14 @@ def _figure_ix(ratio: float, angle: float) -> Shown:
     arm = float(cam.lever_arm(angle))
     free = math.sqrt(ratio**2 - arm**2)
     p = float(np.linalg.norm(places['P']))
-    return Shown(
+    return View(
         drawing,
         f'*a* = {ratio:g} *b*, *t = PM* = {arm:.3f} *b*: *p = CP* = {p:.5f} *b* in the figure, '
         f'{free / (1.0 + free):.5f} *b* by the equation.',
     )
 
 
-def _figure_x(angle: float) -> Shown:
+def _figure_x(angle: float) -> View:
     cam = Hole(1.0, 2.0)
     at = _through_hole(cam, angle)
     places = {name: np.array(_at((at[name][0], at[name][1]), angle)) for name in 'MNPO'}
@@ -448,13 +446,13 @@ def _figure_x(angle: float) -> Shown:
         ),
     )
     arm = float(np.linalg.norm(places['N']))
-    return Shown(
+    return View(
         drawing,
         f'*CN = MP* = {arm:.4f} *b* at the angle *BCO* = {angle:.1f}: both are proportional.',
     )
 
 
-def _figure_xi(step: float) -> Shown:
+def _figure_xi(step: float) -> View:
     cam, angle = Hole(1.0, 2.0), 0.9
     first, second = _through_hole(cam, angle), _through_hole(cam, angle + step)
     meet = np.linalg.solve(
@@ -497,7 +495,7 @@ def _figure_xi(step: float) -> Shown:
     )
     turn = step / math.acos(np.clip(float(first['normal'] @ second['normal']), -1.0, 1.0))
     p = float(np.linalg.norm(first['P']))
-    return Shown(
+    return View(
         drawing,
         f'*OCo : PCt* = {turn:.4f}, *CP : b* = {p:.4f}, for *o* at {step:.2f} rad from *O*; they '
         'agree as *o* comes to *O*.',

@@ -37,7 +37,7 @@ from tauto_core.kernels.marks import (
     Tuple,
     compiling,
     digest,
-    is_as_it_was,
+    is_unchanged,
 )
 
 # -----------------------------------------------------------------------------
@@ -139,12 +139,12 @@ class _Packing:
             names = [f'{name}_{i}' for i in range(len(items))]
             if names:
                 self.lines.append(f' {", ".join(names)}, = {name}')
-            for each, item in zip(names, items, strict=True):
-                self.take(each, item)
+            for field, item in zip(names, items, strict=True):
+                self.take(field, item)
         elif isinstance(structure, ArrayStructure):
             self.known[f'D{name}'] = structure.dtype
-            other = '!=' if structure.dtype.fields is not None else 'is not'
-            self._refuse(f'{name}.__class__ is not ndarray or {name}.dtype {other} D{name}')
+            test = '!=' if structure.dtype.fields is not None else 'is not'
+            self._refuse(f'{name}.__class__ is not ndarray or {name}.dtype {test} D{name}')
             self._refuse(f'{name}.ndim != {structure.ndim}')
             self._pack(f'id({name})', 'q')
         else:
@@ -168,11 +168,11 @@ def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
     names = [f'a{i}' for i in range(len(structures))]
     for name, structure in zip(names, structures, strict=True):
         packing.take(name, structure)
-    known = {**packing.known, 'pack': struct.Struct(''.join(packing.formats)).pack}
+    env = {**packing.known, 'pack': struct.Struct(''.join(packing.formats)).pack}
     head = f'def {kernel}({", ".join(names)}):'
-    exec('\n'.join([head, *packing.lines, f' return pack({", ".join(packing.words)})']), known)
-    made: Callable[..., bytes | None] = known[kernel]
-    return made
+    exec('\n'.join([head, *packing.lines, f' return pack({", ".join(packing.words)})']), env)
+    pack: Callable[..., bytes | None] = env[kernel]
+    return pack
 
 
 @cache
@@ -201,7 +201,7 @@ def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
     A layout is the name of a number's kind, None, a list, or a dict of an array.
     """
     words, formats = 0, []
-    known: dict[str, Any] = {'array': _array}
+    env: dict[str, Any] = {'array': _array}
 
     def made(part: Any) -> str:
         nonlocal words
@@ -209,19 +209,19 @@ def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
             return 'None'
         if isinstance(part, list):
             return f'({"".join(f"{made(item)}, " for item in part)})'
-        first = words
+        begin = words
         if isinstance(part, dict):
             words += 1 + part['ndim']
             formats.append('q' * (1 + part['ndim']))
-            return f'array({part["array"]!r}, w[{first}:{words}])'
+            return f'array({part["array"]!r}, w[{begin}:{words}])'
         words += 1
         formats.append(WORD_FORMATS[part])
-        return f'w[{first}] != 0' if part == 'bool' else f'w[{first}]'
+        return f'w[{begin}] != 0' if part == 'bool' else f'w[{begin}]'
 
     text = made(layout)
-    known['unpack'] = struct.Struct(''.join(formats)).unpack
-    exec(f'def unpacked(back):\n w = unpack(back)\n return {text}', known)
-    return words, known['unpacked']
+    env['unpack'] = struct.Struct(''.join(formats)).unpack
+    exec(f'def unpacked(back):\n w = unpack(back)\n return {text}', env)
+    return words, env['unpacked']
 
 
 _LIBC = ctypes.CDLL(None)
@@ -257,9 +257,9 @@ _warned: set[str] = set()
 
 def folder() -> Path:
     """Return where compiled kernels are kept; RuntimeError if this user has no home folder."""
-    given = os.environ.get(VARIABLE)
-    if given:
-        return Path(given).expanduser()
+    path = os.environ.get(VARIABLE)
+    if path:
+        return Path(path).expanduser()
     home = os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache'
     return Path(home) / 'tauto'
 
@@ -270,11 +270,11 @@ def _warn(message: str) -> None:
         warnings.warn(f'{message}. {_REMEDY}', KernelCacheWarning, stacklevel=2)
 
 
-def _is_private(found: os.stat_result) -> bool:
+def _is_private(status: os.stat_result) -> bool:
     """Return whether only this user can write there, since the content will be run."""
     if not hasattr(os, 'getuid'):
         return True
-    return found.st_uid == os.getuid() and not found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+    return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def read(name: str) -> tuple[dict[str, Any], bytes] | None:
@@ -290,9 +290,9 @@ def read(name: str) -> tuple[dict[str, Any], bytes] | None:
         # a link is not followed, and a pipe not waited for
         handle = os.open(place / name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(handle, 'rb') as file:
-            found = os.fstat(handle)
-            is_plain = stat.S_ISREG(found.st_mode) and found.st_size <= LARGEST_ENTRY
-            if not (is_plain and _is_private(found)):
+            status = os.fstat(handle)
+            is_plain = stat.S_ISREG(status.st_mode) and status.st_size <= LARGEST_ENTRY
+            if not (is_plain and _is_private(status)):
                 raise OSError(errno.EPERM, 'one is no plain file that only you own and may write')
             seal, _, body = file.read().partition(b'\n')
         if hashlib.sha256(body).hexdigest().encode() != seal:
@@ -383,15 +383,15 @@ class CompiledFunction:
             for pack, call, results, unpack in self._made:
                 packed = pack(*args)
                 if packed is not None:
-                    back = results()
-                    if call(packed, back):
+                    buffer = results()
+                    if call(packed, buffer):
                         names = self.python.__code__.co_varnames
                         unfit = [n for n, x in zip(names, args, strict=False) if not _fits(x)]
                         raise KernelError(
                             f'{self.__qualname__}: {", ".join(unfit)} is or holds an array that '
                             'is not C-contiguous and aligned. Use np.ascontiguousarray'
                         )
-                    return unpack(back)
+                    return unpack(buffer)
             self.prepare(*args)
             args = plain_arguments(args)
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
@@ -419,15 +419,15 @@ class CompiledFunction:
 
         ran_s, best = 0.0, None
 
-        def call(packed: bytes, back: Any) -> Any:
+        def call(packed: bytes, buffer: Any) -> Any:
             nonlocal ran_s, best
             if best is None and (_no_hurry or ran_s > OPTIMISED_AFTER_S):
                 with _LOCK:
                     best = best or self._compiled(structures, [Effort.OPTIMISED])[1]
             if best is not None:
-                return best(packed, back)
+                return best(packed, buffer)
             began = time.thread_time()
-            failed = quick(packed, back)
+            failed = quick(packed, buffer)
             ran_s += time.thread_time() - began
             return failed
 
@@ -458,9 +458,9 @@ class CompiledFunction:
             )
             tag = hashlib.sha256(identity.encode()).hexdigest()[:32]
             file, name = f'{self.python.__name__}.{tag}', f'{ENTRY}_{tag}'
-            kept = read(file)
-            if kept is not None and is_as_it_was(kept[0]['files'], kept[0]['names']):
-                return kept[0]['result'], loaded(kept[1], name), effort
+            entry = read(file)
+            if entry is not None and is_unchanged(entry[0]['files'], entry[0]['names']):
+                return entry[0]['result'], loaded(entry[1], name), effort
         # file, name and effort are now the last ones
         from tauto_core.kernels.translation import Program
 

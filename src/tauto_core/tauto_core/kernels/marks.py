@@ -153,7 +153,7 @@ def token(x: Any) -> str:
     return f'{getattr(x, "__module__", "")}.{name}' if name else repr(x)
 
 
-class Used:
+class Dependencies:
     """The files and the values of names that a kernel was translated from.
 
     Attributes:
@@ -179,13 +179,13 @@ class Used:
         self.names.setdefault(module, {})[name] = token(value)
 
 
-def is_as_it_was(files: dict[str, str], names: dict[str, dict[str, str]]) -> bool:
+def is_unchanged(files: dict[str, str], names: dict[str, dict[str, str]]) -> bool:
     """Return whether files and names are unchanged."""
     if any(digest(path) != wanted for path, wanted in files.items()):
         return False
-    for module, known in names.items():
+    for module, tokens in names.items():
         now = vars(sys.modules[module]) if module in sys.modules else {}
-        for name, wanted in known.items():
+        for name, wanted in tokens.items():
             if name not in now or token(now[name]) != wanted:
                 return False
     return True
@@ -204,14 +204,14 @@ _LOOPS = (ast.For, ast.While)
 def _definitions(path: str) -> dict[tuple[str, int], list[Any]]:
     """Return the functions of a file by kind and first line."""
     tree = ast.parse(contents(path))
-    found: dict[tuple[str, int], list[Any]] = {}
+    nodes: dict[tuple[str, int], list[Any]] = {}
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
-            first = min([node.lineno, *(each.lineno for each in node.decorator_list)])
-            found.setdefault((node.name, first), []).append(node)
+            line = min([node.lineno, *(item.lineno for item in node.decorator_list)])
+            nodes.setdefault((node.name, line), []).append(node)
         elif isinstance(node, ast.Lambda):
-            found.setdefault(('<lambda>', node.lineno), []).append(node)
-    return found
+            nodes.setdefault(('<lambda>', node.lineno), []).append(node)
+    return nodes
 
 
 class FunctionSource:
@@ -238,16 +238,16 @@ class FunctionSource:
         kind = node.args
         if kind.vararg or kind.kwarg or kind.kwonlyargs:
             raise KernelError(f'{code.co_qualname} has arguments with * or by keyword only')
-        self.arguments = [each.arg for each in (*kind.posonlyargs, *kind.args)]
+        self.arguments = [arg.arg for arg in (*kind.posonlyargs, *kind.args)]
         if isinstance(node, ast.Lambda):
             self.body: list[Any] = [ast.copy_location(ast.Return(value=node.body), node)]
         else:
-            first = node.body[0]
-            documented = isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant)
+            head = node.body[0]
+            documented = isinstance(head, ast.Expr) and isinstance(head.value, ast.Constant)
             self.body = node.body[1:] if documented else node.body
-        inside = [each for statement in self.body for each in ast.walk(statement)]
-        looped = any(isinstance(each, _LOOPS) for each in inside)
-        self.simple = not looped and len(inside) < SIMPLE
+        parts = [node for statement in self.body for node in ast.walk(statement)]
+        looped = any(isinstance(node, _LOOPS) for node in parts)
+        self.simple = not looped and len(parts) < SIMPLE
 
 
 @cache
@@ -266,15 +266,15 @@ def arguments_of(
 ) -> dict[str, Any]:
     """Return the arguments of a call by their names; KernelError if they do not fit."""
     names, defaults = source_of(function).arguments, function.__defaults__ or ()
-    given = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
-    given.update(zip(names, args, strict=False))
-    given.update(keywords)
-    if len(args) > len(names) or set(given) != set(names):
+    values = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
+    values.update(zip(names, args, strict=False))
+    values.update(keywords)
+    if len(args) > len(names) or set(values) != set(names):
         raise KernelError(
             f'{function.__qualname__} takes {", ".join(names)}; '
             f'{len(args)} and {", ".join(keywords) or "none"} by name are given'
         )
-    return given
+    return values
 
 
 @cache

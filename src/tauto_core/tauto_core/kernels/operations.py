@@ -112,7 +112,7 @@ def binary(out: Emission, op: type, x: Any, y: Any) -> Any:
 
 def _whole(op: type, x: Value, y: Value) -> NumberKind:
     """Return the kind of the result of an operator on two whole numbers."""
-    if any(each.kind not in (INT, UINT, BOOL) for each in (x, y)) or op not in STATIC:
+    if any(v.kind not in (INT, UINT, BOOL) for v in (x, y)) or op not in STATIC:
         raise KernelError(f'{op.__name__} of {x.kind} and {y.kind}')
     if op in (ast.LShift, ast.RShift):
         return UINT if x.kind is UINT else INT
@@ -129,20 +129,20 @@ def _whole(op: type, x: Value, y: Value) -> NumberKind:
 def _divided(out: Emission, op: type, kind: NumberKind, a: ir.Value, c: ir.Value) -> ir.Value:
     """Return the floor of a quotient, or its remainder; 0 if divided by 0, as NumPy has it."""
     b = out.b
-    known = isinstance(c, ir.Constant) and c.constant != 0
+    is_nonzero = isinstance(c, ir.Constant) and c.constant != 0
     nothing = b.icmp_signed('==', c, _ZERO)
-    by = c if known else b.select(nothing, ir.Constant(WORD, 1), c)
+    by = c if is_nonzero else b.select(nothing, ir.Constant(WORD, 1), c)
     if kind is UINT:
         result = (b.udiv if op is ast.FloorDiv else b.urem)(a, by)
     else:
-        quotient, rest = b.sdiv(a, by), b.srem(a, by)
-        apart = b.icmp_signed('<', b.xor(rest, by), _ZERO)
-        off = b.and_(b.icmp_signed('!=', rest, _ZERO), apart)
+        quotient, remainder = b.sdiv(a, by), b.srem(a, by)
+        signs_differ = b.icmp_signed('<', b.xor(remainder, by), _ZERO)
+        off = b.and_(b.icmp_signed('!=', remainder, _ZERO), signs_differ)
         if op is ast.FloorDiv:
             result = b.sub(quotient, b.zext(off, WORD))
         else:
-            result = b.add(rest, b.select(off, by, _ZERO))
-    return result if known else b.select(nothing, _ZERO, result)
+            result = b.add(remainder, b.select(off, by, _ZERO))
+    return result if is_nonzero else b.select(nothing, _ZERO, result)
 
 
 def whole_power(out: Emission, x: Any, n: int) -> Any:
@@ -153,27 +153,27 @@ def whole_power(out: Emission, x: Any, n: int) -> Any:
     if not isinstance(x, Value) or x.kind not in (FLOAT, INT) or (n < 0 and x.kind is INT):
         raise KernelError(f'power {n} of {described(x)}')
     multiply = out.b.fmul if x.kind is FLOAT else out.b.mul
-    square, result, left = x.ir, None, abs(n)
-    while left:
-        if left & 1:
+    square, result, power = x.ir, None, abs(n)
+    while power:
+        if power & 1:
             result = square if result is None else multiply(result, square)
-        left >>= 1
-        if left:
+        power >>= 1
+        if power:
             square = multiply(square, square)
     if result is None:
         return 1.0 if x.kind is FLOAT else 1
-    one = ir.Constant(DOUBLE, 1.0)
-    return Value(x.kind, out.b.fdiv(one, result) if n < 0 else result)
+    unity = ir.Constant(DOUBLE, 1.0)
+    return Value(x.kind, out.b.fdiv(unity, result) if n < 0 else result)
 
 
 def power_at_run_time(a: float, n: int) -> float:
     """Return a to a whole power: a kernel, translated where the exponent is not known."""
-    left = -n if n < 0 else n
+    power = -n if n < 0 else n
     result = 1.0
-    while left != 0:
-        if left & 1:
+    while power != 0:
+        if power & 1:
             result *= a
-        left >>= 1
+        power >>= 1
         a *= a
     return 1.0 / result if n < 0 else result
 
@@ -253,18 +253,18 @@ def _extreme(sign: str) -> Callable[..., Any]:
 
     def call(out: Emission, *args: Any) -> Any:
         args = tuple(args[0]) if len(args) == 1 else args
-        given = [at_run_time(x) for x in args]
-        if any(not isinstance(x, Value) or x.kind.lanes for x in given):
-            raise KernelError(f'min or max of {", ".join(described(x) for x in given)}')
-        kept, b = given[0], out.b
-        for x in given[1:]:
-            if FLOAT in (kept.kind, x.kind):
-                old, new = out.float(kept), out.float(x)
-                kept = Value(FLOAT, b.select(b.fcmp_ordered(sign, new, old), new, old))
+        values = [at_run_time(x) for x in args]
+        if any(not isinstance(x, Value) or x.kind.lanes for x in values):
+            raise KernelError(f'min or max of {", ".join(described(x) for x in values)}')
+        best, b = values[0], out.b
+        for x in values[1:]:
+            if FLOAT in (best.kind, x.kind):
+                old, new = out.float(best), out.float(x)
+                best = Value(FLOAT, b.select(b.fcmp_ordered(sign, new, old), new, old))
             else:
-                old, new = out.int(kept), out.int(x)
-                kept = Value(INT, b.select(b.icmp_signed(sign, new, old), new, old))
-        return kept
+                old, new = out.int(best), out.int(x)
+                best = Value(INT, b.select(b.icmp_signed(sign, new, old), new, old))
+        return best
 
     return call
 
@@ -299,15 +299,15 @@ def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
     if isinstance(x, Group):
         return issubclass(x.instance_class or tuple, classes)
     if isinstance(x, Value):
-        own = {FLOAT: float, INT: int, BOOL: bool}.get(x.kind)
-        return own is not None and issubclass(own, classes)
+        python_type = {FLOAT: float, INT: int, BOOL: bool}.get(x.kind)
+        return python_type is not None and issubclass(python_type, classes)
     return isinstance(x, classes)
 
 
 def _isfinite(out: Emission, x: Any) -> Any:
     value = out.float(x)
-    less = out.b.fsub(value, value)
-    return Value(BOOL, out.b.fcmp_ordered('ord', less, less))
+    zero = out.b.fsub(value, value)
+    return Value(BOOL, out.b.fcmp_ordered('ord', zero, zero))
 
 
 ALIGNED = 64
@@ -330,14 +330,14 @@ def _empty(out: Emission, shape: Any, dtype: Any = np.float64) -> Array:
     if malloc is None:
         malloc = ir.Function(out.module, ir.FunctionType(address, [WORD]), 'malloc')
         malloc.return_value.attributes.add('noalias')
-    whole = b.call(malloc, [b.add(size, ir.Constant(WORD, 8 + ALIGNED))])
-    behind = b.add(b.ptrtoint(whole, WORD), ir.Constant(WORD, 8 + ALIGNED - 1))
-    first = b.and_(behind, ir.Constant(WORD, -ALIGNED))
-    kept = b.inttoptr(b.sub(first, ir.Constant(WORD, 8)), address.as_pointer())
-    b.store(whole, kept)
-    out.rooms.append(whole)
-    data = b.inttoptr(first, kind.stored.as_pointer())
-    return Array(kind, data, dims, whole)
+    room = b.call(malloc, [b.add(size, ir.Constant(WORD, 8 + ALIGNED))])
+    behind = b.add(b.ptrtoint(room, WORD), ir.Constant(WORD, 8 + ALIGNED - 1))
+    begin = b.and_(behind, ir.Constant(WORD, -ALIGNED))
+    header = b.inttoptr(b.sub(begin, ir.Constant(WORD, 8)), address.as_pointer())
+    b.store(room, header)
+    out.rooms.append(room)
+    data = b.inttoptr(begin, kind.stored.as_pointer())
+    return Array(kind, data, dims, room)
 
 
 def _empty_like(out: Emission, x: Array) -> Array:
@@ -421,11 +421,11 @@ def item(out: Emission, base: Any, where: Any) -> Any:
     """Return an item of an array or behind a pointer; a row or rows, where indices are missing."""
     if isinstance(base, Array):
         if isinstance(where, slice):
-            b, first = out.b, base.shape[0]
-            stop = first if where.stop is None else _index(out, where.stop, first)
+            b, length = out.b, base.shape[0]
+            stop = length if where.stop is None else _index(out, where.stop, length)
             if where.start is None:
                 return Array(base.kind, base.data, [stop, *base.shape[1:]], base.room)
-            start = _index(out, where.start, first)
+            start = _index(out, where.start, length)
             data = _rows(out, base, [Value(INT, start)]).data
             return Array(base.kind, data, [b.sub(stop, start), *base.shape[1:]])
         if len(where) < len(base.shape):
@@ -448,16 +448,16 @@ def fill(out: Emission, part: Any, value: Any) -> None:
         raise KernelError(f'{described(part)} cannot be filled')
     b, came = out.b, out.b.block
     value = out.convert(value, part.kind)
-    head, body, after = out.block('fill'), out.block('item'), out.block('filled')
+    head, body, leave = out.block('fill'), out.block('item'), out.block('filled')
     out.go_on([came], head)
     i = b.phi(WORD)
-    b.cbranch(b.icmp_signed('<', i, part.shape[0]), body, after)
+    b.cbranch(b.icmp_signed('<', i, part.shape[0]), body, leave)
     b.position_at_end(body)
     out.save(b.gep(part.data, [i]), part.kind, value)
     i.add_incoming(ir.Constant(WORD, 0), came)
     i.add_incoming(b.add(i, ir.Constant(WORD, 1)), body)
     out.go_on([body], head)
-    b.position_at_end(after)
+    b.position_at_end(leave)
 
 
 def _rows(out: Emission, base: Array, where: list[Any]) -> Array:
@@ -497,45 +497,45 @@ BackEdge: TypeAlias = Callable[[Any, ir.Block], None]
 
 
 def joined(
-    out: Emission, values: Sequence[Any], blocks: Sequence[ir.Block], after: ir.Block, name: str
+    out: Emission, values: Sequence[Any], blocks: Sequence[ir.Block], target: ir.Block, name: str
 ) -> Any:
-    """Return the value in `after` of a variable that differs between the blocks before it.
+    """Return the value in `target` of a variable that differs between the blocks before it.
 
     The blocks have no end yet, so that numbers can be converted there.
     """
-    first = values[0]
-    if all(_same(x, first) for x in values):
-        return first
+    head = values[0]
+    if all(_same(x, head) for x in values):
+        return head
     if any(isinstance(x, Conflict) for x in values):
         return next(x for x in values if isinstance(x, Conflict))
     grouped = [group for group in map(_grouped, values) if group is not None]
     if len(grouped) == len(values) and all(_alike(g, grouped[0]) for g in grouped):
         columns = zip(*[g.items for g in grouped], strict=True)
-        items = [joined(out, column, blocks, after, name) for column in columns]
+        items = [joined(out, column, blocks, target, name) for column in columns]
         return Group(items, grouped[0].instance_class)
-    if isinstance(first, (Array, Record)) and all(_alike(x, first) for x in values):
+    if isinstance(head, (Array, Record)) and all(_alike(x, head) for x in values):
         columns = zip(*[leaves(x) for x in values], strict=True)
-        one = rebuilt(first, iter([_phi(out, column, blocks, after) for column in columns]))
-        if isinstance(first, Array) and all(x.room is first.room for x in values):
-            one.room = first.room
-        return one
+        result = rebuilt(head, iter([_phi(out, column, blocks, target) for column in columns]))
+        if isinstance(head, Array) and all(x.room is head.room for x in values):
+            result.room = head.room
+        return result
     kind = common_kind(values)
     if kind is None:
-        said = ' or '.join(dict.fromkeys(described(x) for x in values))
-        return Conflict(f'{name} is {said}, by the way taken')
+        kinds = ' or '.join(dict.fromkeys(described(x) for x in values))
+        return Conflict(f'{name} is {kinds}, by the way taken')
     converted = []
     for x, block in zip(values, blocks, strict=True):
         out.b.position_at_end(block)
         converted.append(out.convert(x, kind).ir)
-    return Value(kind, _phi(out, converted, blocks, after))
+    return Value(kind, _phi(out, converted, blocks, target))
 
 
 def _phi(
-    out: Emission, values: Sequence[ir.Value], blocks: Sequence[ir.Block], after: ir.Block
+    out: Emission, values: Sequence[ir.Value], blocks: Sequence[ir.Block], target: ir.Block
 ) -> ir.Value:
     if all(value is values[0] for value in values):
         return values[0]
-    out.b.position_at_end(after)
+    out.b.position_at_end(target)
     phi = out.b.phi(values[0].type)
     for value, block in zip(values, blocks, strict=True):
         phi.add_incoming(value, block)
@@ -547,13 +547,13 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
     if len(ends) == 1:
         out.b.position_at_end(ends[0][0])
         return ends[0][1]
-    after, blocks = out.block('after'), [block for block, _ in ends]
+    target, blocks = out.block('after'), [block for block, _ in ends]
     together: dict[str, Any] = {}
     for name in dict.fromkeys(name for _, variables in ends for name in variables):
         unset = Conflict(f'{name} may not have been set')
-        found = [variables.get(name, unset) for _, variables in ends]
-        together[name] = joined(out, found, blocks, after, name)
-    out.go_on(blocks, after)
+        values = [variables.get(name, unset) for _, variables in ends]
+        together[name] = joined(out, values, blocks, target, name)
+    out.go_on(blocks, target)
     return together
 
 
@@ -587,10 +587,10 @@ class Header:
         pairs = [self.carried(item, name) for item in group]
 
         def from_group(end: Any, block: ir.Block) -> None:
-            other = _grouped(end)
-            if other is None or not _alike(other, group):
+            items = _grouped(end)
+            if items is None or not _alike(items, group):
                 raise _changed(name, group, end)
-            for (_, from_item), item in zip(pairs, other, strict=True):
+            for (_, from_item), item in zip(pairs, items, strict=True):
                 from_item(item, block)
 
         return Group([item for item, _ in pairs], group.instance_class), from_group

@@ -24,10 +24,10 @@ from tauto_core.kernels.marks import (
     FLAGS,
     NEEDED_FLAGS,
     ArrayStructure,
+    Dependencies,
     Intrinsic,
     KernelError,
     Tuple,
-    Used,
     arguments_of,
     assigned_in,
     indexed_by,
@@ -118,25 +118,25 @@ class Scope:
     def lookup(self, name: str) -> Any:
         """Return a variable, or the value of a name outside the function."""
         if name in self.variables:
-            found = self.variables[name]
-            if isinstance(found, Conflict):
-                raise KernelError(found.why)
-            return found
+            value = self.variables[name]
+            if isinstance(value, Conflict):
+                raise KernelError(value.why)
+            return value
         if name in self.free:
             return self.free[name]
-        known = self.function.__globals__
-        if name in known:
-            self.program.used.constant(self.function.__module__, name, known[name])
-            return known[name]
+        names = self.function.__globals__
+        if name in names:
+            self.program.used.constant(self.function.__module__, name, names[name])
+            return names[name]
         if hasattr(builtins, name):
             return getattr(builtins, name)
         raise KernelError(f'{name} is not set')
 
     def on_Tuple(self, e: Any) -> Any:
         items: list[Any] = []
-        for each in e.elts:
-            starred = isinstance(each, ast.Starred)
-            items += self.eval(each.value) if starred else [self.eval(each)]
+        for node in e.elts:
+            starred = isinstance(node, ast.Starred)
+            items += self.eval(node.value) if starred else [self.eval(node)]
         return tuple(items) if all(is_static(x) for x in items) else Group(items)
 
     def on_Attribute(self, e: Any) -> Any:
@@ -151,10 +151,10 @@ class Scope:
             return Method(base, name)
         if not is_static(base):
             raise KernelError(f'{described(base)} has no attribute {name}')
-        found = getattr(base, name)
+        value = getattr(base, name)
         if isinstance(base, ModuleType):
-            self.program.used.constant(base.__name__, name, found)
-        return found
+            self.program.used.constant(base.__name__, name, value)
+        return value
 
     def _of_group(self, base: Group, name: str) -> Any:
         named = base.instance_class
@@ -162,11 +162,11 @@ class Scope:
         if name in fields:
             return base.items[fields.index(name)]
         classes = getattr(named, '__mro__', ())
-        found = next((c.__dict__[name] for c in classes if name in c.__dict__), None)
-        if isinstance(found, property) and isinstance(found.fget, FunctionType):
-            return self.call(found.fget, [base], {})
-        if isinstance(found, FunctionType):
-            return Method(base, found)
+        member = next((c.__dict__[name] for c in classes if name in c.__dict__), None)
+        if isinstance(member, property) and isinstance(member.fget, FunctionType):
+            return self.call(member.fget, [base], {})
+        if isinstance(member, FunctionType):
+            return Method(base, member)
         if named is None or not hasattr(named, name):
             raise KernelError(f'{described(base)} has no attribute {name}')
         return getattr(named, name)
@@ -177,8 +177,8 @@ class Scope:
             if e.step is not None:
                 raise KernelError('kernels know no slices with a step')
             return slice(*(self.eval(x) if x is not None else None for x in (e.lower, e.upper)))
-        found = self.eval(e)
-        return list(found) if isinstance(found, (tuple, Group)) else [found]
+        index = self.eval(e)
+        return list(index) if isinstance(index, (tuple, Group)) else [index]
 
     def on_Subscript(self, e: Any) -> Any:
         base, where = self.eval(e.value), self.indices(e.slice)
@@ -206,27 +206,27 @@ class Scope:
     def on_BoolOp(self, e: Any) -> Any:
         out, b, is_and = self.out, self.out.b, isinstance(e.op, ast.And)
         decided: list[ir.Block] = []  # blocks that jump to the end
-        end, last = None, None
-        for i, each in enumerate(e.values):
-            last = out.truth(self.eval(each))
-            if isinstance(last, bool):
-                if last is not is_and:
+        end, test = None, None
+        for i, node in enumerate(e.values):
+            test = out.truth(self.eval(node))
+            if isinstance(test, bool):
+                if test is not is_and:
                     break
             elif i + 1 < len(e.values):
                 end, go_on = end or out.block('decided'), out.block('undecided')
                 decided.append(b.block)
-                b.cbranch(last.ir, *((go_on, end) if is_and else (end, go_on)))
+                b.cbranch(test.ir, *((go_on, end) if is_and else (end, go_on)))
                 b.position_at_end(go_on)
         if end is None:
-            return last
-        rest = at_run_time(last).ir
+            return test
+        value = at_run_time(test).ir
         came = b.block
         b.branch(end)
         b.position_at_end(end)
         phi = b.phi(BIT)
         for block in decided:
             phi.add_incoming(ir.Constant(BIT, int(not is_and)), block)
-        phi.add_incoming(rest, came)
+        phi.add_incoming(value, came)
         return Value(BOOL, phi)
 
     def on_IfExp(self, e: Any) -> Any:
@@ -242,34 +242,34 @@ class Scope:
             with out.nested():
                 values.append(self.eval(branch))
             ends.append(b.block)
-        after = out.block('either')
-        value = joined(out, values, ends, after, ast.unparse(e))
-        out.go_on(ends, after)
+        target = out.block('either')
+        value = joined(out, values, ends, target, ast.unparse(e))
+        out.go_on(ends, target)
         if isinstance(value, Conflict):
             raise KernelError(value.why)
         return value
 
     def on_Compare(self, e: Any) -> Any:
-        left = self.eval(e.left)
+        value = self.eval(e.left)
         result: Any = True
-        for op, each in zip(e.ops, e.comparators, strict=True):
+        for op, node in zip(e.ops, e.comparators, strict=True):
             # the rest has no side effects: it may be evaluated whether it is needed or not
-            right = self.eval(each)
-            one = compared(self.out, op, left, right)
+            right = self.eval(node)
+            test = compared(self.out, op, value, right)
             if isinstance(result, bool):
-                result = one if result else False
-            elif isinstance(one, bool):
-                result = result if one else False
+                result = test if result else False
+            elif isinstance(test, bool):
+                result = result if test else False
             else:
-                result = Value(BOOL, self.out.b.and_(result.ir, one.ir))
-            left = right
+                result = Value(BOOL, self.out.b.and_(result.ir, test.ir))
+            value = right
         return result
 
     # calls
 
     def on_Call(self, e: Any) -> Any:
         callee = self.eval(e.func)
-        args = [self.eval(each) for each in e.args]
+        args = [self.eval(node) for node in e.args]
         if any(word.arg is None for word in e.keywords):
             raise KernelError('kernels know no ** in a call')
         return self.call(callee, args, {word.arg: self.eval(word.value) for word in e.keywords})
@@ -293,17 +293,17 @@ class Scope:
             return callee.function(self.out, *args, **keywords)
         if isinstance(callee, type) and hasattr(callee, '_fields'):
             self.program.used.type(callee)
-            made = callee(*args, **keywords)
-            return Group(made, callee)
+            instance = callee(*args, **keywords)
+            return Group(instance, callee)
         callee = IN_PYTHON.get(callee, callee) if callee.__hash__ else callee
         function = plain_function(callee)
         if function is not None:
             translate = self.program.inlined if is_inlined(function) else self.program.call
             return translate(self.out, function, args, keywords)
-        known = FUNCTIONS.get(callee)
-        if known is None:
+        emit = FUNCTIONS.get(callee)
+        if emit is None:
             raise KernelError(f'kernels cannot call {callee!r}')
-        return known(self.out, *args, **keywords)
+        return emit(self.out, *args, **keywords)
 
 
 UNROLLED, UNROLLED_TO_PICK = 3, 16
@@ -345,9 +345,9 @@ class Frame(Scope):
             return values[0]
         if not blocks:
             raise KernelError(f'{self.function.__qualname__} never returns')
-        after = self.out.block('returned')
-        value = joined(self.out, values, blocks, after, 'what is returned')
-        self.out.go_on(blocks, after)
+        target = self.out.block('returned')
+        value = joined(self.out, values, blocks, target, 'what is returned')
+        self.out.go_on(blocks, target)
         if isinstance(value, Conflict):
             raise KernelError(f'in {self.function.__qualname__} {value.why}')
         return value
@@ -365,9 +365,9 @@ class Frame(Scope):
                 self._locate(error, statement)
                 raise
             except Exception as cause:
-                said = KernelError(f'{type(cause).__name__}: {cause}')
-                self._locate(said, statement)
-                raise said from cause
+                failure = KernelError(f'{type(cause).__name__}: {cause}')
+                self._locate(failure, statement)
+                raise failure from cause
 
     def _locate(self, error: KernelError, statement: Any) -> None:
         """Add a line to the places of an error, once in each function that it passes."""
@@ -412,8 +412,8 @@ class Frame(Scope):
         elif isinstance(target, ast.Tuple):
             if not isinstance(value, (Group, tuple)) or len(value) != len(target.elts):
                 raise KernelError(f'{described(value)} is unpacked into {ast.unparse(target)}')
-            for each, item in zip(target.elts, value, strict=True):
-                self.put(each, item)
+            for part, item in zip(target.elts, value, strict=True):
+                self.put(part, item)
         elif isinstance(target, ast.Subscript) and isinstance(target.slice, ast.Slice):
             fill(self.out, self.on_Subscript(target), value)
         else:
@@ -442,10 +442,10 @@ class Frame(Scope):
         out = self.out
         yes, no = out.block('then'), out.block('else')
         out.b.cbranch(test.ir, yes, no)
-        before, ends = self.variables, []
+        variables, ends = self.variables, []
         for block, body in ((yes, s.body), (no, s.orelse)):
             out.b.position_at_end(block)
-            self.variables, self.reached = dict(before), True
+            self.variables, self.reached = dict(variables), True
             with out.nested():
                 self.run(body)
             if self.reached:
@@ -468,15 +468,15 @@ class Frame(Scope):
                 raise KernelError(f'kernels do not loop over {described(items)}')
             self._unroll(s, items)
             return
-        bounds = [self.eval(each) for each in call.args]
+        bounds = [self.eval(node) for node in call.args]
         start, stop, step = (0, *bounds, 1) if len(bounds) == 1 else (*bounds, 1)[:3]
         if not isinstance(step, int) or not step:
             raise KernelError('the step of a range must be known when compiling, and not 0')
         if isinstance(start, int) and isinstance(stop, int):
             rounds = range(start, stop, step)
             if len(rounds) <= UNROLLED_TO_PICK and not leaves_early(s):
-                known = {**self.function.__globals__, **self.free, **self.variables}
-                picks = (isinstance(known.get(n), (tuple, Group)) for n in indexed_by(s))
+                names = {**self.function.__globals__, **self.free, **self.variables}
+                picks = (isinstance(names.get(n), (tuple, Group)) for n in indexed_by(s))
                 if len(rounds) <= UNROLLED or any(picks):
                     self._unroll(s, rounds)
                     return
@@ -486,9 +486,9 @@ class Frame(Scope):
         """Translate the body of a loop once for each item."""
         if leaves_early(s):
             raise KernelError('break or continue in a loop over what is known when compiling')
-        for each in items:
+        for value in items:
             if self.reached:
-                self.put(s.target, each)
+                self.put(s.target, value)
                 self.run(s.body)
 
     def _loop(self, s: Any, count: Any = None) -> None:
@@ -498,22 +498,22 @@ class Frame(Scope):
         out, b = self.out, self.out.b
         preheader, header = b.block, out.block('loop')
         # the variables that the loop sets have in its header the values that it carries
-        before, self.variables = self.variables, dict(self.variables)
+        outer, self.variables = self.variables, dict(self.variables)
         head, back_edges = Header(out, preheader, header), dict[str, BackEdge]()
         for name in assigned_in(s):
-            if name in before:
-                self.variables[name], back_edges[name] = head.carried(before[name], name)
+            if name in outer:
+                self.variables[name], back_edges[name] = head.carried(outer[name], name)
         b.position_at_end(header)
         if count is not None:
             i = b.phi(WORD)
             i.add_incoming(count[0], preheader)
         out.go_on([preheader], header)
-        body, after = out.block('body'), out.block('leave')
+        body, leave = out.block('body'), out.block('leave')
         if count is None:
             test = at_run_time(out.truth(self.eval(s.test))).ir
         else:
             test = b.icmp_signed('<' if count[2] > 0 else '>', i, count[1])
-        b.cbranch(test, body, after)
+        b.cbranch(test, body, leave)
         in_header, loop = self.variables, Loop()
         b.position_at_end(body)
         self.variables = dict(in_header)
@@ -535,7 +535,7 @@ class Frame(Scope):
                 by = ir.Constant(WORD, count[2])
                 i.add_incoming(b.add(i, by, flags=('nsw',)), latch)
             b.branch(header)
-        self._go_on_from([(after, in_header), *loop.left])
+        self._go_on_from([(leave, in_header), *loop.left])
 
     def do_Break(self, _s: Any) -> None:
         self.loops[-1].left.append((self.out.b.block, self.variables))
@@ -566,34 +566,34 @@ class Instance:
         out = Emission(program.module, self.f)
         head = out.b.block
         out.b.position_at_end(out.block('body'))
-        first = out.b.block
-        given = iter(self.f.args)
-        self.result = Frame(program, out, function).result([rebuilt(a, given) for a in args], {})
+        entry = out.b.block
+        words = iter(self.f.args)
+        self.result = Frame(program, out, function).result([rebuilt(a, words) for a in args], {})
         self._return(out)
         out.b.position_at_end(head)
-        out.b.branch(first)
+        out.b.branch(entry)
         self.f.linkage = 'internal'
         self.f.attributes.add('nounwind')
 
     def _return(self, out: Emission) -> None:
         b = out.b
-        kept = _rooms_of(self.result)
+        rooms = _rooms_of(self.result)
         if out.rooms:
-            if None in kept:
+            if None in rooms:
                 raise KernelError('an array is returned that may be one of several')
             free = free_function(out.module)
             for room in out.rooms:
-                if all(room is not other for other in kept):
+                if all(room is not owner for owner in rooms):
                     b.call(free, [room])
         values = leaves(self.result)
         if not values:
             b.ret_void()
             return
         kind = ir.LiteralStructType([value.type for value in values])
-        whole = ir.Constant(kind, ir.Undefined)
+        result = ir.Constant(kind, ir.Undefined)
         for i, value in enumerate(values):
-            whole = b.insert_value(whole, value, i)
-        b.ret(whole)
+            result = b.insert_value(result, value, i)
+        b.ret(result)
         self.f.ftype = ir.FunctionType(kind, self.f.ftype.args)
         self.f.return_value.type = kind
         self.f.type = self.f.ftype.as_pointer()
@@ -606,8 +606,8 @@ class Instance:
 
 def free_function(module: ir.Module) -> ir.Function:
     """Return the C library's function that gives memory back."""
-    found = module.globals.get('free')
-    return found or ir.Function(
+    function = module.globals.get('free')
+    return function or ir.Function(
         module, ir.FunctionType(ir.VoidType(), [BYTE.as_pointer()]), 'free'
     )
 
@@ -629,7 +629,7 @@ class Program:
     """
 
     def __init__(self, function: FunctionType, arguments: list[Any], name: str) -> None:
-        self.module, self.used, self.count = ir.Module(function.__name__), Used(), 0
+        self.module, self.used, self.count = ir.Module(function.__name__), Dependencies(), 0
         self._instances: dict[Any, Instance] = {}
         self._being_made: list[Any] = []
         kind = ir.FunctionType(INDEX, [WORD.as_pointer(), WORD.as_pointer()])

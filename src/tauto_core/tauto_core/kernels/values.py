@@ -257,14 +257,14 @@ class Emission:
 
     def external(self, name: str, result: ir.Type, args: Sequence[ir.Value]) -> ir.Value:
         """Call an intrinsic of LLVM or a function of the C library without side effects."""
-        found = self.module.globals.get(name)
-        if found is None:
+        function = self.module.globals.get(name)
+        if function is None:
             kind = ir.FunctionType(result, [arg.type for arg in args])
-            found = ir.Function(self.module, kind, name)
+            function = ir.Function(self.module, kind, name)
             if not name.startswith('llvm.'):
-                found.attributes.add('nounwind')
-                found.attributes.add('readnone')
-        return self.b.call(found, args)
+                function.attributes.add('nounwind')
+                function.attributes.add('readnone')
+        return self.b.call(function, args)
 
     # numbers
 
@@ -369,10 +369,10 @@ class Emission:
             data = rows.ir
         else:
             raise KernelError(f'{described(rows)} where rows of floats are wanted')
-        known = isinstance(number, ir.Constant)
-        size = ir.Constant(WORD, count * number.constant if known else count)
-        first = self.b.gep(data, [size if known else self.b.mul(number, size)])
-        return self.b.bitcast(first, ir.VectorType(DOUBLE, count).as_pointer())
+        is_constant = isinstance(number, ir.Constant)
+        size = ir.Constant(WORD, count * number.constant if is_constant else count)
+        address = self.b.gep(data, [size if is_constant else self.b.mul(number, size)])
+        return self.b.bitcast(address, ir.VectorType(DOUBLE, count).as_pointer())
 
     def next(self, number: ir.Value, step: builtins.int) -> ir.Value:
         """Return a whole number some steps further."""
@@ -386,8 +386,8 @@ class Emission:
     def spread(self, x: ir.Value, lanes: builtins.int) -> ir.Value:
         """Return a double in all of so many lanes."""
         nothing = ir.Constant(ir.VectorType(DOUBLE, lanes), ir.Undefined)
-        first = self.b.insert_element(nothing, x, ir.Constant(INDEX, 0))
-        return self.shuffled(first, nothing, [0] * lanes)
+        vector = self.b.insert_element(nothing, x, ir.Constant(INDEX, 0))
+        return self.shuffled(vector, nothing, [0] * lanes)
 
     def zeros(self, vector: ir.Value) -> ir.Value:
         """Return a vector of zeros like another."""
@@ -404,13 +404,13 @@ class Emission:
 
         They are then read from there, though it still has them in a register.
         """
-        first = self.b.bitcast(vector, DOUBLE.as_pointer())
-        kind = ir.FunctionType(first.type, [first.type])
-        return self.b.asm(kind, '', '=r,0', [first], False)
+        address = self.b.bitcast(vector, DOUBLE.as_pointer())
+        kind = ir.FunctionType(address.type, [address.type])
+        return self.b.asm(kind, '', '=r,0', [address], False)
 
-    def number(self, first: ir.Value, i: builtins.int) -> ir.Value:
+    def number(self, address: ir.Value, i: builtins.int) -> ir.Value:
         """Return the double that is i numbers behind an address."""
-        return self.b.load(self.b.gep(first, [ir.Constant(WORD, i)]))
+        return self.b.load(self.b.gep(address, [ir.Constant(WORD, i)]))
 
     def load(self, address: ir.Value, kind: Any) -> Any:
         """Return the value at an address; for a field of several numbers, their address."""
@@ -420,10 +420,10 @@ class Emission:
             return Record(kind, address)
         if isinstance(kind, Pointer):
             return Value(kind, address)
-        found = self.b.load(address)
+        value = self.b.load(address)
         if kind is BOOL:
-            found = self.b.icmp_unsigned('!=', found, ir.Constant(BYTE, 0))
-        return Value(kind, found)
+            value = self.b.icmp_unsigned('!=', value, ir.Constant(BYTE, 0))
+        return Value(kind, value)
 
     def save(self, address: ir.Value, kind: Any, x: Any) -> None:
         """Write a number where it is kept."""
@@ -440,8 +440,8 @@ class Emission:
         dtype, offset = fields[name][:2]
         place = self.b.gep(record.data, [ir.Constant(WORD, offset)])
         if dtype.base.fields is not None:
-            own, shape = fields_of(dtype.base), [ir.Constant(WORD, n) for n in dtype.shape]
-            return place, Array(own, place, shape) if shape else own
+            nested, shape = fields_of(dtype.base), [ir.Constant(WORD, n) for n in dtype.shape]
+            return place, Array(nested, place, shape) if shape else nested
         kind = element(dtype.base)
         address = self.b.bitcast(place, kind.stored.as_pointer())
         if dtype.subdtype is None:
@@ -451,12 +451,12 @@ class Emission:
 
     # blocks
 
-    def go_on(self, blocks: Sequence[ir.Block], after: ir.Block) -> None:
+    def go_on(self, blocks: Sequence[ir.Block], target: ir.Block) -> None:
         """Let several blocks continue in another one, and write there."""
         for block in blocks:
             self.b.position_at_end(block)
-            self.b.branch(after)
-        self.b.position_at_end(after)
+            self.b.branch(target)
+        self.b.position_at_end(target)
 
 
 def element(dtype: Any) -> NumberKind:

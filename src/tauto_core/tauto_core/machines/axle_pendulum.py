@@ -85,8 +85,8 @@ class Modes(NamedTuple):
 
     def coordinates_at(self, tilt: float, c: float) -> tuple[float, float]:
         """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ where θ = φ = tilt [rad], c in m."""
-        apart = c * (self.B - self.B_prime)
-        return tilt * (c - self.B_prime) / apart, tilt * (self.B - c) / apart
+        gap = c * (self.B - self.B_prime)
+        return tilt * (c - self.B_prime) / gap, tilt * (self.B - c) / gap
 
     def squared_frequencies(self, gravity: float) -> tuple[float, float]:
         """Return ω² = g/h of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
@@ -113,17 +113,17 @@ def modes(e: float, c: float, k_squared: float) -> Modes:
     # e = p/q, so that a plane has q = 0 and the squares of a huge length do not overflow
     p, q = (e, 1.0) if abs(e) < 1e100 else (math.copysign(1.0, e), 1.0 / abs(e))
     link = c * p
-    total, rest = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
+    total, offset = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
     if link >= 0.0:
-        root = math.hypot(rest, 2.0 * abs(c) * math.sqrt(link * q))
+        root = math.hypot(offset, 2.0 * abs(c) * math.sqrt(link * q))
     else:
         root = math.hypot(total, 2.0 * math.sqrt(-link * q * k_squared))
     added = total + math.copysign(root, total)
     large, small = _over(added, 2.0 * c * q), 2.0 * p * k_squared / added
     h, h_prime = (large, small) if total >= 0.0 else (small, large)
-    spread = rest + math.copysign(root, rest)
-    leading, other = _over(spread, 2.0 * c * q), -2.0 * c * c * p / spread
-    tilt, tilt_prime = (leading, other) if rest >= 0.0 else (other, leading)
+    spread = offset + math.copysign(root, offset)
+    leading, second = _over(spread, 2.0 * c * q), -2.0 * c * c * p / spread
+    tilt, tilt_prime = (leading, second) if offset >= 0.0 else (second, leading)
     return Modes(h, h_prime, tilt, tilt_prime)
 
 
@@ -146,7 +146,7 @@ def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, 
 
 
 def answers(
-    own: Modes,
+    pair: Modes,
     depth: float,
     k_squared: float,
     frequency: FloatArray,
@@ -158,8 +158,8 @@ def answers(
     `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
     """
     square = frequency**2
-    divisor = np.full_like(square, own.h * own.h_prime * depth)
-    for mode in own.squared_frequencies(gravity):
+    divisor = np.full_like(square, pair.h * pair.h_prime * depth)
+    for mode in pair.squared_frequencies(gravity):
         divisor *= off_resonance(mode, square, duration_s)
     theta = gravity * (gravity * depth - k_squared * square) / divisor
     return theta, gravity * gravity * depth / divisor
@@ -173,8 +173,8 @@ def off_resonance(mode: float, square: FloatArray, duration_s: float) -> FloatAr
         square: Ω² of the waves [rad2/s2].
         duration_s: the time in which it grows [s].
     """
-    apart, least = mode - square, 2.0 * math.sqrt(mode) / duration_s
-    return np.where(np.abs(apart) < least, least, apart)
+    detuning, width = mode - square, 2.0 * math.sqrt(mode) / duration_s
+    return np.where(np.abs(detuning) < width, width, detuning)
 
 
 class UnsteadyAxleError(TautoError):
@@ -287,19 +287,19 @@ def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> Ax
     mode a sinh.
     """
     slow, fast = body.modes.tilt_per_arc
-    times, apart = np.asarray(times_s, np.float64), slow - fast
+    times, split = np.asarray(times_s, np.float64), slow - fast
     s, phi = float(np.asarray(start.arc)), float(np.asarray(start.tilt))
     s1, phi1 = float(np.asarray(start.arc_rate)), float(np.asarray(start.tilt_rate))
     squares = body.modes.squared_frequencies(body.gravity)
-    first, first_rate = _swing(
-        (phi - fast * s) / apart, (phi1 - fast * s1) / apart, squares[0], times
+    slow_q, first_rate = _swing(
+        (phi - fast * s) / split, (phi1 - fast * s1) / split, squares[0], times
     )
-    other, other_rate = _swing(
-        (slow * s - phi) / apart, (slow * s1 - phi1) / apart, squares[1], times
+    fast_q, other_rate = _swing(
+        (slow * s - phi) / split, (slow * s1 - phi1) / split, squares[1], times
     )
     return AxleState(
-        first + other,
-        slow * first + fast * other,
+        slow_q + fast_q,
+        slow * slow_q + fast * fast_q,
         first_rate + other_rate,
         slow * first_rate + fast * other_rate,
     )
@@ -312,8 +312,8 @@ def _swing(
     w = math.sqrt(abs(squared))
     if w == 0.0:
         return value + rate * times, np.full(times.shape, rate)
-    wave, half = (np.cos, np.sin) if squared > 0.0 else (np.cosh, np.sinh)
-    c, s = wave(w * times), half(w * times)
+    wave, odd = (np.cos, np.sin) if squared > 0.0 else (np.cosh, np.sinh)
+    c, s = wave(w * times), odd(w * times)
     return value * c + rate / w * s, rate * c - math.copysign(w, squared) * value * s
 
 
@@ -365,9 +365,9 @@ def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
     )
     c, k, theta = body.depth, body.gyration_radius, body.curvature * s
     moving = s1 * s1 + 2.0 * c * np.cos(phi - theta) * s1 * phi1 + (c * c + k * k) * phi1 * phi1
-    chord, half = np.sinc(0.5 * theta / np.pi), np.sin(0.5 * phi)
+    chord, sine = np.sinc(0.5 * theta / np.pi), np.sin(0.5 * phi)
     raised = 0.5 * s * theta * (chord * chord)
-    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * (half * half)))
+    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * (sine * sine)))
 
 
 def plane_period(body: AxlePendulum, amplitude: float) -> float:
@@ -386,12 +386,12 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
     c, k, top = body.depth, body.gyration_radius, math.sin(0.5 * amplitude)
 
     def integrand(u: FloatArray) -> FloatArray:
-        half = top * np.sin(u)
-        cosine = np.sqrt((1.0 - half) * (1.0 + half))
-        return np.hypot(k, 2.0 * c * half * cosine) / cosine
+        sine = top * np.sin(u)
+        cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
+        return np.hypot(k, 2.0 * c * sine * cosine) / cosine
 
-    whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
-    return 4.0 * float(whole[0]) / math.sqrt(body.gravity * c)
+    quarter = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
+    return 4.0 * float(quarter[0]) / math.sqrt(body.gravity * c)
 
 
 def rolling_length(body: AxlePendulum, radius: float) -> float:
@@ -415,9 +415,9 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
 
     def fallen(u: FloatArray) -> FloatArray:
         """Return (V(A) − V(φ))/(g (A − φ))."""
-        middle, half = 0.5 * amplitude * (1.0 + np.sin(u)), 0.5 * amplitude * (1.0 - np.sin(u))
-        hung = c * np.sin(middle) * np.sinc(half / np.pi)
-        return hung + b * np.sin(bent * middle) * np.sinc(bent * half / np.pi)
+        middle, away = 0.5 * amplitude * (1.0 + np.sin(u)), 0.5 * amplitude * (1.0 - np.sin(u))
+        hung = c * np.sin(middle) * np.sinc(away / np.pi)
+        return hung + b * np.sin(bent * middle) * np.sinc(bent * away / np.pi)
 
     places = np.linspace(0.0, 0.5 * math.pi, 200)
     if not (0.0 < amplitude < math.pi and np.all(fallen(places) > 0.0)):
@@ -432,8 +432,8 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
         # A cos u over the root of A − φ = A cos²u/(1 + sin u)
         return np.sqrt(0.5 * mass * amplitude * (1.0 + np.sin(u)) / fallen(u))
 
-    whole = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
-    return 4.0 * float(whole[0]) / math.sqrt(body.gravity)
+    quarter = integrate(integrand, np.zeros(1), np.full(1, 0.5 * math.pi))
+    return 4.0 * float(quarter[0]) / math.sqrt(body.gravity)
 
 
 # -----------------------------------------------------------------------------
@@ -505,8 +505,8 @@ class AxleClock(InPlaceOfWheel):
         """
         if self.contact != 'smooth':
             return (rolling_length(self.body, self.radius),)
-        both = self.body.modes.h, self.body.modes.h_prime
-        return tuple(length for length in both if math.isfinite(length))
+        pair = self.body.modes.h, self.body.modes.h_prime
+        return tuple(length for length in pair if math.isfinite(length))
 
     @property
     def frequency(self) -> float:
@@ -541,13 +541,13 @@ class AxleClock(InPlaceOfWheel):
         Friction that lets the axle slip is ignored. Errors as of `period`, and UsageError: no
         amplitude, or one out of range.
         """
-        asked = checked_amplitudes(
+        sizes = checked_amplitudes(
             amplitudes, math.nextafter(math.pi, 0.0), 'rad', 'in radians', 'less than a half turn'
         )
         nominal = self.small_period if nominal_period_s is None else nominal_period_s
-        period = np.array([self.period(amplitude) for amplitude in asked])
-        rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
-        return Isochronism(nominal, np.array(asked), period, rate)
+        period = np.array([self.period(amplitude) for amplitude in sizes])
+        rate = np.array([rate_s_per_day(seconds, nominal) for seconds in period.tolist()])
+        return Isochronism(nominal, np.array(sizes), period, rate)
 
 
 class AxleRegulator(Section):
@@ -604,11 +604,11 @@ class AxleRegulator(Section):
     )
 
     def problems(
-        self, others: Mapping[str, object], ship: str, *, still: bool
+        self, sections: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
         """Yield its problems, and the sections that cannot stand beside it."""
         yield from beside_regulator(
-            others,
+            sections,
             {
                 'trochlea': 'a scene has one regulator',
                 'drag': 'nothing but its support acts on the body',

@@ -43,13 +43,13 @@ def isochronism(
     """
     # beyond 150,000 turns the rounding of an angle shows in the clock
     edge = min(machine.range_rad, 1e6)
-    asked = checked_amplitudes(
+    sizes = checked_amplitudes(
         amplitudes, edge, 'rad', 'in radians', 'within the range of the machine'
     )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
-    period = np.array([machine.period(amplitude) for amplitude in asked])
-    rate = np.array([rate_s_per_day(each, nominal) for each in period.tolist()])
-    return Isochronism(nominal, np.array(asked), period, rate)
+    period = np.array([machine.period(amplitude) for amplitude in sizes])
+    rate = np.array([rate_s_per_day(seconds, nominal) for seconds in period.tolist()])
+    return Isochronism(nominal, np.array(sizes), period, rate)
 
 
 AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
@@ -118,7 +118,7 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     if scene.air is None:
         machine = replace(machine, heat=replace(machine.heat, varies=False))
     # else the tilt of the apparent vertical changes the angle
-    is_known = scene.lies_still or machine.felt_angle(0.0, 1.0) == 0.0
+    is_known = scene.lies_still or machine.sensed_angle(0.0, 1.0) == 0.0
     released = machine.release_angle
     if is_known and not abs(released) <= (edge := machine.range_rad):
         raise SceneError(
@@ -166,7 +166,7 @@ def _trochlea(scene: SceneParts) -> Trochlea:
 # -----------------------------------------------------------------------------
 # The amplitude of a wheel, from its angle and rate at any instant.
 
-_SAME = 4.0 * np.finfo(float).eps
+_ROUNDING = 4.0 * np.finfo(float).eps
 
 
 def swing_energy(
@@ -222,7 +222,7 @@ def amplitude_of(machine: AnyMachine, energy: float) -> float:
 
     if recoil == 0.0 or above(free) <= 0.0:
         return free
-    return root_of(above, 0.0, free, _SAME * free)
+    return root_of(above, 0.0, free, _ROUNDING * free)
 
 
 def nearest_period(machine: AnyMachine, amplitude: float) -> float:

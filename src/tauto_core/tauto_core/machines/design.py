@@ -62,13 +62,13 @@ class WheelDesign:
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
     """Return the units of a design in metres and newtons; UsageError for one that is not known."""
 
-    def size(argument: str, given: str, *asked: str) -> tuple[float, str]:
-        for unit in asked:
-            found = in_unit(f'1 {_OLD.get(given, given)}', unit)
-            if isinstance(found, float):
-                return found, unit
-        fit = ', '.join(name for unit in asked for name in fitting(unit_of(unit)))
-        raise UsageError(Argument(argument, repr(given), spaced=True), f': use one of {fit}')
+    def size(argument: str, word: str, *bases: str) -> tuple[float, str]:
+        for unit in bases:
+            number = in_unit(f'1 {_OLD.get(word, word)}', unit)
+            if isinstance(number, float):
+                return number, unit
+        fit = ', '.join(name for unit in bases for name in fitting(unit_of(unit)))
+        raise UsageError(Argument(argument, repr(word), spaced=True), f': use one of {fit}')
 
     metres, (weight, of) = (
         size('length_unit', length_unit, 'm')[0],
@@ -114,26 +114,23 @@ def wheel_design(
         'pull': ('N', newtons),
         'base_radius': ('m', metres),
     }
-    known: dict[str, float | None] = dict.fromkeys(units_of)
+    si: dict[str, float | None] = dict.fromkeys(units_of)
     for name, (unit, size) in units_of.items():
         value = sizes[name]
         if value is not None:
             number, scale = _number(name, value, unit, size, gravity)
             _check_size(number, Argument(name, repr(number), spaced=True))
-            known[name] = number * scale
-    for name, other in (
+            si[name] = number * scale
+    for name, twin in (
         ('period', 'pendulum'),
         ('inertia', 'disc_weight'),
         ('inertia', 'disc_radius'),
     ):
-        if known[name] is not None and known[other] is not None:
+        if si[name] is not None and si[twin] is not None:
             raise UsageError(
-                Argument(name),
-                ' and ',
-                Argument(other),
-                ' say the same thing twice. Leave one out',
+                Argument(name), ' and ', Argument(twin), ' say the same thing twice. Leave one out'
             )
-    period, length, moment, weight, radius, force, base = known.values()
+    period, length, moment, weight, radius, force, base = si.values()
     square = (math.tau / period) ** 2 if period else gravity / length if length else None
     if disc_is_base:
         if radius is not None or moment is not None:
@@ -201,13 +198,13 @@ def wheel_design(
     )
 
 
-def _four(*known: float | None) -> list[float]:
+def _four(*terms: float | None) -> list[float]:
     """Return all four of a b = c d, of which one is left out; empty unless it is just one."""
-    if known.count(None) != 1:
+    if terms.count(None) != 1:
         return []
-    at = known.index(None)
-    beside, *across = (known[k] or 0.0 for k in (at ^ 1, *((2, 3) if at < 2 else (0, 1))))
-    return [math.prod(across) / beside if each is None else each for each in known]
+    at = terms.index(None)
+    partner, *across = (terms[k] or 0.0 for k in (at ^ 1, *((2, 3) if at < 2 else (0, 1))))
+    return [math.prod(across) / partner if term is None else term for term in terms]
 
 
 def _number(

@@ -122,19 +122,19 @@ def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
     """
     top = _top(curve, at_lowest)
     kappa = curve.kappa
-    found = Arcs(
+    swing = Arcs(
         float(arc_of_harmonic(kappa, top)),
         -float(arc_of_harmonic(kappa, -top)),
         float(arc_of_harmonic(kappa, kappa * top * top)),
     )
-    if found.descent > curve.descent_cusp:
+    if swing.descent > curve.descent_cusp:
         limit = height_at_lowest(curve, curve.descent_cusp)
         raise DescentError(
-            f'at_lowest = {at_lowest!r} m: needs a descent of {found.descent!r} m, beyond the '
+            f'at_lowest = {at_lowest!r} m: needs a descent of {swing.descent!r} m, beyond the '
             f'cusp at {curve.descent_cusp!r} m; give at most {limit!r} m, or take a longer '
             'pendulum'
         )
-    return found
+    return swing
 
 
 def _top(curve: FluidTautochrone, at_lowest: float) -> float:
@@ -151,14 +151,14 @@ def _top(curve: FluidTautochrone, at_lowest: float) -> float:
 
 
 def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
-    found = within(curve, start)
-    if not np.all(found > 0.0):
+    release = within(curve, start)
+    if not np.all(release > 0.0):
         raise DescentError(
-            f'start = {float(np.min(found))!r} m: a half swing forward starts above 0 m, '
+            f'start = {float(np.min(release))!r} m: a half swing forward starts above 0 m, '
             f'at most at the cusp, {curve.descent_cusp!r} m; give another, or ask for the half '
             'swing backward'
         )
-    return found
+    return release
 
 
 # -----------------------------------------------------------------------------
@@ -241,15 +241,15 @@ def far_end(curve: DescentCurve, start: float) -> float:
     _on_descent(curve, start)
     mirror, kappa, zero = Mirrored(curve), curve.kappa, np.zeros(1)
     mean = _mean(curve, np.array([start]), zero, _panels(kappa * start), -1.0)
-    given, edge, end = start * float(mean[0]), mirror.descent_cusp, start
+    fall, edge, end = start * float(mean[0]), mirror.descent_cusp, start
     while end < edge and float(mirror.height(end)) < float(curve.height(start)):
         end *= 2.0
     # from any height of fall the body comes no farther than about 1/κ
     end = min(end, edge, 2.0 / kappa if kappa else edge)
     for _ in range(_STEPS):
         mean = _mean(mirror, np.array([end]), zero, _panels(kappa * end), 1.0)
-        short = given - end * float(mean[0])
-        if end == edge and short > _ROUNDING * given:
+        short = fall - end * float(mean[0])
+        if end == edge and short > _ROUNDING * fall:
             raise DescentError(
                 f'start = {start!r} m: the body would come beyond the cusp of ascent at '
                 f'{edge!r} m; start nearer to A, or take a longer pendulum'
@@ -337,17 +337,17 @@ def _evenness(
 
 
 def _mean(
-    curve: DescentCurve, far: FloatArray, near: FloatArray, panels: int, sign: float
+    curve: DescentCurve, end: FloatArray, begin: FloatArray, panels: int, sign: float
 ) -> FloatArray:
-    """Return the mean of e^{±2κ(σ − near)} p(σ) over σ from near to far, of any shape.
+    """Return the mean of e^{±2κ(σ − begin)} p(σ) over σ from begin to end, of any shape.
 
-    `far` is an end of the swing, `near` the body, on the same side of A [m]; the sign is −1 where
-    the body comes from `far`, 1 where it goes there.
+    `end` is an end of the swing, `begin` the body, on the same side of A [m]; the sign is −1 where
+    the body comes from `end`, 1 where it goes there.
     """
     shares, weights = repeated_rule(panels)
-    length = (far - near)[..., None] * shares
+    length = (end - begin)[..., None] * shares
     weighed = np.exp(sign * 2.0 * curve.kappa * length) * weights
-    total: FloatArray = np.sum(weighed * curve.slope(near[..., None] + length), axis=-1)
+    total: FloatArray = np.sum(weighed * curve.slope(begin[..., None] + length), axis=-1)
     return np.asarray(total / (2.0 * panels))
 
 
@@ -403,7 +403,7 @@ class _Course(NamedTuple):
     """q/κ, distance of the start from 0 in w [m]."""
     rise: FloatArray
     """W₂/κ, end of the swing in w [m]."""
-    left: FloatArray
+    decay: FloatArray
     """1 − q = e^{−κs₁}."""
     third: FloatArray
     """−W₃ > 0."""
@@ -420,13 +420,13 @@ def _course(kappa: float, start: ArrayLike) -> _Course:
             f'start = {float(np.min(s))!r} m: a half swing backward starts on the branch of '
             'ascent, at an arc from A above 0 m; give another'
         )
-    fall, left = s * exponential_mean(-kappa * s), np.exp(-kappa * s)
-    q, most = kappa * fall, 0.5 + left
-    third = 0.5 * (most + np.sqrt(most * (1.5 + 3.0 * q)))
-    rise = fall * most / third
+    fall, decay = s * exponential_mean(-kappa * s), np.exp(-kappa * s)
+    q, upper = kappa * fall, 0.5 + decay
+    third = 0.5 * (upper + np.sqrt(upper * (1.5 + 3.0 * q)))
+    rise = fall * upper / third
     breadth = kappa * rise + third
-    complement = 3.0 * fall * left / ((rise + fall) * breadth)
-    return _Course(fall, rise, left, third, breadth, np.minimum(complement, 1.0))
+    complement = 3.0 * fall * decay / ((rise + fall) * breadth)
+    return _Course(fall, rise, decay, third, breadth, np.minimum(complement, 1.0))
 
 
 def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
@@ -456,8 +456,8 @@ def reverse_half_swing(
     course = _course(kappa, start)
     span, m1 = course.rise + course.fall, course.complement
     pace = 0.5 * frequency * np.sqrt(course.breadth / 1.5)
-    whole = quarter_period(m1)
-    turned = np.clip(pace * np.asarray(time, np.float64), 0.0, whole)
+    quarter = quarter_period(m1)
+    turned = np.clip(pace * np.asarray(time, np.float64), 0.0, quarter)
     phi = jacobi_amplitude(turned, m1)
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
@@ -465,19 +465,19 @@ def reverse_half_swing(
     ratio = sine / delta
     gained = span * m1 * (ratio * ratio)
     rate = 2.0 * span * pace * m1 * sine * cosine / (delta * delta * delta)
-    w, above = gained - course.fall, course.left + kappa * gained
+    w, above = gained - course.fall, course.decay + kappa * gained
     deep = kappa * w < -0.5
-    near = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))
-    arc = np.where(deep, np.log(above) / (kappa or 1.0), near)
+    shallow = w * logarithmic_mean(np.where(deep, 0.0, kappa * w))
+    arc = np.where(deep, np.log(above) / (kappa or 1.0), shallow)
     return arc, rate / above
 
 
 def quarter_period(complement: FloatArray) -> FloatArray:
     """Return K(m) = π/(2 agm(1, √m₁)) for m₁ = 1 − m, 0 < m₁ ≤ 1."""
-    one, other = np.ones_like(complement), np.sqrt(complement)
+    a, b = np.ones_like(complement), np.sqrt(complement)
     for _ in range(_MEANS):
-        one, other = 0.5 * (one + other), np.sqrt(one * other)
-    return 0.5 * math.pi / one
+        a, b = 0.5 * (a + b), np.sqrt(a * b)
+    return 0.5 * math.pi / a
 
 
 def jacobi_amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray:
@@ -485,13 +485,13 @@ def jacobi_amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray
 
     For 0 ≤ u ≤ K and m₁ = 1 − m, 0 < m₁ ≤ 1, of one shape.
     """
-    one, other = np.ones_like(complement), np.sqrt(complement)
+    a, b = np.ones_like(complement), np.sqrt(complement)
     ratios: list[FloatArray] = []
     for _ in range(_MEANS):
-        mean = 0.5 * (one + other)
-        ratios.append(0.5 * (one - other) / mean)
-        one, other = mean, np.sqrt(one * other)
-    phi = 2.0**_MEANS * one * argument
+        mean = 0.5 * (a + b)
+        ratios.append(0.5 * (a - b) / mean)
+        a, b = mean, np.sqrt(a * b)
+    phi = 2.0**_MEANS * a * argument
     for ratio in reversed(ratios):
         phi = 0.5 * (phi + np.arcsin(ratio * np.sin(phi)))
     return phi
@@ -600,10 +600,8 @@ class FluidPendulum(InPlaceOfWheel):
             course = self.both_ways(start).course(start)
             return course.duration * self.frequency / math.pi - 1.0, course.end
         if not self.is_euler:
-            found = half_swing(self.branch(start), self.gravity, abs(start))
-            return found.duration * self.frequency / math.pi - 1.0, -math.copysign(
-                found.arc, start
-            )
+            leg = half_swing(self.branch(start), self.gravity, abs(start))
+            return leg.duration * self.frequency / math.pi - 1.0, -math.copysign(leg.arc, start)
         if start > 0.0:
             return 0.0, float(arc_of_harmonic(kappa, -harmonic_of_arc(kappa, start)))
         return float(duration_excess(kappa, -start)), float(end_arc(kappa, -start))
@@ -616,15 +614,15 @@ class FluidPendulum(InPlaceOfWheel):
         """
         if amplitude == 0.0:
             return self.small_period
-        there, end = self.swing(amplitude)
-        back, _ = self.swing(end)
-        if math.isinf(there + back):
+        out_excess, end = self.swing(amplitude)
+        in_excess, _ = self.swing(end)
+        if math.isinf(out_excess + in_excess):
             raise DescentError(
                 f'amplitude {amplitude!r} m: friction of {self.friction!r} of the weight holds '
-                f'the body at {amplitude if math.isinf(there) else end!r} m, so that it does not '
-                'come back; give a larger amplitude, or less friction'
+                f'the body at {amplitude if math.isinf(out_excess) else end!r} m, so that it does '
+                'not come back; give a larger amplitude, or less friction'
             )
-        return math.tau / self.frequency * (1.0 + 0.5 * (there + back))
+        return math.tau / self.frequency * (1.0 + 0.5 * (out_excess + in_excess))
 
     def half_swing(self, amplitude: float) -> float:
         """Return the duration of the half swing from rest at a signed arc [m] to rest [s]."""
@@ -650,12 +648,12 @@ def descent_isochronism(
     no amplitude, or one out of range, before anything is computed.
     """
     edge = machine.curve.descent_cusp
-    asked = checked_amplitudes(
+    sizes = checked_amplitudes(
         amplitudes, edge, 'm', 'in metres of arc', 'at most the arc of the cusp'
     )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
-    descent = [machine.descent(amplitude) for amplitude in asked]
-    half = [machine.half_swing(amplitude) for amplitude in asked]
-    period = [machine.period(amplitude) for amplitude in asked]
-    rate = [rate_s_per_day(each, nominal) for each in period]
-    return DescentIsochronism(nominal, *map(np.array, (asked, descent, half, period, rate)))
+    descent = [machine.descent(amplitude) for amplitude in sizes]
+    halves = [machine.half_swing(amplitude) for amplitude in sizes]
+    period = [machine.period(amplitude) for amplitude in sizes]
+    rate = [rate_s_per_day(seconds, nominal) for seconds in period]
+    return DescentIsochronism(nominal, *map(np.array, (sizes, descent, halves, period, rate)))

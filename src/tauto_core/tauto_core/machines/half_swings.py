@@ -50,13 +50,13 @@ class OneWay:
         zero, kappa, gamma = self.zero, curve.kappa, curve.gamma
         # friction as the slope at the rounded zero has it, so that the force there is 0 exactly;
         # a rest of one rounding has a root for r, of which no series converges
-        held = -falls_to * float(curve.slope(zero))
+        bias = -falls_to * float(curve.slope(zero))
 
         def fall(arc: FloatArray) -> FloatArray:
-            return -falls_to * curve.slope(zero - falls_to * arc) - held
+            return -falls_to * curve.slope(zero - falls_to * arc) - bias
 
         def rise(arc: FloatArray) -> FloatArray:
-            return falls_to * curve.slope(zero + falls_to * arc) + held
+            return falls_to * curve.slope(zero + falls_to * arc) + bias
 
         joints = curve.joints - zero
         self._fall = Quarter(
@@ -71,11 +71,11 @@ class OneWay:
             self._rise = Quarter(
                 rise, kappa, gamma, falling=False, reach=reach, joints=falls_to * joints
             )
-            found = float(self._rise.roots[-1])
-            if found >= root:
+            end_root = float(self._rise.roots[-1])
+            if end_root >= root:
                 break
             # a start at the very limit may lack some roundings of τ at the edge
-            if reach == room and found < root * (1.0 - 1e-12):
+            if reach == room and end_root < root * (1.0 - 1e-12):
                 raise DescentError(
                     f'start = {start!r} m: the body would come beyond the end of the other '
                     f'branch, at the arc {edge!r} m and the height '
@@ -85,7 +85,7 @@ class OneWay:
             if reach == room:
                 break
             # τ goes about as the arc; half as much again makes another turn unlikely
-            reach *= 1.5 * root / found
+            reach *= 1.5 * root / end_root
 
     def course(self, start: float, gravity: float) -> Course:
         """Return the half swing from rest at a signed arc [m]."""
@@ -107,8 +107,8 @@ class OneWay:
         """Return signed arc [m] and ds/dt [m/s] at times since rest at signed arcs, (n,) each."""
         arc, rate = np.empty_like(start), np.empty_like(start)
         rows = max(1, _PLACES_AT_ONCE // (64 * (len(self._fall.roots) + len(self._rise.roots))))
-        for first in range(0, len(start), rows):
-            part = slice(first, first + rows)
+        for begin in range(0, len(start), rows):
+            part = slice(begin, begin + rows)
             arc[part], rate[part] = self._place(start[part], time[part], math.sqrt(2.0 * gravity))
         return arc, rate
 
@@ -117,15 +117,15 @@ class OneWay:
     ) -> tuple[FloatArray, FloatArray]:
         top = self._fall.root(np.abs(start - self.zero))
         quarter = np.full_like(top, 0.5 * math.pi)
-        before = self._fall.time(top, quarter) - pace * time
+        ahead = self._fall.time(top, quarter) - pace * time
         arc, rate = np.empty_like(start), np.empty_like(start)
         for branch, rows, side in (
-            (self._fall, before > 0.0, -self._way),
-            (self._rise, before <= 0.0, self._way),
+            (self._fall, ahead > 0.0, -self._way),
+            (self._rise, ahead <= 0.0, self._way),
         ):
-            high, left = top[rows], np.abs(before[rows])
-            left = np.minimum(left, branch.time(high, quarter[rows]))
-            angle = branch.angle_at(high, left)
+            high, away = top[rows], np.abs(ahead[rows])
+            away = np.minimum(away, branch.time(high, quarter[rows]))
+            angle = branch.angle_at(high, away)
             x = branch.arc(high * np.sin(angle))
             arc[rows] = self.zero + side * x
             rate[rows] = self._way * pace * branch.speed(x, high, angle)
@@ -142,16 +142,16 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
     way = 1.0 if float(curve.slope(0.0)) < pull else -1.0
     edge = curve.descent_cusp if way > 0.0 else curve.ascent_cusp
     # the bracket grows from A, so that it holds the nearest zero alone
-    far = min(abs(edge), 1e-3 * curve.pendulum_length)
-    while way * (float(curve.slope(way * far)) - pull) < 0.0:
-        if far >= abs(edge):
+    reach = min(abs(edge), 1e-3 * curve.pendulum_length)
+    while way * (float(curve.slope(way * reach)) - pull) < 0.0:
+        if reach >= abs(edge):
             raise DescentError(
                 f'friction of {abs(pull)!r} of the weight: it holds the body everywhere on the '
                 'curve; give less'
             )
-        far = min(2.0 * far, abs(edge))
+        reach = min(2.0 * reach, abs(edge))
     # weak friction moves the zero by next to nothing, which must be right to its own last digits
-    return root_of(lambda s: float(curve.slope(s)) - pull, 0.0, way * far, 1e-300)
+    return root_of(lambda s: float(curve.slope(s)) - pull, 0.0, way * reach, 1e-300)
 
 
 # -----------------------------------------------------------------------------
@@ -192,16 +192,16 @@ class _Nodes(NamedTuple):
     """Integrals of a function given at n nodes in τ.
 
     Attributes:
-        once: ∫ from 0 to each node, (n, n).
+        single: ∫ from 0 to each node, (n, n).
         twice: ∫∫ the same, (n, n).
-        whole: ∫ from 0 to 1, (n,).
+        total: ∫ from 0 to 1, (n,).
         series: values to Chebyshev coefficients in 2τ − 1, (n, n).
         tau: the nodes, (n,).
     """
 
-    once: FloatArray
+    single: FloatArray
     twice: FloatArray
-    whole: FloatArray
+    total: FloatArray
     series: FloatArray
     tau: FloatArray
 
@@ -210,12 +210,12 @@ class _Nodes(NamedTuple):
 def _nodes(count: int) -> _Nodes:
     x = chebyshev_nodes(count)
     series = np.linalg.inv(chebyshev.chebvander(x, count - 1))
-    first = chebyshev.chebint(series, lbnd=-1.0, scl=0.5)
-    second = chebyshev.chebint(first, lbnd=-1.0, scl=0.5)
-    once = chebyshev.chebvander(x, count) @ first
+    integral = chebyshev.chebint(series, lbnd=-1.0, scl=0.5)
+    second = chebyshev.chebint(integral, lbnd=-1.0, scl=0.5)
+    single = chebyshev.chebvander(x, count) @ integral
     twice = chebyshev.chebvander(x, count + 1) @ second
-    found = once, twice, np.sum(first, axis=0), series, 0.5 * (1.0 + x)
-    return _Nodes(*(np.asarray(each, np.float64) for each in found))
+    matrices = single, twice, np.sum(integral, axis=0), series, 0.5 * (1.0 + x)
+    return _Nodes(*(np.asarray(matrix, np.float64) for matrix in matrices))
 
 
 class _Swings(NamedTuple):
@@ -262,10 +262,10 @@ class ResistedWay:
         widest = np.array([start - self.zero])
         for count in _COUNTS:
             self._at = _nodes(count)
-            found = self._swings(widest)
-            if found is None:
+            swings = self._swings(widest)
+            if swings is None:
                 continue
-            series = np.abs(self._at.series @ found.bend[0])
+            series = np.abs(self._at.series @ swings.bend[0])
             if np.max(series[-2:]) <= _TAIL * np.max(series):
                 break
         else:
@@ -311,18 +311,18 @@ class ResistedWay:
         arc, rate = np.empty_like(start), np.empty_like(start)
         starts, which = np.unique(start, return_inverse=True)
         rows = max(1, _NUMBERS // len(self._at.tau) ** 2)
-        for first in range(0, len(starts), rows):
-            amplitude = starts[first : first + rows] - self.zero
+        for begin in range(0, len(starts), rows):
+            amplitude = starts[begin : begin + rows] - self.zero
             duration, bend = self._found(amplitude)
             speed, way = self._series(bend)
-            here = np.flatnonzero((which >= first) & (which < first + rows))
-            at = which[here] - first
-            x = 2.0 * np.minimum(time[here] / duration[at], 1.0) - 1.0
+            places = np.flatnonzero((which >= begin) & (which < begin + rows))
+            at = which[places] - begin
+            x = 2.0 * np.minimum(time[places] / duration[at], 1.0) - 1.0
             sizes = amplitude[at]
             part = chebyshev.chebval(x, way[:, at], tensor=False)
-            arc[here] = self.zero + sizes * (1.0 + part)
+            arc[places] = self.zero + sizes * (1.0 + part)
             turned = chebyshev.chebval(x, speed[:, at], tensor=False)
-            rate[here] = sizes * turned / duration[at]
+            rate[places] = sizes * turned / duration[at]
         return arc, rate
 
     def _series(self, bend: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -332,13 +332,13 @@ class ResistedWay:
         return np.asarray(speed, np.float64), np.asarray(way, np.float64)
 
     def _found(self, amplitude: FloatArray) -> _Swings:
-        found = self._swings(amplitude)
-        if found is None:
+        swings = self._swings(amplitude)
+        if swings is None:
             raise DescentError(
                 f'half swings from {float(np.max(np.abs(amplitude)))!r} m do not converge with '
                 'this resistance; start nearer to A, or give less viscous resistance'
             )
-        return found
+        return swings
 
     def _swings(self, amplitude: FloatArray) -> _Swings | None:
         """Return the half swings from signed arcs, less the zero; None: no convergence."""
@@ -353,13 +353,13 @@ class ResistedWay:
                 f'less than {2.0 * math.sqrt(self._push * rate)!r} 1/s'
             )
         duration = np.full(amplitude.shape, math.pi / math.sqrt(slow))
-        left = np.exp(-0.5 * viscous * duration) / (1.0 + 4.0 / 3.0 * kappa[:, 0])
+        decay = np.exp(-0.5 * viscous * duration) / (1.0 + 4.0 / 3.0 * kappa[:, 0])
         waves = 0.5 * math.pi**2 * np.cos(math.pi * at.tau)
-        bend = -(1.0 + left)[:, None] * waves
+        bend = -(1.0 + decay)[:, None] * waves
         identity = np.eye(count)
         jacobian = np.empty((len(amplitude), count + 1, count + 1))
         for _ in range(_NEWTON):
-            place, speed = 1.0 + bend @ at.twice.T, bend @ at.once.T
+            place, speed = 1.0 + bend @ at.twice.T, bend @ at.single.T
             pull, slope = self._pull(amplitude, place)
             t = duration[:, None]
             # σ falls from 1, so that its speed is negative and the quadratic term is positive
@@ -367,18 +367,18 @@ class ResistedWay:
             jacobian[:, :count, :count] = (
                 identity
                 + (t * t * slope)[..., None] * at.twice
-                + (t * viscous - 2.0 * kappa * speed)[..., None] * at.once
+                + (t * viscous - 2.0 * kappa * speed)[..., None] * at.single
             )
             jacobian[:, :count, count] = 2.0 * t * pull + viscous * speed
-            jacobian[:, count, :count], jacobian[:, count, count] = at.whole, 0.0
-            right = np.concatenate([wrong, bend @ at.whole[:, None]], axis=1)
+            jacobian[:, count, :count], jacobian[:, count, count] = at.total, 0.0
+            right = np.concatenate([wrong, bend @ at.total[:, None]], axis=1)
             change = np.linalg.solve(jacobian, right[..., None])[..., 0]
             bend, duration = bend - change[:, :count], duration - change[:, count]
             size = np.max(np.abs(bend), axis=1)
             if not (np.all(np.isfinite(bend)) and np.all(duration > 0.0)):
                 return None
             if np.all(np.max(np.abs(change[:, :count]), axis=1) <= _SETTLED * size):
-                swung = bend @ at.once.T
+                swung = bend @ at.single.T
                 return _Swings(duration, bend) if np.all(swung <= 0.0) else None
         return None
 
@@ -455,19 +455,19 @@ class BothWays:
         Of a body that friction holds both are 0.
         """
         zero, pull = np.zeros_like(start), np.zeros_like(slope)
-        first = self._curve.slope(start)
-        for way, one in self._ways.items():
-            rows = -way * first > self._friction
-            zero[rows], pull[rows] = one.zero, slope[rows] + way * self._friction
+        slopes = self._curve.slope(start)
+        for way, path in self._ways.items():
+            rows = -way * slopes > self._friction
+            zero[rows], pull[rows] = path.zero, slope[rows] + way * self._friction
         return zero, pull
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and ds/dt [m/s] at times since rest at signed arcs, (n,) each."""
         arc, rate = start.copy(), np.zeros_like(start)
         slope = self._curve.slope(start)
-        for way, one in self._ways.items():
+        for way, path in self._ways.items():
             rows = -way * slope > self._friction
-            arc[rows], rate[rows] = one.place(start[rows], time[rows], self._gravity)
+            arc[rows], rate[rows] = path.place(start[rows], time[rows], self._gravity)
         return arc, rate
 
     def _direction(self, start: float) -> int:

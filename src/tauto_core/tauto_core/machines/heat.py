@@ -197,8 +197,8 @@ class Heat:
     @property
     def feels_temperature(self) -> bool:
         """Whether any number changes with temperature."""
-        felt = self.wheel, self.cam, self.force, self.oil.rate, self.takes, self.leaves
-        return any(felt)
+        effects = self.wheel, self.cam, self.force, self.oil.rate, self.takes, self.leaves
+        return any(effects)
 
     @property
     def keeps_shape(self) -> bool:
@@ -209,15 +209,15 @@ class Heat:
         """Return the factors at temperatures [°C] and times since the start [s]."""
         delta = celsius - self.at_celsius
         wheel, cam = 1.0 + self.wheel * delta, 1.0 + self.cam * delta
-        far, first = celsius - self.middle, self.at_celsius - self.middle
-        rate = self.leaves * (far * far - first * first) - self.takes * delta
-        kept = 1.0 + rate / DAY_S
-        pulled = kept * kept * cam
+        offset, base = celsius - self.middle, self.at_celsius - self.middle
+        rate = self.leaves * (offset * offset - base * base) - self.takes * delta
+        pace = 1.0 + rate / DAY_S
+        pulled = pace * pace * cam
         force = pulled * (1.0 + self.force * delta)
         exponent = np.asarray(self.oil.exponent(delta) + self.thickening * time_s)
         # NumPy's exponential depends on the place in the array
         viscous = np.reshape(
-            [math.exp(each) for each in exponent.ravel().tolist()], exponent.shape
+            [math.exp(power) for power in exponent.ravel().tolist()], exponent.shape
         )
         return HeatFactors(wheel * wheel, cam * cam, pulled, force, force * cam, viscous)
 

@@ -30,7 +30,7 @@ def wrong(*checks: tuple[object, str, object, str, str]) -> Iterator[Problem]:
             yield Problem(key, value, problem, remedy)
 
 
-def beside_regulator(others: Mapping[str, object], why: Mapping[str, str]) -> Iterator[Problem]:
+def beside_regulator(sections: Mapping[str, object], why: Mapping[str, str]) -> Iterator[Problem]:
     """Yield the sections that cannot stand beside a regulator in place of a wheel."""
     return wrong(
         *(
@@ -41,7 +41,7 @@ def beside_regulator(others: Mapping[str, object], why: Mapping[str, str]) -> It
                 f'does not go with regulator: {why[key]}',
                 f'Leave out {key}, or take a trochlea instead of the regulator.',
             )
-            for key, section in others.items()
+            for key, section in sections.items()
         )
     )
 
@@ -156,16 +156,16 @@ def checked_amplitudes(
     amplitudes: Iterable[float], edge: float, unit: str, words: str, limit: str
 ) -> list[float]:
     """Return the amplitudes; UsageError where there is none, or one is not in 0 < A ≤ edge."""
-    asked = [float(amplitude) for amplitude in amplitudes]
-    if not asked:
+    sizes = [float(amplitude) for amplitude in amplitudes]
+    if not sizes:
         raise UsageError(f'amplitudes: none given; give at least one, {words}')
-    for amplitude in asked:
+    for amplitude in sizes:
         if not 0.0 < amplitude <= edge:
             raise UsageError(
                 f'amplitude {amplitude!r} {unit}: must be > 0 and {limit}, {edge!r} {unit}; give '
                 'another'
             )
-    return asked
+    return sizes
 
 
 # -----------------------------------------------------------------------------
@@ -246,11 +246,11 @@ class DragKind(Kind):
         Args:
             rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].
         """
-        known = self.viscous + 4.0 / math.pi * self.quadratic * rate
-        known += 2.0 / math.pi * self.coulomb / rate
+        analytic = self.viscous + 4.0 / math.pi * self.quadratic * rate
+        analytic += 2.0 / math.pi * self.coulomb / rate
         law = self.law(1.0)
         if law is None:
-            return known
+            return analytic
         nodes, weights = gauss_rule()
         sine = np.sin(0.25 * math.pi * (1.0 + nodes))
 
@@ -260,7 +260,7 @@ class DragKind(Kind):
 
         # a central difference errs by about the square of this, and by rounding over this
         nearby = 1e-4 * rate
-        return known + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)
+        return analytic + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)
 
     def with_friction(self, friction: float) -> DragKind:
         """Return the drag together with another friction [N m]."""
@@ -286,7 +286,7 @@ class Rest(Section):
     )
 
 
-class Ebb(NamedTuple):
+class ImpulseDecline(NamedTuple):
     """How the impulses weaken while the spring or weight that drives them runs down.
 
     The impulse number k since the start has the energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n,
@@ -301,9 +301,9 @@ class Ebb(NamedTuple):
     fall: float
     impulses: int
 
-    def strength(self, given: int) -> float:
-        """Return the next impulse's energy relative to the mean, after `given` impulses."""
-        return 1.0 + self.fall * (0.5 - (given % self.impulses + 0.5) / self.impulses)
+    def strength(self, count: int) -> float:
+        """Return the next impulse's energy relative to the mean, after `count` impulses."""
+        return 1.0 + self.fall * (0.5 - (count % self.impulses + 0.5) / self.impulses)
 
 
 class Train(Section):
@@ -336,7 +336,7 @@ class EscapementKind(Kind):
     rest: Rest | None = Field(default=None, description='mapping: friction, recoil')
 
     @property
-    def ebb(self) -> Ebb | None:
+    def ebb(self) -> ImpulseDecline | None:
         """How impulses weaken between windings; None if they are all equal."""
         return None
 
@@ -466,7 +466,7 @@ class Regulator(Protocol):
     def feels_gravity(self) -> bool:
         """Whether the strength of the apparent gravity acts on it."""
 
-    def felt_angle(self, angle: float, tilt: float) -> float:
+    def sensed_angle(self, angle: float, tilt: float) -> float:
         """Return the angle that `range_rad` bounds [rad].
 
         Args:

@@ -47,7 +47,7 @@ from tauto_core.scene.sections import (
 )
 
 if TYPE_CHECKING:
-    from tauto_core.curves.branches import Given
+    from tauto_core.curves.branches import Branch
     from tauto_core.machines.fluid_pendulum import Curve, FluidPendulum
 
 
@@ -149,7 +149,7 @@ class Trochlea(Section):
         )
 
     def _heat(self, drag: DragKind | None) -> Heat:
-        wheel, taken = material(self.material), self.compensation
+        wheel, compensation = material(self.material), self.compensation
         heat = Heat(
             self.at_celsius,
             wheel.expansion,
@@ -162,10 +162,10 @@ class Trochlea(Section):
         if drag is not None:
             oil, thickening = drag.oil, thickening_per_s(drag.thickens_per_month)
             heat = replace(heat, oil=thinning(oil, self.at_celsius), thickening=thickening)
-        if taken is None:
+        if compensation is None:
             return heat
-        middle = self.at_celsius if taken.middle is None else taken.middle
-        return replace(heat, takes=taken.takes, leaves=taken.leaves, middle=middle)
+        middle = self.at_celsius if compensation.middle is None else compensation.middle
+        return replace(heat, takes=compensation.takes, leaves=compensation.leaves, middle=middle)
 
     def made_cam(self, gravity: float) -> Cam:
         """Return the cam for the thread of this trochlea.
@@ -201,7 +201,7 @@ class Trochlea(Section):
         """Yield what is wrong between its keys, or with the drag and escapement of the scene."""
         fitting = self.cam.threads
         if self.thread.kind not in fitting:
-            cams = (kind_of(each) for each in cam_kinds() if self.thread.kind in each.threads)
+            cams = (kind_of(kind) for kind in cam_kinds() if self.thread.kind in kind.threads)
             yield Problem(
                 'trochlea.thread.kind',
                 self.thread.kind,
@@ -264,7 +264,7 @@ class Trochlea(Section):
         )
         if pull.law is None and not (self.thread.grows_alike and pull.stiffness):
             return
-        own = None if self.thread.grows_alike else self.cam.material
+        alloy = None if self.thread.grows_alike else self.cam.material
         why = {
             'circular_arc': 'its lever arm has a kink at rest',
             'synthesised': 'it is made of polynomials, which have no joints',
@@ -279,8 +279,8 @@ class Trochlea(Section):
             ),
             (
                 self._heat(None).cam,
-                'trochlea.material' if own is None else 'trochlea.cam.material',
-                material(self.material if own is None else own).expansion,
+                'trochlea.material' if alloy is None else 'trochlea.cam.material',
+                material(self.material if alloy is None else alloy).expansion,
                 f'1/K {kind}, whose force is that on a cam that does not grow',
                 'Leave it out.'
                 if self.thread.grows_alike
@@ -290,10 +290,10 @@ class Trochlea(Section):
 
     def _heat_problems(self, drag: DragKind | None) -> Iterator[Problem]:
         """Yield the problems of temperature and materials."""
-        kept = self.compensation
+        compensation = self.compensation
         for key, celsius in (
             ('at_celsius', self.at_celsius),
-            ('compensation.middle', None if kept is None else kept.middle),
+            ('compensation.middle', None if compensation is None else compensation.middle),
         ):
             if celsius is None or COLDEST <= celsius <= HOTTEST:
                 continue
@@ -307,7 +307,7 @@ class Trochlea(Section):
             )
             return
         spring, cam = getattr(self.power, 'material', None), self.cam.material
-        known = (name for name, each in MATERIALS.items() if each.modulus is not None)
+        elastic = (name for name, item in MATERIALS.items() if item.modulus is not None)
         heat, kind = self._heat(drag), f'does not go with trochlea.thread.kind {self.thread.kind}'
         yield from wrong(
             (
@@ -315,7 +315,7 @@ class Trochlea(Section):
                 'trochlea.power.material',
                 as_written(spring),
                 'has no modulus: how the force of a spring changes is not known',
-                f'Use {", ".join(known)}, or mapping: expansion, modulus.',
+                f'Use {", ".join(elastic)}, or mapping: expansion, modulus.',
             ),
             (
                 self.thread.grows_alike and heat.wheel != heat.cam,
@@ -325,9 +325,9 @@ class Trochlea(Section):
                 'Leave it out, and give trochlea.material for all of them.',
             ),
             (
-                kept is not None and not self.thread.compensable,
+                compensation is not None and not self.thread.compensable,
                 'trochlea.compensation',
-                as_written(kept),
+                as_written(compensation),
                 f'{kind}, which the weight alone pulls',
                 'Leave it out, or use thread kind vertical, hole or lever.',
             ),
@@ -344,17 +344,17 @@ class Trochlea(Section):
                 if self.thread.kind == 'vertical'
                 else f'cam {{kind: hole, lever_rate: {rate:.6g}}}'
             )
-            others = f'a pull without inertia or stiffness needs {plain}'
+            remedy = f'a pull without inertia or stiffness needs {plain}'
         else:
-            correctors = (kind_of(each) for each in cam_kinds() if each.corrects == power.acts_as)
-            others = f'{power.words} needs cam kind {next(correctors, "synthesised")}'
+            correctors = (kind_of(kind) for kind in cam_kinds() if kind.corrects == power.acts_as)
+            remedy = f'{power.words} needs cam kind {next(correctors, "synthesised")}'
         weightless = power.kind == 'weight' and power.acts_as == 'force'
         return Problem(
             'trochlea.power.massless' if weightless else 'trochlea.power.kind',
             True if weightless else power.kind,
             f'does not go with trochlea.cam.kind {cam.kind}, which is made for power kind '
             f'{cam.corrects}',
-            f'For the period of {cam.period!r} s {others}.',
+            f'For the period of {cam.period!r} s {remedy}.',
         )
 
 
@@ -395,9 +395,9 @@ class ImmersedBody:
     def __post_init__(self) -> None:
         if self.shape not in _DRAG:
             raise DescentError(f'shape = {self.shape!r}: must be globe or cylinder')
-        for name, least in (('size', 0.0), ('density', 0.0)):
+        for name, bound in (('size', 0.0), ('density', 0.0)):
             value = getattr(self, name)
-            if not least < value < math.inf:
+            if not bound < value < math.inf:
                 raise DescentError(f'{name} = {value!r}: must be finite and above 0; give another')
         if not 0.0 <= self.added_mass < math.inf:
             raise DescentError(
@@ -442,7 +442,7 @@ class CycloidBranch(Section):
         description='length of the simple pendulum that keeps time with small swings on it [m]'
     )
 
-    def curve(self, kappa: float, gamma: float) -> Given:
+    def curve(self, kappa: float, gamma: float) -> Branch:
         """Return the branch for a body in a fluid."""
         from tauto_core.curves.fluid import Cycloid
 
@@ -455,7 +455,7 @@ class CircleBranch(Section):
     kind: Literal['circle'] = Field(default='circle', description='circle')
     radius: Positive = Field(description='radius of the circle [m]')
 
-    def curve(self, kappa: float, gamma: float) -> Given:
+    def curve(self, kappa: float, gamma: float) -> Branch:
         """Return the branch for a body in a fluid."""
         from tauto_core.curves.branches import CircularDescent
 
@@ -473,7 +473,7 @@ class PointsBranch(Section):
         '3 to 200; distances increase'
     )
 
-    def curve(self, kappa: float, gamma: float) -> Given:
+    def curve(self, kappa: float, gamma: float) -> Branch:
         """Return the branch for a body in a fluid; DescentError: it does not rise throughout."""
         from tauto_core.curves.branches import ThroughPoints
 
@@ -531,11 +531,11 @@ class FluidTautochroneRegulator(Section):
     )
 
     def problems(
-        self, others: Mapping[str, object], ship: str, *, still: bool
+        self, sections: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
         """Yield its problems, and the sections and ships that cannot stand beside it."""
         yield from beside_regulator(
-            others,
+            sections,
             {
                 'trochlea': 'a scene has one regulator',
                 'drag': 'the fluid is the drag',
@@ -641,8 +641,8 @@ def make_descent_curve(regulator: FluidTautochroneRegulator) -> Curve:
     curve = FluidTautochrone(kappa, gamma, length, mu)
     if ascent is None:
         return curve
-    other = FluidTautochrone(kappa, gamma, ascent, mu)
-    return JoinedCurve(curve, other, composed_length(length, ascent))
+    twin = FluidTautochrone(kappa, gamma, ascent, mu)
+    return JoinedCurve(curve, twin, composed_length(length, ascent))
 
 
 def compile_fluid_pendulum(
@@ -746,8 +746,8 @@ def compile_fluid_pendulum(
 
 
 def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
-    least = _nearest_that_holds(regulator, key, value, 2.0)
-    return '' if least is None else f'a {key} of at least {least:.4g} {unit}'
+    nearest = _nearest_that_holds(regulator, key, value, 2.0)
+    return '' if nearest is None else f'a {key} of at least {nearest:.4g} {unit}'
 
 
 def _nearest_that_holds(
@@ -759,8 +759,8 @@ def _nearest_that_holds(
     """
     start = regulator.release_arc
 
-    def holds(tried: float) -> bool:
-        curve = make_descent_curve(regulator.model_copy(update={key: tried}))
+    def holds(trial: float) -> bool:
+        curve = make_descent_curve(regulator.model_copy(update={key: trial}))
         return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
 
     return nearest_if_any(value, factor, holds)

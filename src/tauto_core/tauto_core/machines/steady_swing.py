@@ -39,7 +39,7 @@ _SHORT_OF_EDGE = 1e-6
 # Share by which the amplitude is changed for the slope of the loss; errors go with its square.
 _NUDGE = 1e-4
 
-_SAME = 4.0 * np.finfo(float).eps
+_ROUNDING = 4.0 * np.finfo(float).eps
 # Relative error of the energy when it is asked whether a clock starts itself: yes or no.
 _START_ERROR = 1e-9
 
@@ -128,13 +128,13 @@ def _driven(
             'the cheeks are rooted in the axle: the wheel lingers in the middle, where the '
             'quadrature of a steady swing does not settle'
         )
-    (least, edge), start = _reach(machine, escapement.angle), machine.release_angle
+    (low, edge), start = _reach(machine, escapement.angle), machine.release_angle
     work, torques = escapement.work, Torques(drag or Drag(), escapement.recoil)
     hindered, impulses = '', 2.0 * escapement.energy
-    if abs(start) <= least and not _starts_itself(machine, torques, escapement.angle):
+    if abs(start) <= low and not _starts_itself(machine, torques, escapement.angle):
         hindered = (
             f'the clock stops: released at {abs(start):.6g} rad it does not swing beyond the '
-            f'{least:.6g} rad of the impulse'
+            f'{low:.6g} rad of the impulse'
         )
     elif work <= 0.0:
         hindered = (
@@ -144,21 +144,21 @@ def _driven(
     if hindered or drag is None:
         return NoSteadySwing(hindered or _GROWS)
     # the loss of a swing of 0 rad has no logarithm
-    least = max(least, 1e-9 * abs(start))
+    low = max(low, 1e-9 * abs(start))
 
     def loss(amplitude: float) -> float:
         return sum(leg.lost for leg in _legs(machine, torques, escapement.angle, amplitude))
 
-    if loss(least) >= work:
+    if loss(low) >= work:
         return NoSteadySwing(
             f'the clock stops: the escapement gives {work:.6g} J in a swing, less than the '
-            f'{loss(least):.6g} J that the drag takes from the smallest swing that reaches it, '
-            f'of {least:.6g} rad'
+            f'{loss(low):.6g} J that the drag takes from the smallest swing that reaches it, '
+            f'of {low:.6g} rad'
         )
     top = edge
     # next to where an unbalanced wheel would stand on its head a swing takes for ever
     if math.isinf(edge) or _is_uneven(machine):
-        top = min(max(abs(start), least), edge)
+        top = min(max(abs(start), low), edge)
         for _ in range(200):
             if loss(top) > work or top == edge:
                 break
@@ -173,9 +173,9 @@ def _driven(
         return math.log(work / loss(math.exp(log_amplitude)))
 
     # the loss is roughly a power of the amplitude, so logarithms of both are used
-    amplitude = math.exp(root_of(missing, math.log(least), math.log(top), _SAME))
+    amplitude = math.exp(root_of(missing, math.log(low), math.log(top), _ROUNDING))
     legs = _legs(machine, torques, escapement.angle, amplitude)
-    if abs(start) > least:
+    if abs(start) > low:
         legs.append(
             _leg(machine, torques, start, -math.copysign(1.0, start) * escapement.angle, -1.0)
         )
@@ -203,22 +203,22 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
         edge = machine.range_rad * (1.0 - _SHORT_OF_EDGE)
         if machine.imbalance is None:
             return abs(angle), edge
-        least = abs(angle)
+        amplitude = abs(angle)
         # beyond the side that is higher, and as far as both sides go
-        if machine.potential(-least) > machine.potential(least):
-            least = machine.angle_of_potential(float(machine.potential(-least)))
+        if machine.potential(-amplitude) > machine.potential(amplitude):
+            amplitude = machine.angle_of_potential(float(machine.potential(-amplitude)))
         # as far as V rises on both sides
         ways = np.linspace(0.0, min(edge - abs(machine.rest_angle), 2.0 * math.tau), 2000)[1:]
         sides = [machine.raised(machine.rest_angle + side * ways) for side in (-1.0, 1.0)]
         heights = [side[: np.argmax(np.append(np.diff(side) <= 0.0, True)) + 1] for side in sides]
         lowest = min(float(side[-1]) for side in heights)
-        there = np.searchsorted(heights[1], lowest, side='right') - 1
-        return least, float(machine.rest_angle + ways[there])
+        at = np.searchsorted(heights[1], lowest, side='right') - 1
+        return amplitude, float(machine.rest_angle + ways[at])
     geometry, (low, high) = machine.geometry, machine.edges
-    both = geometry.tau_of(np.array([abs(angle), -abs(angle)]))
-    ends = np.array([np.max(np.abs(both)), min(-low, high) * (1.0 - _SHORT_OF_EDGE)])
-    least, edge = geometry.theta(ends).tolist()
-    return least, edge
+    taus = geometry.tau_of(np.array([abs(angle), -abs(angle)]))
+    ends = np.array([np.max(np.abs(taus)), min(-low, high) * (1.0 - _SHORT_OF_EDGE)])
+    amplitude, edge = geometry.theta(ends).tolist()
+    return amplitude, edge
 
 
 def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: float) -> bool:
@@ -235,17 +235,17 @@ def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: flo
         return float(energy[0] - machine.potential(start + math.copysign(way, end)))
 
     def gained(way: float, energy: FloatArray) -> FloatArray:
-        here = np.array([start + math.copysign(way, end)])
-        rate = np.sqrt(max(2.0 * kinetic(way, energy), 0.0) / mass(here))
+        place = np.array([start + math.copysign(way, end)])
+        rate = np.sqrt(max(2.0 * kinetic(way, energy), 0.0) / mass(place))
         return torques.recoil - torques.drag.torque(rate)
 
     kinetic.terminal, kinetic.direction = True, -1.0  # type: ignore[attr-defined]
     begin, length = np.array([machine.potential(start)]), abs(end - start)
     tolerance = _START_ERROR * torques.recoil * length
-    found = solve_ivp(
+    motion = solve_ivp(
         gained, (0.0, length), begin, events=kinetic, rtol=_START_ERROR, atol=tolerance
     )
-    return bool(found.status == 0)
+    return bool(motion.status == 0)
 
 
 def _legs(
@@ -259,7 +259,7 @@ def _legs(
         ]
         return pair + pair
     # the turning point on the other side, at which V + R |θ| is the same
-    far = machine.far_turning(amplitude)
+    turn = machine.far_turning(amplitude)
     if torques.recoil:
         height = float(machine.potential(amplitude)) + torques.recoil * amplitude
 
@@ -267,14 +267,14 @@ def _legs(
             return float(machine.potential(angle)) - torques.recoil * angle - height
 
         # at these two angles V alone, or R |θ| alone, is the same
-        far, high = sorted((far, -amplitude))
-        if above(far) > 0.0:
-            far = root_of(above, far, high, _SAME)
+        turn, high = sorted((turn, -amplitude))
+        if above(turn) > 0.0:
+            turn = root_of(above, turn, high, _ROUNDING)
     return [
-        _leg(machine, torques, far, angle, -1.0),
+        _leg(machine, torques, turn, angle, -1.0),
         _leg(machine, torques, amplitude, angle, 1.0),
         _leg(machine, torques, amplitude, -angle, -1.0),
-        _leg(machine, torques, far, -angle, 1.0),
+        _leg(machine, torques, turn, -angle, 1.0),
     ]
 
 
@@ -285,29 +285,29 @@ def _leg(
 
     The sign is −1 where the turning point comes first, 1 where it comes last.
     """
-    rest, here = 0.0, np.array([turning, end])
+    centre, ends = 0.0, np.array([turning, end])
     if isinstance(machine, Machine) and _is_uneven(machine):
-        rest = machine.rest_angle
-        top, passed = machine.raised(here).tolist()
+        centre = machine.rest_angle
+        top, at_end = machine.raised(ends).tolist()
     else:
-        top, passed = machine.potential(here).tolist()
-    across = math.sqrt(min(passed / top, 1.0))
-    last = math.acos(math.copysign(across, (end - rest) * (turning - rest)))
-    if last == 0.0:
+        top, at_end = machine.potential(ends).tolist()
+    across = math.sqrt(min(at_end / top, 1.0))
+    w_end = math.acos(math.copysign(across, (end - centre) * (turning - centre)))
+    if w_end == 0.0:
         return SwingPart(0.0, 0.0)
-    edges, w, mass, slowness = _free_swing(machine, turning, last)
+    edges, w, mass, slowness = _free_swing(machine, turning, w_end)
     sine = np.sin(w)
     speed, path = np.sqrt(2.0 * top / mass) * sine, slowness * np.sqrt(2.0 * top / mass) * sine
     eased = running(torques.recoil * path, edges)[0] / (top * sine * sine)
     share, since = 1.0 + eased, np.zeros_like(w)
     for _ in range(_ITERATIONS):
         torque = torques.drag.torque(speed * np.sqrt(share))
-        before, (since, lost) = since, running(torque * path, edges)
+        old, (since, lost) = since, running(torque * path, edges)
         # far too much for its exact value to matter
         if lost > 1e6 * top:
             break
         share = np.maximum(1.0 + eased + sign * since / (top * sine * sine), 0.0)
-        if np.max(np.abs(since - before)) <= _SETTLED * lost:
+        if np.max(np.abs(since - old)) <= _SETTLED * lost:
             if np.min(share) <= 0.0:
                 break
             return SwingPart(lost, running(slowness / np.sqrt(share), edges)[1])
@@ -315,23 +315,23 @@ def _leg(
 
 
 def _free_swing(
-    machine: Machine | LeverMachine, turning: float, last: float
+    machine: Machine | LeverMachine, turning: float, w_end: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return panels of W from 0 to `last`, W, M and dt/dW there, of a free swing."""
+    """Return panels of W from 0 to `w_end`, W, M and dt/dW there, of a free swing."""
     cuts = [0.5 * math.pi]
     uneven = _is_uneven(machine)
     if isinstance(machine, Machine) and uneven:
-        cam, rest = machine.cam, machine.rest_angle
+        cam, centre = machine.cam, machine.rest_angle
         ends = sorted((turning, machine.far_turning(turning)))
         joints = np.concatenate([-cam.joints, [0.0] * cam.kinked, cam.joints])
         joints = joints[(joints > ends[0]) & (joints < ends[1])]
         inner = np.sqrt(machine.raised(joints) / machine.raised(np.array([turning])))
-        cuts += np.arccos(np.copysign(inner, (joints - rest) * (turning - rest))).tolist()
+        cuts += np.arccos(np.copysign(inner, (joints - centre) * (turning - centre))).tolist()
     elif isinstance(machine, Machine):
         joints = machine.cam.joints[machine.cam.joints < abs(turning)]
         inner = np.sqrt(machine.potential(joints) / machine.potential(turning))
         cuts += [*np.arccos(inner), *np.arccos(-inner)]
-    edges = np.array([0.0, *sorted(cut for cut in cuts if 0.0 < cut < last), last])
+    edges = np.array([0.0, *sorted(cut for cut in cuts if 0.0 < cut < w_end), w_end])
     for _ in range(_HALVINGS):
         w = panel_nodes(edges)
         # M and dt/dW where V = V(A) cos²W

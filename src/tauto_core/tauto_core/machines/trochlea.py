@@ -85,7 +85,7 @@ class Machine:
         torques are those of the hot machine.
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
-        inertia, carried, weight, force, stiffness, viscous = (float(each) for each in factors)
+        inertia, carried, weight, force, stiffness, viscous = (float(factor) for factor in factors)
         drag = self.drag
         if drag is not None:
             drag = drag.thinned(viscous)
@@ -115,9 +115,9 @@ class Machine:
             return math.tau / self.period(self.release_angle or 1.0)
         if self.imbalance is not None:
             # V″ by a central difference: off by the square of the step, and by 1e-12 of rounding
-            rest, step = self.rest_angle, 1e-4
-            below, above = self._slope(rest + np.array([-step, step])).tolist()
-            return math.sqrt((above - below) / (2.0 * step * float(self.mass(rest))))
+            centre, step = self.rest_angle, 1e-4
+            below, above = self._slope(centre + np.array([-step, step])).tolist()
+            return math.sqrt((above - below) / (2.0 * step * float(self.mass(centre))))
         return math.sqrt(self._rest_pull * float(self.cam.lever_rate(0.0)) / self.inertia)
 
     @property
@@ -154,7 +154,7 @@ class Machine:
         """Whether a weight pulls the thread, or the wheel is unbalanced."""
         return self.pulling_mass > 0.0 or self.imbalance is not None
 
-    def felt_angle(self, angle: float, tilt: float) -> float:
+    def sensed_angle(self, angle: float, tilt: float) -> float:
         """Return ϑ of the wheel at `angle` in its case, for a tilt of the apparent vertical."""
         return angle - tilt if self.follows_apparent_vertical else angle
 
@@ -173,9 +173,9 @@ class Machine:
         thread = lift * (self._rest_pull + 0.5 * self.stiffness * lift)
         if self.imbalance is None:
             return thread
-        half, (moment, direction) = 0.5 * np.asarray(angle), self.imbalance
+        half_angle, (moment, direction) = 0.5 * np.asarray(angle), self.imbalance
         # cos φ₀ − cos(ϑ + φ₀)
-        risen = 2.0 * np.sin(half + direction) * np.sin(half)
+        risen = 2.0 * np.sin(half_angle + direction) * np.sin(half_angle)
         return np.asarray(thread + moment * self.gravity * risen)
 
     def _slope(self, angle: FloatArray) -> FloatArray:
@@ -227,9 +227,9 @@ class Machine:
         # piece by piece, since √M is not smooth at the joints of the cam
         flat = np.atleast_1d(np.abs(angle))
         edges = np.concatenate([[0.0], self.cam.joints])
-        whole = np.concatenate([[0.0], np.cumsum(integrate(slope, edges[:-1], edges[1:]))])
+        sums = np.concatenate([[0.0], np.cumsum(integrate(slope, edges[:-1], edges[1:]))])
         piece = np.searchsorted(edges, flat, side='right') - 1
-        arc = whole[piece] + integrate(slope, edges[piece], flat)
+        arc = sums[piece] + integrate(slope, edges[piece], flat)
         return np.copysign(arc.reshape(np.shape(angle)), angle)
 
     def angle_of_arc(self, arc: ArrayLike) -> FloatArray:
@@ -290,22 +290,22 @@ class Machine:
         # its period differs by the square of that, and its two ends are hardly two numbers
         if abs(amplitude - self.rest_angle) < 1e-7:
             return self.small_period
-        far = self.far_turning(amplitude)
-        middle, half = 0.5 * (amplitude + far), 0.5 * (amplitude - far)
+        turn = self.far_turning(amplitude)
+        middle, size = 0.5 * (amplitude + turn), 0.5 * (amplitude - turn)
 
         def integrand(w: FloatArray) -> FloatArray:
-            angle = middle + half * np.cos(w)
-            left = top - self.potential(angle)
+            angle = middle + size * np.cos(w)
+            kinetic = top - self.potential(angle)
             # near its ends counted from there, without cancellation
-            sides = (amplitude, -(np.sin(0.5 * w) ** 2)), (far, np.cos(0.5 * w) ** 2)
+            sides = (amplitude, -(np.sin(0.5 * w) ** 2)), (turn, np.cos(0.5 * w) ** 2)
             for end, share in sides:
-                near = np.abs(share) < 0.05
-                way = 2.0 * half * share[near]
-                left[near] = -gauss_sums(self._slope, np.full(way.shape, end), way)
-            return np.sqrt(0.5 * self.mass(angle) / left) * abs(half) * np.sin(w)
+                is_near = np.abs(share) < 0.05
+                way = 2.0 * size * share[is_near]
+                kinetic[is_near] = -gauss_sums(self._slope, np.full(way.shape, end), way)
+            return np.sqrt(0.5 * self.mass(angle) / kinetic) * abs(size) * np.sin(w)
 
         joints = np.concatenate([-self.cam.joints, [0.0] * self.cam.kinked, self.cam.joints])
-        inner = (joints - middle) / half
+        inner = (joints - middle) / size
         edges = np.sort(np.arccos(np.array([1.0, *inner[np.abs(inner) < 1.0], 0.0, -1.0])))
         return 2.0 * float(np.sum(integrate(integrand, edges[:-1], edges[1:])))
 
@@ -314,29 +314,29 @@ class Machine:
 
         CamRangeError: the swing goes beyond the cam there.
         """
-        rest, top = self.rest_angle, float(self.potential(amplitude))
-        edge = math.copysign(self.cam.range_rad, rest - amplitude)
-        far = rest - (amplitude - rest)
-        while self.potential(np.clip(far, -abs(edge), abs(edge))) < top:
-            if abs(far) > abs(edge):
+        centre, top = self.rest_angle, float(self.potential(amplitude))
+        edge = math.copysign(self.cam.range_rad, centre - amplitude)
+        turn = centre - (amplitude - centre)
+        while self.potential(np.clip(turn, -abs(edge), abs(edge))) < top:
+            if abs(turn) > abs(edge):
                 raise CamRangeError(
                     f'a swing from {amplitude!r} rad goes beyond the cam on the other side, at '
                     f'{edge:.6g} rad: the wheel is unbalanced. Use a smaller amplitude'
                 )
-            far += 0.5 * (far - rest)
-        far = float(np.clip(far, -abs(edge), abs(edge)))
-        return root_of(lambda angle: float(self.potential(angle)) - top, rest, far, 1e-15)
+            turn += 0.5 * (turn - centre)
+        turn = float(np.clip(turn, -abs(edge), abs(edge)))
+        return root_of(lambda angle: float(self.potential(angle)) - top, centre, turn, 1e-15)
 
     def raised(self, angle: ArrayLike) -> FloatArray:
         """Return V(ϑ) − V(rest) of an unbalanced wheel, on land [J], to its digits at rest too."""
-        angle, rest = np.asarray(angle, np.float64), self.rest_angle
-        found = np.asarray(self.potential(angle) - self.potential(rest))
+        angle, centre = np.asarray(angle, np.float64), self.rest_angle
+        energy = np.asarray(self.potential(angle) - self.potential(centre))
         # from there counted along the slope, where no joint can be
-        near = np.abs(angle - rest) < 0.05 * (0.0 if self.cam.joints.size else 1.0)
-        near &= (angle * rest >= 0.0) | (not self.cam.kinked)
-        way = (angle - rest)[near]
-        found[near] = gauss_sums(self._slope, np.full(way.shape, rest), way)
-        return found
+        is_near = np.abs(angle - centre) < 0.05 * (0.0 if self.cam.joints.size else 1.0)
+        is_near &= (angle * centre >= 0.0) | (not self.cam.kinked)
+        way = (angle - centre)[is_near]
+        energy[is_near] = gauss_sums(self._slope, np.full(way.shape, centre), way)
+        return energy
 
     def uneven_swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ and dt/dW of a free swing of an unbalanced wheel on land, 0 < W < π, W ≠ π/2.
@@ -344,12 +344,12 @@ class Machine:
         `raised` is that of the amplitude times cos²W, so that W runs from the amplitude to the
         other end. With Y² = `raised`, dt/dW = √(M/2)/(dY/dϑ), dY/dϑ = V′/2Y.
         """
-        rest, far = self.rest_angle, self.far_turning(amplitude)
+        centre, turn = self.rest_angle, self.far_turning(amplitude)
         goal = math.sqrt(float(self.raised(np.array([amplitude]))[0])) * np.cos(w)
-        ends = np.where(goal > 0.0, amplitude, far) - rest
+        ends = np.where(goal > 0.0, amplitude, turn) - centre
 
         def excess(way: FloatArray) -> tuple[FloatArray, FloatArray]:
-            angle = rest + np.sign(ends) * way
+            angle = centre + np.sign(ends) * way
             root = np.sqrt(np.maximum(self.raised(angle), 0.0))
             slope = np.abs(self._slope(angle))
             return root - np.abs(goal), np.divide(
@@ -357,8 +357,8 @@ class Machine:
             )
 
         start = np.abs(ends) * np.abs(np.cos(w))
-        found = bracketed_newton(excess, start, (0.0, np.abs(ends)), relative=4e-16)
-        angle = rest + np.sign(ends) * found
+        offset = bracketed_newton(excess, start, (0.0, np.abs(ends)), relative=4e-16)
+        angle = centre + np.sign(ends) * offset
         slowness = np.sqrt(0.5 * self.mass(angle)) * 2.0 * np.abs(goal)
         return angle, slowness / np.abs(self._slope(angle))
 
@@ -376,13 +376,13 @@ class Machine:
         """Return ϑ ≥ 0 at which V is `potential` [J], at most the cam's range."""
         edge = self.cam.range_rad
         if self.imbalance is not None:
-            high, rest = min(edge, 1.0), max(self.rest_angle, 0.0)
+            high, low = min(edge, 1.0), max(self.rest_angle, 0.0)
             while high < edge and self.potential(high) < potential:
                 high = min(2.0 * high, edge)
             if self.potential(high) <= potential:
                 return high
             return root_of(
-                lambda angle: float(self.potential(angle)) - potential, rest, high, 2e-12
+                lambda angle: float(self.potential(angle)) - potential, low, high, 2e-12
             )
         if math.isfinite(edge):
             potential = min(potential, float(self.potential(edge)))
@@ -396,12 +396,12 @@ class Machine:
         angle = cam.angle_of_lift(lift)
         # a corrected cam gives the angle of a lift in closed form
         if not cam.knows_angle_of_lift:
-            last = cam.joints[cam.joints < amplitude].max(initial=0.0)
-            near = (sine * sine > 0.5) & (angle > last)
-            angle[near] = self._angle_at(kinetic[near], angle[near], amplitude)
+            joint = cam.joints[cam.joints < amplitude].max(initial=0.0)
+            is_near = (sine * sine > 0.5) & (angle > joint)
+            angle[is_near] = self._angle_at(kinetic[is_near], angle[is_near], amplitude)
         return angle, lift
 
-    def _angle_at(self, kinetic: FloatArray, near: FloatArray, amplitude: float) -> FloatArray:
+    def _angle_at(self, kinetic: FloatArray, guess: FloatArray, amplitude: float) -> FloatArray:
         """Return the angle of a swing's kinetic energy [J], counted from its turning point.
 
         Where the lever arm decreases, counting from 0 would lose the last digits of the angle, at
@@ -410,9 +410,9 @@ class Machine:
         """
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
         drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))
-        near = np.minimum(near, amplitude)
-        wrong = gauss_sums(self.cam.lever_arm, near, amplitude - near) - drop
-        return np.minimum(near + wrong / self.cam.lever_arm(near), amplitude)
+        guess = np.minimum(guess, amplitude)
+        wrong = gauss_sums(self.cam.lever_arm, guess, amplitude - guess) - drop
+        return np.minimum(guess + wrong / self.cam.lever_arm(guess), amplitude)
 
     @property
     def _rest_pull(self) -> float:
@@ -515,15 +515,15 @@ class ThreadKind(Kind):
 
             cam = pulled(cam, pull.law)
         if parts.imbalance is not None:
-            most = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
+            limit = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
             # one that hangs straight down is a pendulum, and needs no thread to hold it
-            if parts.imbalance.direction != 0.0 and not parts.imbalance.moment < most:
+            if parts.imbalance.direction != 0.0 and not parts.imbalance.moment < limit:
                 raise SceneError(
                     'trochlea',
                     'trochlea.imbalance.moment',
                     parts.imbalance.moment,
-                    f'outweighs the thread, which holds the wheel against {most:.6g} kg m',
-                    f'Use less than {most:.4g} kg m.',
+                    f'outweighs the thread, which holds the wheel against {limit:.6g} kg m',
+                    f'Use less than {limit:.4g} kg m.',
                 )
         return Machine(
             inertia=parts.inertia,

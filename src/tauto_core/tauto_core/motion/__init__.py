@@ -204,8 +204,8 @@ def sweeps_for(tolerance: float | None, strong: bool = False) -> int:
 
     A `strong` well is that of a kinked cam or of a real thread.
     """
-    asked, known = tolerance or 0.0, STRONG_SWEEPS if strong else FREE_END_SWEEPS
-    return next((sweeps for least, sweeps in known if asked >= least), 0)
+    bound, table = tolerance or 0.0, STRONG_SWEEPS if strong else FREE_END_SWEEPS
+    return next((sweeps for error, sweeps in table if bound >= error), 0)
 
 
 def make_collocation(
@@ -213,13 +213,13 @@ def make_collocation(
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps; imports kernels."""
     if isinstance(machine, Machine):
-        least = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
-        if least and machine.escapement is not None:
-            from tauto_core.motion.free_end import FreeEndCollocation, is_bent, takes_free_ends
+        count = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
+        if count and machine.escapement is not None:
+            from tauto_core.motion.free_end import FreeEndCollocation, arm_is_bent, takes_free_ends
 
             if takes_free_ends(machine):
-                more = sweeps is None and is_bent(machine)
-                return FreeEndCollocation(machine, tolerance, least + more)
+                extra = sweeps is None and arm_is_bent(machine)
+                return FreeEndCollocation(machine, tolerance, count + extra)
         from tauto_core.motion.collocation import Collocation
 
         return Collocation(machine, tolerance)

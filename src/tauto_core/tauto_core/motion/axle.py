@@ -42,7 +42,7 @@ _LONGEST = 1.0
 MOST_SWEEPS, SETTLED = 60, 2e-16
 MOST_HALVINGS = 24
 # |φ − θ| or |θ − ρ| at which the body counts as turned over [rad].
-_OVER = 3.0
+_TIPPING_ANGLE = 3.0
 MOST_EVENTS = 1000
 """Changes between rolling and sliding in a step of the span, at most."""
 
@@ -131,11 +131,11 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     s̈ = −b(φ̈ − ρ̈).
     """
     sigma = law.curvature * at.arc
-    theta, half = at.turn + sigma, 0.5 * sigma
+    theta, half_angle = at.turn + sigma, 0.5 * sigma
     # the axle's centre in fixed axes, from its place at s = 0: its arc of curvature 1/e by the
     # chord, so that a plane (curvature 0) needs no other formula
-    chord = at.arc * (math.sin(half) / half if half != 0.0 else 1.0)
-    x, y = -chord * math.sin(half), chord * math.cos(half)
+    chord = at.arc * (math.sin(half_angle) / half_angle if half_angle != 0.0 else 1.0)
+    x, y = -chord * math.sin(half_angle), chord * math.cos(half_angle)
     sine_rho, cosine_rho = math.sin(at.turn), math.cos(at.turn)
     down, lateral = x * cosine_rho - y * sine_rho, x * sine_rho + y * cosine_rho
     square = at.turn_rate * at.turn_rate
@@ -167,14 +167,14 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     return AxleForces(c * (sine * swung - cosine * bend) - pull + rubbed, bend, contact, rubbed)
 
 
-def _instant(state: AxleState, there: SupportMotion) -> AxleInstant:
-    return AxleInstant(*(float(each) for each in (*state, *there)))
+def _instant(state: AxleState, support: SupportMotion) -> AxleInstant:
+    return AxleInstant(*(float(value) for value in (*state, *support)))
 
 
 def law_of(body: AxlePendulum, touch: AxleContact) -> AxleLaw:
     """Return the body and its contact as plain numbers."""
-    own = body.curvature, body.depth, body.gyration_radius, body.gravity
-    return AxleLaw(*own, touch.radius, touch.friction, touch.rolls)
+    constants = body.curvature, body.depth, body.gyration_radius, body.gravity
+    return AxleLaw(*constants, touch.radius, touch.friction, touch.rolls)
 
 
 def forces(
@@ -185,9 +185,9 @@ def forces(
 ) -> AxleForces:
     """Return what `pushed` does for a state and a support whose numbers may be arrays."""
     law, numbers = law_of(body, touch), np.broadcast_arrays(*state, *support)
-    each = zip(*(values.ravel().tolist() for values in numbers), strict=True)
-    found = np.array([pushed(law, AxleInstant(*instant)) for instant in each])
-    return AxleForces(*found.T.reshape(-1, *numbers[0].shape))
+    instants = zip(*(values.ravel().tolist() for values in numbers), strict=True)
+    rows = np.array([pushed(law, AxleInstant(*instant)) for instant in instants])
+    return AxleForces(*rows.T.reshape(-1, *numbers[0].shape))
 
 
 @entry
@@ -198,7 +198,7 @@ def collocate_axle(
     support: FloatArray,
     inner: FloatArray,
     settled: float,
-    most: int,
+    most_sweeps: int,
     rows: FloatArray,
 ) -> int:
     """Fill the rows of a step from a state; return the sweeps it took, or 0: it does not settle.
@@ -212,12 +212,12 @@ def collocate_axle(
         support: its motion at the nodes, rows TURN to LATERAL, (5, n + 1).
         inner: a_ij, from values at the nodes to integrals up to them, (n, n).
         settled: largest last change, over the largest acceleration, at which it ends.
-        most: most sweeps.
+        most_sweeps: most sweeps.
         rows: rows ARC_BEND to ALONG, (8, n), filled.
     """
     n = inner.shape[0]
-    last = math.inf
-    for sweep in range(1, most + 1):
+    last_change = math.inf
+    for sweep in range(1, most_sweeps + 1):
         # nothing moved of nothing is 0, not NaN
         arc_size = tilt_size = 1e-300
         arc_moved = tilt_moved = 0.0
@@ -239,7 +239,7 @@ def collocate_axle(
             rows[ARC, i] = begin[0] + size * arc
             rows[TILT, i] = begin[1] + size * tilt
         for i in range(n):
-            found = pushed(
+            push = pushed(
                 law,
                 AxleInstant(
                     rows[ARC, i],
@@ -253,19 +253,19 @@ def collocate_axle(
                     support[LATERAL, i],
                 ),
             )
-            bend, tilt_bend = found.arc_acceleration, found.tilt_acceleration
+            bend, tilt_bend = push.arc_acceleration, push.tilt_acceleration
             if not math.isfinite(bend + tilt_bend):
                 return 0
             arc_moved = max(arc_moved, abs(bend - rows[ARC_BEND, i]))
             tilt_moved = max(tilt_moved, abs(tilt_bend - rows[TILT_BEND, i]))
             arc_size, tilt_size = max(arc_size, abs(bend)), max(tilt_size, abs(tilt_bend))
             rows[ARC_BEND, i], rows[TILT_BEND, i] = bend, tilt_bend
-            rows[PRESSED, i], rows[ALONG, i] = found.contact, found.along
-        moved = max(arc_moved / arc_size, tilt_moved / tilt_size)
+            rows[PRESSED, i], rows[ALONG, i] = push.contact, push.along
+        change = max(arc_moved / arc_size, tilt_moved / tilt_size)
         # or rounding keeps the changes from falling further
-        if sweep > 1 and (moved <= settled or (moved < 1e-13 and moved >= last)):
+        if sweep > 1 and (change <= settled or (change < 1e-13 and change >= last_change)):
             return sweep
-        last = moved
+        last_change = change
     return 0
 
 
@@ -301,13 +301,13 @@ class AxleStep(NamedTuple):
     Attributes:
         rows: ARC_BEND to ALONG at the nodes, (8, stages).
         times: those of the nodes and of the end [s], (stages + 1,).
-        there: motion of the support at these times.
+        support: motion of the support at these times.
         turn: ρ there [rad].
     """
 
     rows: FloatArray
     times: FloatArray
-    there: SupportMotion
+    support: SupportMotion
     turn: FloatArray
 
     @property
@@ -347,11 +347,11 @@ class AxleMotion:
         (4, n), and the support's motion. PropagationError: the axle lifts off, the body turns
         over, or the steps become too short.
         """
-        at, left, events = begin_s, length_s, 0
+        at, remaining, events = begin_s, length_s, 0
         longest = _LONGEST / self.clock.fastest
-        while left > 0.0:
+        while remaining > 0.0:
             # a rounding above a whole number of steps makes no further one
-            size = left / max(1, math.ceil(left / longest - 1e-9))
+            size = remaining / max(1, math.ceil(remaining / longest - 1e-9))
             took = self._step(at, size, support, visit)
             events += took < size
             if events > MOST_EVENTS:
@@ -361,7 +361,7 @@ class AxleMotion:
                     at,
                 )
             at += took
-            left = 0.0 if took == left else left - took
+            remaining = 0.0 if took == remaining else remaining - took
 
     def law(self, *, rolls: bool = False) -> AxleLaw:
         """Return the body and how it touches its support now, or as if it rolled."""
@@ -371,9 +371,9 @@ class AxleMotion:
             touch = AxleContact(clock.radius, friction=-self.now.slips * clock.friction)
         return law_of(clock.body, touch)
 
-    def pushed(self, there: SupportMotion, *, rolls: bool = False) -> AxleForces:
+    def pushed(self, support: SupportMotion, *, rolls: bool = False) -> AxleForces:
         """Return accelerations and forces now, or as if the axle rolled."""
-        return pushed(self.law(rolls=rolls), _instant(self.now.state, there))
+        return pushed(self.law(rolls=rolls), _instant(self.now.state, support))
 
     def _step(self, at: float, size: float, support: Support, visit: Visit | None) -> float:
         """Take a step of at most a size [s]; return how long it was."""
@@ -392,15 +392,15 @@ class AxleMotion:
         if shorter is not None:
             # the step again, up to the event
             size = shorter
-            again = self._collocate(at, size, support)
-            step = step if again is None else again
+            retry = self._collocate(at, size, support)
+            step = step if retry is None else retry
         self._check(step)
         begin = np.array(self.now.state)
         rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
         places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
         end = np.concatenate([places, rates])
         if visit is not None:
-            visit(step.times, np.column_stack([step.states, end]), step.there)
+            visit(step.times, np.column_stack([step.states, end]), step.support)
         now = self.now
         now.arc, now.tilt, now.arc_rate, now.tilt_rate = end.tolist()
         if shorter is not None:
@@ -410,9 +410,9 @@ class AxleMotion:
     def _collocate(self, at: float, size: float, support: Support) -> AxleStep | None:
         """Return the step; None where its iteration does not settle."""
         times = at + size * _ENDS
-        there = support(times)
+        support_motion = support(times)
         motion, rows = np.empty((5, _STAGES + 1)), np.zeros((8, _STAGES))
-        for row, values in zip(motion, there, strict=True):
+        for row, values in zip(motion, support_motion, strict=True):
             row[:] = values
         law, begin = self.law(), np.array(self.now.state)
         if not collocate_axle(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
@@ -423,7 +423,7 @@ class AxleMotion:
         scale = np.maximum(np.max(terms, axis=1), 1e-300)
         if not np.all(terms[:, -2:] <= 1e-10 * scale[:, None]):
             return None
-        return AxleStep(rows, times, there, motion[TURN])
+        return AxleStep(rows, times, support_motion, motion[TURN])
 
     def _check(self, step: AxleStep) -> None:
         """Raise a PropagationError where the axle lifts off, or the body turns over."""
@@ -435,18 +435,18 @@ class AxleMotion:
                 float(step.times[lifts[0]]),
             )
         sigma = self.clock.body.curvature * step.rows[ARC]
-        apart = np.abs(step.rows[TILT] - step.turn[:-1] - sigma)
-        over = np.flatnonzero(np.maximum(apart, np.abs(sigma)) > _OVER)
-        if len(over):
+        relative_tilt = np.abs(step.rows[TILT] - step.turn[:-1] - sigma)
+        tip_nodes = np.flatnonzero(np.maximum(relative_tilt, np.abs(sigma)) > _TIPPING_ANGLE)
+        if len(tip_nodes):
             raise PropagationError(
-                f'the body turned over (more than {_OVER:g} rad from its support). Release it '
-                'nearer to rest, or push it less',
-                float(step.times[over[0]]),
+                f'the body turned over (more than {_TIPPING_ANGLE:g} rad from its support). '
+                'Release it nearer to rest, or push it less',
+                float(step.times[tip_nodes[0]]),
             )
 
-    def _slip(self, arc_rate: float, tilt_rate: float, there: SupportMotion) -> float:
+    def _slip(self, arc_rate: float, tilt_rate: float, support: SupportMotion) -> float:
         """Return ṡ + b(φ̇ − ρ̇), the speed at which the axle slides over its support [m/s]."""
-        return float(arc_rate + self.clock.radius * (tilt_rate - there.turn_rate))
+        return float(arc_rate + self.clock.radius * (tilt_rate - support.turn_rate))
 
     def _event(self, at: float, size: float, step: AxleStep, support: Support) -> float | None:
         """Return the length after which the axle begins or ceases to slip; None: not in it."""
@@ -458,38 +458,38 @@ class AxleMotion:
             """Return a margin that is positive while the contact stays as it is."""
             powers = (2.0 * share - 1.0) ** np.arange(_STAGES)
             gained = share * size * ((step.bends @ _POWERS.T) @ powers)
-            moved = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
-            state = np.array(self.now.state) + np.concatenate([moved, gained])
-            there = support(at + size * share)
+            shift = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
+            state = np.array(self.now.state) + np.concatenate([shift, gained])
+            support_motion = support(at + size * share)
             if slips:
-                return slips * self._slip(state[2], state[3], there)
-            found = pushed(law, _instant(AxleState(*state), there))
-            return float(mu * found.contact - abs(found.along))
+                return slips * self._slip(state[2], state[3], support_motion)
+            push = pushed(law, _instant(AxleState(*state), support_motion))
+            return float(mu * push.contact - abs(push.along))
 
         if slips:
-            turning = np.broadcast_to(step.there.turn_rate, step.times.shape)[:-1]
+            turning = np.broadcast_to(step.support.turn_rate, step.times.shape)[:-1]
             rates = step.rows[ARC_RATE] + self.clock.radius * (step.rows[TILT_RATE] - turning)
-            inside = slips * rates
+            margins = slips * rates
         else:
-            inside = mu * step.rows[PRESSED] - np.abs(step.rows[ALONG])
-        before = 0.0
-        for share, left in zip(_ENDS.tolist(), [*inside.tolist(), margin(1.0)], strict=True):
-            if left < 0.0:
+            margins = mu * step.rows[PRESSED] - np.abs(step.rows[ALONG])
+        share_before = 0.0
+        for share, value in zip(_ENDS.tolist(), [*margins.tolist(), margin(1.0)], strict=True):
+            if value < 0.0:
                 # where a change has just been, the margin is 0: it is asked for a little later
-                low = before if before > 0.0 else 1e-9
+                low = share_before if share_before > 0.0 else 1e-9
                 if margin(low) <= 0.0:
                     return size * low
                 return size * root_of(margin, low, share, 1e-15)
-            before = share
+            share_before = share
         return None
 
-    def _change(self, there: SupportMotion) -> None:
+    def _change(self, support: SupportMotion) -> None:
         """Let an axle that slid roll, or one that rolled slide, or slide the other way."""
-        now, rolling = self.now, self.pushed(there, rolls=True)
+        now, rolling = self.now, self.pushed(support, rolls=True)
         slid = now.slips != 0
         if slid:
             # no slip at all, so that rounding starts none
-            now.arc_rate -= self._slip(now.arc_rate, now.tilt_rate, there)
+            now.arc_rate -= self._slip(now.arc_rate, now.tilt_rate, support)
         if slid and self._holds(rolling):
             now.slips = 0
         else:
@@ -500,18 +500,18 @@ class AxleMotion:
         """Return whether friction can be as large as rolling needs."""
         return bool(abs(rolling.along) <= self.clock.friction * rolling.contact)
 
-    def settle(self, there: SupportMotion) -> None:
+    def settle(self, support: SupportMotion) -> None:
         """Choose at the start whether the axle rolls or slides, by its slip and its friction."""
         if self.clock.contact != 'coulomb':
             return
-        slip = self._slip(self.now.arc_rate, self.now.tilt_rate, there)
+        slip = self._slip(self.now.arc_rate, self.now.tilt_rate, support)
         # a picometre a second is rounding of a contact that rolls
         if abs(slip) > 1e-12:
             self.now.slips = 1 if slip > 0.0 else -1
             return
         self.now.slips = 0
-        if not self._holds(self.pushed(there)):
-            self._change(there)
+        if not self._holds(self.pushed(support)):
+            self._change(support)
 
 
 # -----------------------------------------------------------------------------
@@ -610,14 +610,14 @@ class AxleSwings:
     def release(self, forcing: Forcing) -> Motion:
         """Release the body where the first span begins; return that instant."""
         clock, support = self._clock, _support(forcing, 0, self._clock.body.gravity)
-        there = support(float(forcing.begin[0] * forcing.length_s[0]))
-        tilt, rate = float(there.turn) + clock.tilt, float(there.turn_rate) + clock.tilt_rate
+        at_start = support(float(forcing.begin[0] * forcing.length_s[0]))
+        tilt, rate = float(at_start.turn) + clock.tilt, float(at_start.turn_rate) + clock.tilt_rate
         self._now = _Now(clock.arc, tilt, clock.arc_rate, rate)
         # a start at 0 is on the side from which it comes, so that it counts as no passage
         self._now.is_up = tilt > 0.0 or (tilt == 0.0 and rate >= 0.0)
         self._now.is_right = clock.tilt > 0.0 or (clock.tilt == 0.0 and clock.tilt_rate >= 0.0)
-        AxleMotion(clock, self._now).settle(there)
-        row = self._logged(there)
+        AxleMotion(clock, self._now).settle(at_start)
+        row = self._logged(at_start)
         angle, speed, bend = np.array(row[:3])[:, None]
         self._start = float(polar(angle, speed, bend, clock.frequency)[0])
         return self._motion([row])
@@ -628,8 +628,8 @@ class AxleSwings:
         body, rows = AxleMotion(self._clock, self._now), []
         for k in range(len(forcing.length_s)):
             support = _support(forcing, k, self._clock.body.gravity)
-            whole = float(forcing.length_s[k])
-            begin, end = (whole * float(each[k]) for each in (forcing.begin, forcing.end))
+            length_s = float(forcing.length_s[k])
+            begin, end = (length_s * float(cut[k]) for cut in (forcing.begin, forcing.end))
             try:
                 body.advance(end - begin, support, begin, self._count)
             except PropagationError as error:
@@ -639,13 +639,13 @@ class AxleSwings:
                 rows.append(self._logged(support(end)))
         return self._motion(rows) if rows else no_motion()
 
-    def _count(self, times: FloatArray, states: FloatArray, there: SupportMotion) -> None:
+    def _count(self, times: FloatArray, states: FloatArray, support: SupportMotion) -> None:
         """Count turns, upward passages of φ = 0, and beats, passages of φ = ρ."""
         del times
         now = self._now
         assert now is not None
         up = np.concatenate([[now.is_up], states[1] >= 0.0])
-        right = np.concatenate([[now.is_right], states[1] >= there.turn])
+        right = np.concatenate([[now.is_right], states[1] >= support.turn])
         now.turns += int(np.count_nonzero(up[1:] & ~up[:-1]))
         now.beats += int(np.count_nonzero(right[1:] != right[:-1]))
         now.is_up, now.is_right = bool(up[-1]), bool(right[-1])
@@ -659,24 +659,24 @@ class AxleSwings:
         self._start = state['start']
         self._now = None if state['now'] is None else _Now(**state['now'])
 
-    def _logged(self, there: SupportMotion) -> tuple[float, ...]:
+    def _logged(self, support: SupportMotion) -> tuple[float, ...]:
         """Return the row of an instant."""
         now = self._now
         assert now is not None
-        bend = AxleMotion(self._clock, now).pushed(there).tilt_acceleration
-        rho, turning = float(there.turn), float(there.turn_rate)
+        bend = AxleMotion(self._clock, now).pushed(support).tilt_acceleration
+        rho, turning = float(support.turn), float(support.turn_rate)
         return (now.tilt, now.tilt_rate, bend, rho, turning, float(now.turns), float(now.beats))
 
     def _motion(self, rows: list[tuple[float, ...]]) -> Motion:
         tilt, rate, bend, rho, turning, turns, beats = np.array(rows).T
         clock, omega = self._clock, self._clock.frequency
         angle = polar(tilt, rate, bend, omega)
-        half, fraction = since_start(turns.astype(np.int64), angle, self._start)
+        half_turns, fraction = since_start(turns.astype(np.int64), angle, self._start)
         return Motion(
             angle=tilt - rho,
             rate=rate - turning,
             torque=clock.mass * clock.body.gyration_radius**2 * bend,
-            half_turns=half,
+            half_turns=half_turns,
             fraction=fraction,
             phase_rate=polar_rate(tilt, rate, bend, omega),
             beats=beats.astype(np.int64),
@@ -685,18 +685,18 @@ class AxleSwings:
 
 def _support(forcing: Forcing, k: int, gravity: float) -> Support:
     """Return the motion of the support over the piece of a span, by times from its beginning."""
-    neutral, felt, tilt = forcing.neutral, forcing.gravity, forcing.tilt
-    if neutral is None or felt is None:
+    neutral, gravities, tilt = forcing.neutral, forcing.gravity, forcing.tilt
+    if neutral is None or gravities is None:
         return lambda _: STILL
-    whole = float(forcing.length_s[k])
+    length_s = float(forcing.length_s[k])
     size = max(neutral.shape[1], 0 if tilt is None else tilt.shape[1])
     roll = np.zeros(size)
     roll[: neutral.shape[1]] = neutral[k]
     if tilt is not None:
         roll[: tilt.shape[1]] -= tilt[k]
     powers = np.arange(size)
-    rate = (roll * powers)[1:] / whole
-    bend = (rate * powers[: size - 1])[1:] / whole
+    rate = (roll * powers)[1:] / length_s
+    bend = (rate * powers[: size - 1])[1:] / length_s
 
     def value(terms: FloatArray, x: Any) -> Any:
         total = 0.0 * x
@@ -705,8 +705,8 @@ def _support(forcing: Forcing, k: int, gravity: float) -> Support:
         return total
 
     def support(times: Any) -> SupportMotion:
-        x = times / whole
-        beta, pull = value(neutral[k], x), value(felt[k], x)
+        x = times / length_s
+        beta, pull = value(neutral[k], x), value(gravities[k], x)
         return SupportMotion(
             turn=value(roll, x),
             turn_rate=value(rate, x),

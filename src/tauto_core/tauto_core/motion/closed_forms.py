@@ -104,9 +104,9 @@ class Harmonic(ClosedForm):
         """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
         omega = machine.frequency
-        half, fraction = half_turns(time_ns, self._half_turns_per_ns)
+        count, fraction = half_turns(time_ns, self._half_turns_per_ns)
         turned = np.pi * fraction
-        sign = np.where(half % 2, -1.0, 1.0)
+        sign = np.where(count % 2, -1.0, 1.0)
         cosine, sine = sign * np.cos(turned), sign * np.sin(turned)
         if machine.is_linear:
             angle = machine.release_angle * cosine
@@ -125,10 +125,10 @@ class Harmonic(ClosedForm):
             angle=angle,
             rate=rate,
             torque=torque,
-            half_turns=half,
+            half_turns=count,
             fraction=fraction,
             phase_rate=np.full(len(time_ns), omega),
-            beats=half + (fraction > 0.5),
+            beats=count + (fraction > 0.5),
         )
 
 
@@ -178,8 +178,8 @@ class ActionAngle(ClosedForm):
         self._sign = math.copysign(1.0, machine.release_angle)
         self._top = float(machine.potential(self._amplitude))
         joints = machine.cam.joints
-        inside = joints[joints < self._amplitude]
-        cuts = np.arccos(np.sqrt(machine.potential(inside) / self._top))[::-1]
+        inner_joints = joints[joints < self._amplitude]
+        cuts = np.arccos(np.sqrt(machine.potential(inner_joints) / self._top))[::-1]
         self._edges = np.concatenate([[0.0], cuts, [0.5 * math.pi]])
         pairs = zip(self._edges, self._edges[1:], strict=False)
         parts = [series_of(lambda w: self._curve(w)[1], a, b) for a, b in pairs]
@@ -203,7 +203,7 @@ class ActionAngle(ClosedForm):
     def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
-        half, fraction = half_turns(time_ns, self._per_ns)
+        count, fraction = half_turns(time_ns, self._per_ns)
         falling = fraction <= 0.5
         quarter = np.where(falling, fraction, 1.0 - fraction) * 2.0
         time = quarter * self._times[-1]
@@ -216,7 +216,7 @@ class ActionAngle(ClosedForm):
                 x = inverse(risen, time[rows] - self._times[index])
                 w[rows] = a + 0.5 * (b - a) * (1.0 + x)
         size, _ = self._curve(w)
-        sign = self._sign * np.where(half % 2 == 0, 1.0, -1.0)
+        sign = self._sign * np.where(count % 2 == 0, 1.0, -1.0)
         angle = sign * np.where(falling, size, -size)
         mass = machine.mass(angle)
         rate = -sign * np.sqrt(2.0 * self._top / mass) * np.sin(w)
@@ -230,13 +230,13 @@ class ActionAngle(ClosedForm):
             angle=angle,
             rate=rate,
             torque=-tension * arm,
-            half_turns=half,
+            half_turns=count,
             # the top itself, from either side, is where the half turns join
             fraction=np.where(
                 fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE)
             ),
             phase_rate=phase_rate(machine, angle, rate, acceleration),
-            beats=half + (fraction > 0.5),
+            beats=count + (fraction > 0.5),
         )
 
 
@@ -249,11 +249,11 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
     def series(count: int) -> FloatArray:
         return chebyshev_coefficients(slope(a + 0.5 * (b - a) * (1.0 + chebyshev_nodes(count))))
 
-    found = complete_series(series, _COUNTS, TIME_TAIL)
-    if found is not None:
+    coefficients = complete_series(series, _COUNTS, TIME_TAIL)
+    if coefficients is not None:
         # every instant pays for each coefficient; less than an eighth of a rounding is dropped
-        kept = chebyshev.chebtrim(found, 2.0**-56 * np.max(np.abs(found)))
-        return np.asarray(chebyshev.chebint(kept, scl=0.5 * (b - a), lbnd=-1.0))
+        terms = chebyshev.chebtrim(coefficients, 2.0**-56 * np.max(np.abs(coefficients)))
+        return np.asarray(chebyshev.chebint(terms, scl=0.5 * (b - a), lbnd=-1.0))
     raise PropagationError(
         'the swing released takes more than 4096 Chebyshev coefficients. Smooth the table of the '
         'cam, or release at a smaller angle',
@@ -274,14 +274,14 @@ class Rising:
         series: its coefficients.
         slope: those of its derivative.
         top: its value at 1.
-        back: an estimate of x, as a series of 2·value/top − 1, from which Newton's method starts;
+        guess: an estimate of x, as a series of 2·value/top − 1, from which Newton's method starts;
             a straight line where the series is too long to be inverted beforehand.
     """
 
     series: FloatArray
     slope: FloatArray
     top: float
-    back: FloatArray
+    guess: FloatArray
 
 
 def rising(series: FloatArray) -> Rising:
@@ -291,15 +291,15 @@ def rising(series: FloatArray) -> Rising:
     if len(series) > LONGEST_INVERTED:
         return straight
     times = 0.5 * straight.top * (1.0 + chebyshev_nodes(2 * len(series)))
-    found = chebyshev_coefficients(inverse(straight, times))
-    return replace(straight, back=np.asarray(chebyshev.chebtrim(found, INVERTED_TO), np.float64))
+    guess = chebyshev_coefficients(inverse(straight, times))
+    return replace(straight, guess=np.asarray(chebyshev.chebtrim(guess, INVERTED_TO), np.float64))
 
 
 def inverse(risen: Rising, value: FloatArray) -> FloatArray:
     """Return x in [−1, 1] at which an increasing series has the value, 0 to its top."""
     return bracketed_newton(
         lambda x: (_value(risen.series, x) - value, _value(risen.slope, x)),
-        _value(risen.back, 2.0 * value / risen.top - 1.0),
+        _value(risen.guess, 2.0 * value / risen.top - 1.0),
         (-1.0, 1.0),
         absolute=INVERTED_TO,
     )
@@ -336,33 +336,33 @@ class UnevenWell(ClosedForm):
     def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at times since the release [ns], (n,)."""
         machine = self._machine
-        half, fraction = half_turns(time_ns, self._per_ns)
-        there = half % 2 == 0
-        part = np.where(there, fraction, 1.0 - fraction)
+        count, fraction = half_turns(time_ns, self._per_ns)
+        is_outward = count % 2 == 0
+        part = np.where(is_outward, fraction, 1.0 - fraction)
         w = 0.5 * math.pi * (1.0 + inverse(self._time, part * self._time.top))
         tau, _ = machine.swing(self._amplitude, w)
         slope, bend = machine.geometry.slopes(tau)
         turned, against = machine.turned_inertia, machine.pushed(tau) * slope
         mass = machine.inertia + turned * slope * slope
         top = float(machine.potential(self._amplitude))
-        away = -self._sign * np.where(there, 1.0, -1.0)
+        away = -self._sign * np.where(is_outward, 1.0, -1.0)
         rate = away * np.sqrt(2.0 * top / mass) * np.sin(w)
         ride = turned * slope * bend * rate * rate
         acceleration = -(against + ride) / mass
         angle = machine.geometry.theta(tau)
         x, speed = machine.arc(angle), np.sqrt(mass) * rate
         pushed = -against / np.sqrt(mass)
-        side = self._sign * np.where(there, 1.0, -1.0)
+        side = self._sign * np.where(is_outward, 1.0, -1.0)
         turned_by = np.arctan2(0.0 - side * speed / machine.frequency, side * x) / math.pi
         return Motion(
             angle=angle,
             rate=rate,
             torque=machine.inertia * acceleration,
-            half_turns=half,
+            half_turns=count,
             # the turning point itself, from either side, is where the half turns join
             fraction=np.where(
                 fraction < 0.5, np.maximum(turned_by, 0.0), np.minimum(turned_by, BELOW_ONE)
             ),
             phase_rate=polar_rate(x, speed, pushed, machine.frequency),
-            beats=half + (away * angle > 0.0),
+            beats=count + (away * angle > 0.0),
         )

@@ -47,15 +47,15 @@ from tauto_core.motion.gauss_step import (
     inside,
 )
 from tauto_core.motion.lanes import SIZE, larger, largest, row_of, store, width
-from tauto_core.motion.slack import ROUNDING, LooseSystem, SlackThread, Tautened, rounding_of
-from tauto_core.motion.stepping import Moved, hot_pieces, tolerance_of
+from tauto_core.motion.slack import ROUNDING, LooseSystem, Retension, SlackThread, rounding_of
+from tauto_core.motion.stepping import Model, hot_pieces, tolerance_of
 from tauto_core.motion.system import (
     NOWHERE,
-    Beyond,
+    Exits,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     SteppedRun,
@@ -81,7 +81,7 @@ from tauto_core.motion.wells import (
 from tauto_core.motion.wheel import (
     HOT_NODES,
     WHEEL_NODES,
-    FeltChannels,
+    InputChannels,
     Wheel,
     WithWheel,
     coordinate_and_momentum,
@@ -133,14 +133,14 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
         wheel = wheel_at_nodes(self.wheel, work)
-        felt, nodes, per_inertia = self.wheel.felt, work.nodes, wheel.per_inertia
+        channels, nodes, per_inertia = self.wheel.channels, work.nodes, wheel.per_inertia
         x, w = row_of(work.x, 0), omega[0] * row_of(work.y, 0)
-        line_rate = row_or_zero(felt.line, nodes.line_rate)
-        gravity = row_or_zero(felt.gravity, nodes.gravity)
-        rate = w - line_rate + row_or_zero(felt.tilt, nodes.tilt_rate)
+        line_rate = row_or_zero(channels.line, nodes.line_rate)
+        gravity = row_or_zero(channels.gravity, nodes.gravity)
+        rate = w - line_rate + row_or_zero(channels.tilt, nodes.tilt_rate)
         against = resistance(per_inertia, rate, mode)
         against = against + unbalanced(
-            per_inertia, x - row_or_zero(felt.lean, nodes.lean), gravity
+            per_inertia, x - row_or_zero(channels.lean, nodes.lean), gravity
         )
         if per_inertia.growth is not None:
             against = against + per_inertia.growth * w
@@ -153,9 +153,9 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             fall = fall * (self.scale / per_inertia.carried)
             store(work.d2, 1, omega[1] * height - fall * (1.0 / omega[1]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step leaves the cam, or the thread tautens in it."""
-        wheel, felt = wheel_at_nodes(self.wheel, work), self.wheel.felt
+        wheel, channels = wheel_at_nodes(self.wheel, work), self.wheel.channels
         x = row_of(work.x, 0)
         reach, edge = largest(x), NOWHERE
         if reach > wheel.range:
@@ -163,23 +163,23 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         lift = lever_arm(wheel.lever, 1.0, larger(x, x)).lift
         if self.scale is None:
             # a massless weight has no height: the thread is slack while it would have to push
-            gravity = row_or_zero(felt.gravity, work.nodes.gravity)
+            gravity = row_or_zero(channels.gravity, work.nodes.gravity)
             gap = 0.0 * x - pull_of(wheel.per_inertia, lift, gravity) + self.pull_rounding
         else:
             height = row_of(work.x, 1)
             gap = height - self.scale * lift + rounding_of(reach, largest(height))
-        return Beyond(edge, first_below(gap, work), False, reach, near_zero(gap))
+        return Exits(edge, first_below(gap, work), False, reach, near_zero(gap))
 
     @property
     def pull_rounding(self) -> float:
         """Pull of a massless weight over I that is no more than rounding."""
         return ROUNDING * term(self.wheel.per_inertia.weight, self.wheel.gravity)
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ = ϑ + τ."""
         return planes[0].x + at.tilt.value
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and weight at an instant."""
         wheel, line, tilt = wheel_now(self.wheel, at), at.drive, at.tilt
         per_inertia, q, w = wheel.per_inertia, planes[0].x, omega[0] * planes[0].y
@@ -213,7 +213,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         )
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum of the wheel alone."""
         impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]
@@ -223,7 +223,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         plane.y += kick(energy, now.rate, mode.direction) / omega[0]
         plane.y_rest = 0.0
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle: held by friction, or about to go.
 
         It is not held where the thread is about to tauten.
@@ -240,7 +240,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             state.direction = -1 if torque > 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)
 
-    def gap_at(self, q: float, state: RunningState, at: Outside) -> float:
+    def gap_at(self, q: float, state: RunningState, at: Inputs) -> float:
         """Return the gap of a wheel at ϑ = q, with the weight where it is."""
         lift = lever_arm(self.wheel.lever, 1.0, abs(q)).lift
         if self.scale is None:
@@ -249,7 +249,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         height = state.planes[1].x
         return height - self.scale * lift + rounding_of(q, height)
 
-    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
+    def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case while the weight falls.
 
         Returns the fraction at which the wheel breaks loose or the thread tautens, or 1.
@@ -275,11 +275,11 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             _place_at_rest(omega, angle, at, state)
         return reached
 
-    def let_go(self, taut: Wheel, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+    def let_go(self, taut: Wheel, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
         """Set wheel and weight to the motion of the taut thread."""
-        q, first = now.coordinate, free.planes[0]
-        first.x, first.y = q, (now.speed + at.drive.rate) / omega[0]
-        first.x_rest = first.y_rest = 0.0
+        q, wheel_plane = now.coordinate, free.planes[0]
+        wheel_plane.x, wheel_plane.y = q, (now.speed + at.drive.rate) / omega[0]
+        wheel_plane.x_rest = wheel_plane.y_rest = 0.0
         if self.scale is not None:
             arm = lever_arm(taut.lever, 1.0, abs(q))
             second = free.planes[1]
@@ -289,8 +289,8 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             second.x_rest = second.y_rest = 0.0
 
     def tauten(
-        self, taut: Wheel, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
-    ) -> Tautened:
+        self, taut: Wheel, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
+    ) -> Retension:
         """Share the momentum along the thread."""
         planes, wheel = planes_of(omega, free.planes), wheel_now(taut, at)
         q, speed = planes[0].x, omega[0] * planes[0].y - at.drive.rate
@@ -298,14 +298,14 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         lost, mu = 0.0, wheel.per_inertia.carried
         if self.scale is not None and mu is not None:
             height_rate = omega[1] * planes[1].y / self.scale
-            apart, mass = t * speed - height_rate, 1.0 + mu * (t * t)
-            lost = mu * (apart * apart) / mass
+            gap_rate, mass = t * speed - height_rate, 1.0 + mu * (t * t)
+            lost = mu * (gap_rate * gap_rate) / mass
             speed = (speed + mu * t * height_rate) / mass
         state.side = -1 if q < 0.0 else 1
         plane = state.planes[0]
         x, w = coordinate_and_momentum(wheel, q, speed, at.drive.rate, float(state.side))
         plane.x, plane.y, plane.x_rest, plane.y_rest = x, w / taut_omega[0], 0.0, 0.0
-        return Tautened(speed + at.tilt.rate, speed, lost)
+        return Retension(speed + at.tilt.rate, speed, lost)
 
 
 class _HeldNumbers(NamedTuple):
@@ -348,7 +348,7 @@ class WatchHeld(NamedTuple):
 
 
 @compiled
-def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Outside) -> float:
+def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Inputs) -> float:
     """Return the torque over I that keeps the wheel without its thread at θ = angle."""
     per_inertia, tilt = wheel_now(free.wheel, at).per_inertia, at.tilt
     aside = unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
@@ -356,7 +356,7 @@ def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Outside) -> f
 
 
 @compiled
-def _place_at_rest(omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+def _place_at_rest(omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
     """Put the wheel at rest in the moving case at θ = angle: ϑ̇ = −τ̇."""
     plane = state.planes[0]
     plane.x, plane.x_rest = angle - at.tilt.value, 0.0
@@ -402,7 +402,7 @@ class Collocation(SlackThread):
             return 1
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
-    def _moved(self, forcing: Forcing) -> Moved:
+    def _model_of(self, forcing: Forcing) -> Model:
         """Return the machine's numbers per inertia."""
         machine = self._machine
         inertia = machine.inertia
@@ -441,23 +441,23 @@ class Collocation(SlackThread):
             per_inertia,
             machine.cam.lever,
             self._shape,
-            FeltChannels(*(None if channel is None else True for channel in channels)),
+            InputChannels(*(None if channel is None else True for channel in channels)),
             impulse=escapement.angle if escapement else math.inf,
             pace=self._omega,
             range=machine.cam.range_rad,
             gravity=machine.gravity,
         )
-        return Moved(wheel, (self._omega,))
+        return Model(wheel, (self._omega,))
 
-    def _loosened(self, taut: Moved) -> Moved | None:
+    def _loose_model(self, taut: Model) -> Model | None:
         """Return wheel and weight with a slack thread; None without a weight."""
         wheel, omega = taut
         if not wheel.has_weight:
             return None
         carried = wheel.per_inertia.carried
         if carried is None:
-            return Moved(FreeWheel(wheel, None), (omega[0],))
-        return Moved(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
+            return Model(FreeWheel(wheel, None), (omega[0],))
+        return Model(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, with the machine's numbers where heat changes them."""
@@ -466,14 +466,14 @@ class Collocation(SlackThread):
             return pieces
         machine = self._machine
 
-        def numbers(factors: HeatFactors, growth: FloatArray) -> HotNumbers:
+        def numbers(factors: HeatFactors, growth: FloatArray) -> HeatTerms:
             share = 1.0 / factors.inertia
             per_inertia = share / machine.inertia
             force, weight = machine.force * factors.force, machine.pulling_mass * factors.weight
             if forcing.gravity is None:
                 force = force + weight * machine.gravity
             viscous = machine.drag.viscous if machine.drag else 0.0
-            return HotNumbers(
+            return HeatTerms(
                 per_inertia * machine.carried_mass * factors.carried,
                 per_inertia * force,
                 per_inertia * machine.stiffness * factors.stiffness,
@@ -491,9 +491,9 @@ class Collocation(SlackThread):
         Raises a PropagationError where the roll at the start puts the cam angle beyond the cam.
         """
         row, _ = self._released(forcing)
-        felt = float(row['coordinate'][0])
-        if not abs(felt) <= self._machine.cam.range_rad:
-            raise released_beyond(self._machine, felt)
+        angle = float(row['coordinate'][0])
+        if not abs(angle) <= self._machine.cam.range_rad:
+            raise released_beyond(self._machine, angle)
         return self._motion(row)
 
     def _failure(self, code: int, time_s: float) -> PropagationError:
@@ -511,5 +511,5 @@ class Collocation(SlackThread):
 
     def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
         angle, rate, bend = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        seen = self._machine, angle, rate, bend
-        return within_turn(*seen), phase_rate(*seen)
+        arguments = self._machine, angle, rate, bend
+        return within_turn(*arguments), phase_rate(*arguments)

@@ -25,9 +25,9 @@ from tauto_core.motion.gauss_step import (
 from tauto_core.motion.lanes import largest, lowest
 from tauto_core.motion.system import (
     NOWHERE,
-    Beyond,
+    Exits,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     SteppedRun,
@@ -48,7 +48,7 @@ kind for the instant at which its value stops falling.
 @inlined
 def expects_events(system: System) -> bool:
     """Return whether any events but the ends of the range and a slack thread can occur."""
-    return system.turns_abruptly or system.feels_impulse or system.kinked
+    return system.drag_has_kink or system.feels_impulse or system.kinked
 
 
 @compiled
@@ -96,7 +96,7 @@ def is_due(system: System, state: RunningState, direction: float, angle: float) 
 
 
 @compiled
-def happen(kind: int, run: SteppedRun, at: Outside, now: Instant) -> None:
+def happen(kind: int, run: SteppedRun, at: Inputs, now: Instant) -> None:
     """Apply an event: change signs and counts of the state, and at an impulse the planes.
 
     `at` and `now` are the ship and the system there, before the event.
@@ -125,7 +125,7 @@ def happen(kind: int, run: SteppedRun, at: Outside, now: Instant) -> None:
 # is laid out from wherever this one ends. Near its end an event costs a short step, which leads
 # back to it, and not a second long one.
 
-BEYOND = 0.05
+OVERSHOOT = 0.05
 """Phase by which a stretch ends after the expected event [rad]."""
 
 CROWDED = 1e-3
@@ -164,14 +164,14 @@ def back_to(late: float, bend: float, omega: float) -> float:
 
 @compiled
 def lay_out(
-    left: float, per_s: float, longest_s: float, ahead_s: float, level: int
+    remaining: float, per_s: float, longest_s: float, ahead_s: float, level: int
 ) -> tuple[float, int]:
-    """Return the length of the next stretch, in the unit of `left`, and the number of its steps.
+    """Return the length of the next stretch, in the unit of `remaining`, and its steps.
 
-    `per_s` is a second in that unit, `left` the rest of the span, `ahead_s` the time to the next
-    event, infinite where none is expected, and `level` how often steps are halved.
+    `per_s` is a second in that unit, `remaining` the rest of the span, `ahead_s` the time to the
+    next event, infinite where none is expected, and `level` how often steps are halved.
     """
-    stretch = min(left, ahead_s * per_s)
+    stretch = min(remaining, ahead_s * per_s)
     steps = math.ceil(stretch / (per_s * longest_s) - SPARE)
     # Equal steps: the energy of a swing drifts where the length of steps depends on its phase.
     return stretch, max(1, steps) << level
@@ -195,20 +195,20 @@ class WatchedValue(Protocol):
 
 
 @compiled
-def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -> float:
+def locate(watch: WatchedValue, last_x: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
 
-    `last` is a fraction at which it is no longer positive, `precision` the error allowed. By the
+    `last_x` is a fraction at which it is no longer positive, `precision` the error allowed. By the
     Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no closer to
     either bound than half the precision: a value that is tiny at the beginning would otherwise
     draw the first probe there, which would be taken for a root.
     """
-    a, b, fb = 0.0, last, min(at_last, 0.0)
+    a, b, fb = 0.0, last_x, min(at_last, 0.0)
     fa = watch.value(a)
     if not fa > 0.0:
         # A step may begin where the value has just been zero, and have it positive for a moment.
         for trial in range(1, FIRST_TRIALS):
-            x = last * 0.25 ** (FIRST_TRIALS - trial)
+            x = last_x * 0.25 ** (FIRST_TRIALS - trial)
             fx = watch.value(x)
             if fx > 0.0:
                 a, fa = x, fx
@@ -217,7 +217,7 @@ def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -
                 break
     if not fa > 0.0:
         return 0.0
-    kept = 0
+    stale_end = 0
     for _ in range(MAX_PROBES):
         x = (a * fb - b * fa) / (fb - fa)
         if b - a <= precision:
@@ -228,12 +228,12 @@ def locate(watch: WatchedValue, last: float, at_last: float, precision: float) -
             return x
         if fx > 0.0:
             a, fa = x, fx
-            fb = 0.5 * fb if kept == 1 else fb
-            kept = 1
+            fb = 0.5 * fb if stale_end == 1 else fb
+            stale_end = 1
         else:
             b, fb = x, fx
-            fa = 0.5 * fa if kept == -1 else fa
-            kept = -1
+            fa = 0.5 * fa if stale_end == -1 else fa
+            stale_end = -1
     return b
 
 
@@ -354,7 +354,7 @@ class WatchEvent(NamedTuple):
 
 @compiled
 def first_event(
-    run: SteppedRun, stalled: bool, clear: bool, place: StepPlace, after: Instant, beyond: Beyond
+    run: SteppedRun, stalled: bool, clear: bool, place: StepPlace, at_end: Instant, exits: Exits
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
@@ -367,51 +367,51 @@ def first_event(
     system, state = run.system, run.state
     long = run.omega[0] * (place.size * place.length) > TURNS_TWICE
     if system.feels_impulse and long and not (clear or stalled):
-        return _on_polynomials(run, mode_of(state), False, True, place, after, beyond)
+        return _on_polynomials(run, mode_of(state), False, True, place, at_end, exits)
     d = float(state.direction)
-    turned = not stalled and _turns_quietly(run, place, after, beyond)
-    if turned and -d * after.angle < system.impulse:
+    turned = not stalled and _turns_quietly(run, place, at_end, exits)
+    if turned and -d * at_end.angle < system.impulse:
         return NO_EVENT, 1.0
     mode = mode_of(state)
-    event, xi = _by_the_end(run, mode, place, after, beyond)
+    event, xi = _by_the_end(run, mode, place, at_end, exits)
     if event == UNSURE:
-        event, xi = _on_polynomials(run, mode, stalled, False, place, after, beyond)
-    if event == TURNING and _turns_smoothly(xi, run, mode, place, after, beyond):
+        event, xi = _on_polynomials(run, mode, stalled, False, place, at_end, exits)
+    if event == TURNING and _turns_smoothly(xi, run, mode, place, at_end, exits):
         return NO_EVENT, 1.0
     return event, xi
 
 
 @inlined
-def _inside(beyond: Beyond) -> bool:
+def _inside(exits: Exits) -> bool:
     """Return whether the step lies within the range, with the thread taut."""
-    return min(beyond.edge, beyond.slack) > 1.0 and not beyond.near
+    return min(exits.edge, exits.slack) > 1.0 and not exits.is_near
 
 
 @compiled
-def _turns_quietly(run: SteppedRun, place: StepPlace, after: Instant, beyond: Beyond) -> bool:
+def _turns_quietly(run: SteppedRun, place: StepPlace, at_end: Instant, exits: Exits) -> bool:
     """Reverse the direction if the step has a turning point and, at most, an impulse after it.
 
     Decided by the end of the step and its nodes; False means that this is not known.
     """
     system, state, work = run.system, run.state, run.work
     d, side = float(state.direction), float(state.side)
-    if not system.feels_impulse or system.turns_abruptly:
+    if not system.feels_impulse or system.drag_has_kink:
         return False
-    if state.armed or not _inside(beyond) or not d * after.rate < 0.0:
+    if state.armed or not _inside(exits) or not d * at_end.rate < 0.0:
         return False
     # The next impulse acts at −d θ = angle. At the turning point −d θ is smaller than at either
     # end of the step, so that it is due if one of them lies before that angle. The beginning may
     # be where the last impulse acted, at that very angle.
-    if not -d * after.angle < system.impulse:
+    if not -d * at_end.angle < system.impulse:
         at = outside_at(place.terms, place.begin, work)
         angle = system.wheel_angle(planes_of(run.omega, state.planes), at)
-        if not -d * angle < system.impulse + DISCERNED * beyond.reach:
+        if not -d * angle < system.impulse + DISCERNED * exits.reach:
             return False
-    if not beyond.within:
+    if not exits.is_within:
         return False
     if system.kinked:
         nearest = lowest(side * system.coordinates(work))
-        if not (side * after.coordinate > 0.0 and nearest >= KINK_APART * beyond.reach):
+        if not (side * at_end.coordinate > 0.0 and nearest >= KINK_APART * exits.reach):
             return False
     state.direction = -state.direction
     state.armed = alternates(system, state, float(state.direction))
@@ -420,17 +420,17 @@ def _turns_quietly(run: SteppedRun, place: StepPlace, after: Instant, beyond: Be
 
 @compiled
 def _turns_smoothly(
-    xi: float, run: SteppedRun, mode: Mode, place: StepPlace, after: Instant, beyond: Beyond
+    xi: float, run: SteppedRun, mode: Mode, place: StepPlace, at_end: Instant, exits: Exits
 ) -> bool:
     """Reverse the direction if the turning point found at ξ is all that happens in the step."""
     system, state = run.system, run.state
-    if system.turns_abruptly or system.kinked or not _inside(beyond):
+    if system.drag_has_kink or system.kinked or not _inside(exits):
         return False
-    if not (after.margin > 0.0 and after.tension > 0.0):
+    if not (at_end.margin > 0.0 and at_end.tension > 0.0):
         return False
-    there, back = StepWatch(run, mode, place).instant(xi), -mode.direction
-    armed = is_due(system, state, back, there.angle)
-    if not back * after.rate > 0.0 or (armed and not back * after.angle < system.impulse):
+    turning, way = StepWatch(run, mode, place).instant(xi), -mode.direction
+    armed = is_due(system, state, way, turning.angle)
+    if not way * at_end.rate > 0.0 or (armed and not way * at_end.angle < system.impulse):
         return False
     state.direction = -state.direction
     state.armed = armed
@@ -445,9 +445,9 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
     """
     system = run.system
     if system.kinked and kind == KINK:
-        felt = system.coordinates(run.work)
-        return lowest(mode.side * felt) < KINK_APART * largest(felt)
-    return system.turns_abruptly and kind == TURNING
+        angles = system.coordinates(run.work)
+        return lowest(mode.side * angles) < KINK_APART * largest(angles)
+    return system.drag_has_kink and kind == TURNING
 
 
 @compiled
@@ -486,7 +486,7 @@ def _first_below(watch: WatchEvent, at_end: float) -> tuple[float, float]:
 
 @compiled
 def _by_the_end(
-    run: SteppedRun, mode: Mode, place: StepPlace, after: Instant, beyond: Beyond
+    run: SteppedRun, mode: Mode, place: StepPlace, at_end: Instant, exits: Exits
 ) -> tuple[int, float]:
     """Return the only event within a step and its approximate fraction, by the state at its end.
 
@@ -494,38 +494,38 @@ def _by_the_end(
     """
     system, state, work = run.system, run.state, run.work
     side, d = mode.side, mode.direction
-    inside = _inside(beyond) and after.margin > 0.0
-    if system.turns_abruptly or not inside or (system.has_weight and not after.tension > 0.0):
+    is_inside = _inside(exits) and at_end.margin > 0.0
+    if system.drag_has_kink or not is_inside or (system.has_weight and not at_end.tension > 0.0):
         return UNSURE, 1.0
-    if system.feels_impulse and not d * after.rate > 0.0:
+    if system.feels_impulse and not d * at_end.rate > 0.0:
         return UNSURE, 1.0
-    if system.kinked and side * after.coordinate > 0.0 and side * after.speed > 0.0:
+    if system.kinked and side * at_end.coordinate > 0.0 and side * at_end.speed > 0.0:
         # where it leaves the kink from the beginning on, it passed none
         leaves = system.leaves_kink(mode, run.omega, state.planes, work)
         if not leaves and _may_dip(KINK, run, mode):
             return UNSURE, 1.0
-    struck = state.armed and not d * after.angle < system.impulse
-    crossed = system.kinked and not side * after.coordinate > 0.0
+    struck = state.armed and not d * at_end.angle < system.impulse
+    crossed = system.kinked and not side * at_end.coordinate > 0.0
     if not struck and not crossed:
         return NO_EVENT, 1.0
     length = place.size * place.length
-    impulse = _back_to(IMPULSE, run, mode, length, after) if struck else NOWHERE
-    kink = _back_to(KINK, run, mode, length, after) if crossed else NOWHERE
-    first, apart = min(impulse, kink), abs(impulse - kink)
-    if not first > 0.5 or (struck and crossed and not apart > 0.5 * (1.0 - first)):
+    impulse = _back_to(IMPULSE, run, mode, length, at_end) if struck else NOWHERE
+    kink = _back_to(KINK, run, mode, length, at_end) if crossed else NOWHERE
+    fraction, distance = min(impulse, kink), abs(impulse - kink)
+    if not fraction > 0.5 or (struck and crossed and not distance > 0.5 * (1.0 - fraction)):
         return UNSURE, 1.0
-    return IMPULSE if impulse < kink else KINK, first
+    return IMPULSE if impulse < kink else KINK, fraction
 
 
 @compiled
-def _back_to(kind: int, run: SteppedRun, mode: Mode, length: float, after: Instant) -> float:
+def _back_to(kind: int, run: SteppedRun, mode: Mode, length: float, at_end: Instant) -> float:
     """Return the fraction of a step at which an event's value was zero, by the step's end.
 
     0 if its slope has changed too much since then for the estimate to be good.
     """
-    fall = event_slope(kind, mode, after)
-    late = event_value(kind, run.system, mode, after) / fall
-    bend = after.acceleration / after.speed if kind == KINK else after.bend / after.rate
+    fall = event_slope(kind, mode, at_end)
+    late = event_value(kind, run.system, mode, at_end) / fall
+    bend = at_end.acceleration / at_end.speed if kind == KINK else at_end.bend / at_end.rate
     if not (fall < 0.0 and abs(bend * late) < BENT):
         return 0.0
     return 1.0 - back_to(late, bend, run.omega[0]) / length
@@ -536,7 +536,7 @@ def _is_watched(kind: int, run: SteppedRun) -> bool:
     """Return whether events of a kind can happen now."""
     if kind == TURNING:
         # does anything depend on the direction of θ̇?
-        return run.system.turns_abruptly or run.system.feels_impulse
+        return run.system.drag_has_kink or run.system.feels_impulse
     if kind == KINK:
         return run.system.kinked
     if kind == IMPULSE:
@@ -551,8 +551,8 @@ def _on_polynomials(
     stalled: bool,
     searched: bool,
     place: StepPlace,
-    after: Instant,
-    beyond: Beyond,
+    at_end: Instant,
+    exits: Exits,
 ) -> tuple[int, float]:
     """Return the kind of the first event within the step and its fraction of the step.
 
@@ -563,34 +563,34 @@ def _on_polynomials(
     """
     system, step = run.system, StepWatch(run, mode, place)
     fill_integrals(run.omega, run.work)
-    first, xi, reach = NO_EVENT, NOWHERE, 1.0
-    there = after
+    event, xi, reach = NO_EVENT, NOWHERE, 1.0
+    at_reach = at_end
     for kind in range(IMPULSE if stalled else TURNING, AT_SLACK + 1):
         if not _is_watched(kind, run):
             continue
-        at_last = event_value(kind, system, mode, there)
-        last = reach if at_last <= 0.0 else NOWHERE
+        at_last = event_value(kind, system, mode, at_reach)
+        last_x = reach if at_last <= 0.0 else NOWHERE
         watch = WatchEvent(kind, step)
         if searched and kind == TURNING:
-            last, at_last = _first_below(watch, at_last)
-        if last > 1.0 and _may_dip(kind, run, mode):
-            last, at_last = _dip(kind, event_slope(kind, mode, after), step)
-        limit = beyond.edge if kind == AT_EDGE else beyond.slack
-        if kind >= AT_EDGE and limit < last:
-            last = limit
-            at_last = watch.value(last)
-        if last <= 1.0:
+            last_x, at_last = _first_below(watch, at_last)
+        if last_x > 1.0 and _may_dip(kind, run, mode):
+            last_x, at_last = _dip(kind, event_slope(kind, mode, at_end), step)
+        limit = exits.edge if kind == AT_EDGE else exits.slack
+        if kind >= AT_EDGE and limit < last_x:
+            last_x = limit
+            at_last = watch.value(last_x)
+        if last_x <= 1.0:
             # No step ends at a smooth turning point, so its place may be rough. Most others are
             # carried to their place afterwards; those that end the run are not.
-            smooth = kind == TURNING and not system.turns_abruptly
+            smooth = kind == TURNING and not system.drag_has_kink
             precision = 1e-2 if smooth else (1e-6 if kind < AT_EDGE else 1e-13)
-            located = locate(watch, last, at_last, precision)
+            located = locate(watch, last_x, at_last, precision)
             if located < xi:
-                first, xi = kind, located
+                event, xi = kind, located
             if kind == TURNING:
                 reach = located
-                there = step.instant(located)
-    return (first, xi) if first != NO_EVENT else (NO_EVENT, 1.0)
+                at_reach = step.instant(located)
+    return (event, xi) if event != NO_EVENT else (NO_EVENT, 1.0)
 
 
 # -----------------------------------------------------------------------------
@@ -601,13 +601,13 @@ MAX_HOPS, MAX_CARRIES = 4, 8
 
 
 @inlined
-def _moved(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> tuple[Plane, ...]:
+def _drift(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> tuple[Plane, ...]:
     """Return X and Y of each plane after a short time [s], at the rates of `System.drift`."""
-    found: tuple[Plane, ...] = ()
+    planes: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         x, y = end[p].x + time * drift[p].x, end[p].y + time * drift[p].y / omega[p]
-        found = (*found, Plane(x, y))
-    return found
+        planes = (*planes, Plane(x, y))
+    return planes
 
 
 @compiled
@@ -616,7 +616,7 @@ def _carry(
 ) -> tuple[float, float]:
     """Carry `work.end` to an event near it; return where it is then, and where the event is.
 
-    Both, like ξ where it is before, are fractions of the step. If the event is `tolerance.near` or
+    Both, like ξ where it is before, are fractions of the step. If the event is `near_phase` or
     more away, the state stays and another short step is due. Else the midpoint rule carries it:
     its error is of the third order in the time, which Newton's method finds from value and slope
     of the event, with the slope halfway. It is repeated while the change of the slope on the way
@@ -635,16 +635,16 @@ def _carry(
         reached = xi + late / length
         if not 0.0 < reached <= 1.0:
             return xi, xi
-        if not omega[0] * abs(late) < run.tolerance.near:
+        if not omega[0] * abs(late) < run.tolerance.near_phase:
             return xi, reached
-        halfway = _moved(end, omega, system.drift(mode, omega, at, now), 0.5 * late)
+        halfway = _drift(end, omega, system.drift(mode, omega, at, now), 0.5 * late)
         at = outside_at(place.terms, place.begin + 0.5 * (xi + reached) * place.size, work)
         now = system.instant(mode, omega, halfway, at)
         mean = event_slope(kind, mode, now)
         late *= fall / mean if mean < 0.0 else 1.0
-        there = _moved(end, omega, system.drift(mode, omega, at, now), late)
+        planes = _drift(end, omega, system.drift(mode, omega, at, now), late)
         for p in range(len(omega)):
-            end[p].x, end[p].y = there[p].x, there[p].y
+            end[p].x, end[p].y = planes[p].x, planes[p].y
         xi += late / length
         change = mean / fall - 1.0
         if omega[0] * abs(late) * change * change <= run.tolerance.settled:
@@ -662,24 +662,24 @@ def step_to_event(kind: int, xi: float, run: SteppedRun, mode: Mode, place: Step
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end
-    there = 1.0
+    at_xi = 1.0
     if xi <= 0.5 or not system.feels_tilt:
         copy_planes(omega, run.state.planes, end)
-        there = 0.0
+        at_xi = 0.0
     for _ in range(MAX_HOPS):
         if xi <= 0.0:
             copy_planes(omega, run.state.planes, end)
             return 0.0
         hop = StepPlace(
-            place.length, place.terms, place.begin + there * place.size, (xi - there) * place.size
+            place.length, place.terms, place.begin + at_xi * place.size, (xi - at_xi) * place.size
         )
         system.at_nodes(hop, work)
         step = Step(system, mode, omega, hop.size * hop.length, PART_STEP, end, work)
         collocate(step, run.tolerance.settled)
         finish(step)
-        there = xi
+        at_xi = xi
         if expects_events(system):
-            there, xi = _carry(kind, xi, run, mode, place)
-        if there == xi:
+            at_xi, xi = _carry(kind, xi, run, mode, place)
+        if at_xi == xi:
             break
-    return there
+    return at_xi

@@ -68,15 +68,15 @@ class HalfSwingTable:
             # by least squares, which for so few terms is no slower than the discrete transform
             nodes = np.cos(np.pi * (np.arange(terms) + 0.5) / terms)
             starts = widest * 0.5 * (1.0 + nodes)
-            found = np.array([swing(start) for start in starts.tolist()])
-            values = np.stack([found[:, 0], -found[:, 1] / starts], axis=1)
+            rows = np.array([swing(start) for start in starts.tolist()])
+            values = np.stack([rows[:, 0], -rows[:, 1] / starts], axis=1)
             return np.asarray(chebyshev.chebfit(nodes, values, terms - 1), np.float64).T
 
-        found = complete_series(series, _COUNTS, SWING_TAIL, last=3, scale=1.0)
-        if found is not None:
+        coefficients = complete_series(series, _COUNTS, SWING_TAIL, tail_count=3, scale=1.0)
+        if coefficients is not None:
             # down to the last coefficient that counts, highest first
-            kept = (chebyshev.chebtrim(row, 2.0**-56) for row in found)
-            self._excess, self._ratio = (row.tolist()[::-1] for row in kept)
+            series_rows = (chebyshev.chebtrim(row, 2.0**-56) for row in coefficients)
+            self._excess, self._ratio = (row.tolist()[::-1] for row in series_rows)
             return
         raise PropagationError(
             f'half swings from {widest:.6g} m take more than {SWING_DEGREE} Chebyshev '
@@ -131,9 +131,9 @@ class EulerLaw(Law):
         arc, rate = np.empty_like(start), np.empty_like(start)
         forth, gravity = start > 0.0, self._machine.gravity
         arc[forth], rate[forth] = euler_half_swing(self._curve, gravity, start[forth], time[forth])
-        back = ~forth
-        arc[back], rate[back] = reverse_half_swing(
-            self._curve.kappa, self._machine.frequency, -start[back], time[back]
+        reverse = ~forth
+        arc[reverse], rate[reverse] = reverse_half_swing(
+            self._curve.kappa, self._machine.frequency, -start[reverse], time[reverse]
         )
         return arc, rate
 
@@ -155,12 +155,12 @@ class SymmetricLaw(Law):
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
         size, sign = np.abs(start), np.sign(start)
-        end = np.array([-self._table(each).end for each in size.tolist()])
+        end = np.array([-self._table(arc_size).end for arc_size in size.tolist()])
         arc, rate = np.empty_like(start), np.empty_like(start)
         grid = self._grid
         rows = max(1, _NUMBERS // (grid.nodes * max(grid.nodes, 24 * grid.panels)))
-        for first in range(0, len(start), rows):
-            part = slice(first, first + rows)
+        for begin in range(0, len(start), rows):
+            part = slice(begin, begin + rows)
             arc[part], rate[part] = place(
                 self._curve, self._machine.gravity, size[part], end[part], time[part], grid
             )
@@ -181,8 +181,8 @@ class BranchedLaw(Law):
                 self._tables[widest > 0.0] = HalfSwingTable(self._swing, widest)
 
     def _swing(self, start: float) -> tuple[float, float]:
-        found = self._ways.course(start)
-        return found.duration / self._half_s - 1.0, found.end
+        course = self._ways.course(start)
+        return course.duration / self._half_s - 1.0, course.end
 
     def course(self, start: float) -> SwingEnd:
         """Return the course of the half swing from rest at a signed arc [m]."""
@@ -207,10 +207,10 @@ def swing_law(machine: FluidPendulum) -> Law:
 
 def _sum(series: list[float], x: float) -> float:
     """Return a Chebyshev series by Clenshaw's recurrence."""
-    last = before = 0.0
+    b1 = b2 = 0.0
     for coefficient in series[:-1]:
-        last, before = 2.0 * x * last - before + coefficient, last
-    return x * last - before + series[-1]
+        b1, b2 = 2.0 * x * b1 - b2 + coefficient, b1
+    return x * b1 - b2 + series[-1]
 
 
 # -----------------------------------------------------------------------------
@@ -259,9 +259,9 @@ class HalfSwings:
             context.prec = PHASE_DIGITS
             # π √(f/g) [ns] as a whole number and a fraction
             length = Decimal(machine.curve.pendulum_length)
-            half = PI * (length / Decimal(machine.gravity)).sqrt() * 10**9
-            self._half_ns = int(half)
-            self._half_rest = float(half - self._half_ns)
+            half_period_ns = PI * (length / Decimal(machine.gravity)).sqrt() * 10**9
+            self._half_ns = int(half_period_ns)
+            self._half_rest = float(half_period_ns - self._half_ns)
         self._now = _Now(0, machine.release_arc, 0, 0.0)
         self._course = self._law.course(machine.release_arc)
 
@@ -288,10 +288,10 @@ class HalfSwings:
         count = np.empty(len(time_ns), np.int64)
         start, time = np.empty(len(time_ns)), np.empty(len(time_ns))
         for row, instant in enumerate(time_ns.tolist()):
-            after = self._next(self._now, self._course)
-            while (after.begin_ns, after.begin_rest) <= (instant, 0.0):
-                self._now, self._course = after, self._law.course(after.start)
-                after = self._next(self._now, self._course)
+            next_swing = self._next(self._now, self._course)
+            while (next_swing.begin_ns, next_swing.begin_rest) <= (instant, 0.0):
+                self._now, self._course = next_swing, self._law.course(next_swing.start)
+                next_swing = self._next(self._now, self._course)
             now = self._now
             count[row], start[row] = now.count, now.start
             time[row] = max((instant - now.begin_ns) - now.begin_rest, 0.0) * 1e-9
@@ -327,7 +327,7 @@ class HalfSwings:
         if math.isinf(course.excess):  # friction holds it for ever
             return _Now(now.count + 1, course.end, _NEVER_NS, 0.0)
         excess = course.excess * (self._half_ns + self._half_rest)
-        rest = now.begin_rest + self._half_rest + excess
-        whole = math.floor(rest)
-        begin = now.begin_ns + self._half_ns + whole
-        return _Now(now.count + 1, course.end, begin, rest - whole)
+        fraction_ns = now.begin_rest + self._half_rest + excess
+        whole_ns = math.floor(fraction_ns)
+        begin = now.begin_ns + self._half_ns + whole_ns
+        return _Now(now.count + 1, course.end, begin, fraction_ns - whole_ns)

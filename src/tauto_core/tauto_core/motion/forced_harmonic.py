@@ -55,8 +55,8 @@ from tauto_core.motion.linear import (
     oscillator,
     propagate,
     responses,
-    sorted_out,
     span_product,
+    unique_rows,
 )
 from tauto_core.samples import FloatArray, IntArray, Stateful
 
@@ -171,8 +171,8 @@ class Angle(NamedTuple):
 
     def direction(self, omega0: float) -> float:
         """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `forcing.polar` has it."""
-        found = math.atan2(0.0 - self.rate, omega0 * self.angle) * HALF_TURNS_PER_RADIAN
-        return found + 2.0 if found < 0.0 and self.angle < 0.0 else found
+        turns = math.atan2(0.0 - self.rate, omega0 * self.angle) * HALF_TURNS_PER_RADIAN
+        return turns + 2.0 if turns < 0.0 and self.angle < 0.0 else turns
 
 
 @entry
@@ -197,30 +197,30 @@ def count_passages(
     bound = _bound_of_all(well.omega0, spans.u, rough)
     # Over a run of calm spans Y turns by at most 45°, and 30° more in the last one. With the 45°
     # that the tilt adds at both ends this is less than half a turn, so that the count is unique.
-    begun, before = 0, Angle(wheel.angle, wheel.rate, wheel.bend, 0.0)
+    begun, at_begin = 0, Angle(wheel.angle, wheel.rate, wheel.bend, 0.0)
     for k in range(n):
         calm = _is_calm(well, spans, path, k, bound, rough)
         if not calm and begun < k:
-            after = _at_end(well, path, k - 1)
-            _count_run(well, spans, begun, k - 1, before, after, wheel)
-            begun, before = k, after
+            at_end = _at_end(well, path, k - 1)
+            _count_run(well, spans, begun, k - 1, at_begin, at_end, wheel)
+            begun, at_begin = k, at_end
         along = y[0, begun] * y[0, k + 1] + y[1, begun] * y[1, k + 1]
-        far = not 2.0 * along * along >= _square(y, begun) * _square(y, k + 1)
-        if not calm or far or along < 0.0 or logged[k] or k + 1 == n:
-            after = _at_end(well, path, k)
+        is_far = not 2.0 * along * along >= _square(y, begun) * _square(y, k + 1)
+        if not calm or is_far or along < 0.0 or logged[k] or k + 1 == n:
+            at_end = _at_end(well, path, k)
             if calm:
-                _count_run(well, spans, begun, k, before, after, wheel)
+                _count_run(well, spans, begun, k, at_begin, at_end, wheel)
             else:
-                at = _count_in_parts(well, spans, path, k, before, after, wheel)
+                at = _count_in_parts(well, spans, path, k, at_begin, at_end, wheel)
                 if at <= 1.0:
                     return True, k, at
-            begun, before = k + 1, after
+            begun, at_begin = k + 1, at_end
         if logged[k]:
             counts[written, 0], counts[written, 1] = wheel.turns, wheel.beats
-            touches = abs(before.angle) == TOUCHING
-            counts[written, 2] = (-1 if before.angle < 0.0 else 1) if touches else 0
+            touches = abs(at_begin.angle) == TOUCHING
+            counts[written, 2] = (-1 if at_begin.angle < 0.0 else 1) if touches else 0
             written += 1
-    wheel.angle, wheel.rate, wheel.bend = before.angle, before.rate, before.bend
+    wheel.angle, wheel.rate, wheel.bend = at_begin.angle, at_begin.rate, at_begin.bend
     return False, 0, 0.0
 
 
@@ -268,29 +268,29 @@ def _is_calm(
 
     `bound` is that of (u, u̇/ω₀) over all spans that samples determine.
     """
-    re, im, before = path.span[k, B_RE], path.span[k, B_IM], _square(path.y, k)
+    re, im, square = path.span[k, B_RE], path.span[k, B_IM], _square(path.y, k)
     if well.of.delta > CALM_DAMPING * well.omega0:
         return False
-    if not re * re + im * im < CALM_FORCING**2 * before:
+    if not re * re + im * im < CALM_FORCING**2 * square:
         return False
     # the bound of this span alone costs more, and is needed where another span has a large tilt
-    sampled = spans.u is not None and spans.u.first[k] >= 0
-    if sampled and _outweighs(well, before, _square(path.y, k + 1), bound):
+    sampled = spans.u is not None and spans.u.sample[k] >= 0
+    if sampled and _outweighs(well, square, _square(path.y, k + 1), bound):
         return True
     bound = _bound_of_span(well.omega0, spans, k, rough)
-    return _outweighs(well, before, _square(path.y, k + 1), bound)
+    return _outweighs(well, square, _square(path.y, k + 1), bound)
 
 
 @inlined
-def _outweighs(well: LinearWell, before: float, after: float, bound: float) -> bool:
+def _outweighs(well: LinearWell, square_begin: float, square_end: float, bound: float) -> bool:
     """Return whether a swing outweighs a tilt, and both together do not reach the edge.
 
-    `before` and `after` are |Y|² at both ends of a span, `bound` that of (u, u̇/ω₀).
+    `square_begin` and `square_end` are |Y|² at both ends of a span, `bound` that of (u, u̇/ω₀).
     """
     squared, room = well.of.omega * well.of.omega, well.edge - bound
-    if not bound * bound * squared <= CALM_TILT**2 * min(before, after):
+    if not bound * bound * squared <= CALM_TILT**2 * min(square_begin, square_end):
         return False
-    return room > 0.0 and CALM_GROWTH**2 * max(before, after) < room * room * squared
+    return room > 0.0 and CALM_GROWTH**2 * max(square_begin, square_end) < room * room * squared
 
 
 @compiled
@@ -302,7 +302,7 @@ def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
     """
     if u is None:
         return 0.0
-    values, rates, most = u.values, u.rates, 0.0
+    values, rates, roughness = u.values, u.rates, 0.0
     for i in range(1, len(values) - 1):
         # Hermite's cubic at the middle of 2h, and h times its slope there
         value = 0.5 * (values[i - 1] + values[i + 1]) + 0.25 * step_s * (
@@ -312,8 +312,8 @@ def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
             rates[i - 1] + rates[i + 1]
         )
         off = max(abs(values[i] - value), abs(step_s * rates[i] - slope) / math.pi)
-        most = max(most, off)
-    return BEYOND_ROUGH * most * math.hypot(1.0, math.pi / (step_s * omega0))
+        roughness = max(roughness, off)
+    return BEYOND_ROUGH * roughness * math.hypot(1.0, math.pi / (step_s * omega0))
 
 
 @compiled
@@ -322,13 +322,13 @@ def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
     if u is None:
         return 0.0
     values, rates = u.values, u.rates
-    value, rate, whole = splat(0.0), splat(0.0), len(values) // SIZE
-    for i in range(whole):
+    value, rate, blocks = splat(0.0), splat(0.0), len(values) // SIZE
+    for i in range(blocks):
         value, rate = larger(value, row_of(values, i)), larger(rate, row_of(rates, i))
-    most, fastest = largest(value), largest(rate)
-    for i in range(whole * SIZE, len(values)):
-        most, fastest = max(most, abs(values[i])), max(fastest, abs(rates[i]))
-    size = math.hypot(most, fastest / omega0)
+    value_bound, fastest = largest(value), largest(rate)
+    for i in range(blocks * SIZE, len(values)):
+        value_bound, fastest = max(value_bound, abs(values[i])), max(fastest, abs(rates[i]))
+    size = math.hypot(value_bound, fastest / omega0)
     return max(BEYOND_SAMPLES * size, size + rough)
 
 
@@ -337,8 +337,8 @@ def _bound_of_span(omega0: float, spans: DrivenSpans, k: int, rough: float) -> f
     """Return a bound of the length of (u, u̇/ω₀) over a span."""
     if spans.u is None:
         return 0.0
-    values, rates, first, fitted = spans.u
-    per_slope, begin = spans.responses.per_slope[spans.shape[k]] / omega0, first[k]
+    values, rates, sample, fitted = spans.u
+    per_slope, begin = spans.responses.per_slope[spans.shape[k]] / omega0, sample[k]
     if begin < 0:
         value = slope = 0.0
         for j in range(fitted.shape[1]):
@@ -358,10 +358,10 @@ def _bound_of_span(omega0: float, spans: DrivenSpans, k: int, rough: float) -> f
 def _count_run(
     well: LinearWell,
     spans: DrivenSpans,
-    first: int,
-    last: int,
-    before: Angle,
-    after: Angle,
+    first_span: int,
+    last_span: int,
+    begin: Angle,
+    end: Angle,
     wheel: WheelState,
 ) -> None:
     """Count the passages of a run of calm spans, from before the first to after the last.
@@ -369,12 +369,12 @@ def _count_run(
     (θ, −θ̇/ω₀) has turned by ωt but for less than half a turn, and that and its directions at both
     ends give the whole turns. It passes θ = 0 upwards only where θ̇ > 0, and so once a turn.
     """
-    begin_ns = spans.end_ns[first - 1] if first > 0 else spans.begin_ns
-    turned = well.of.omega * HALF_TURNS_PER_RADIAN * 1e-9 * (spans.end_ns[last] - begin_ns)
-    ahead = after.direction(well.omega0) - before.direction(well.omega0)
+    begin_ns = spans.end_ns[first_span - 1] if first_span > 0 else spans.begin_ns
+    turned = well.of.omega * HALF_TURNS_PER_RADIAN * 1e-9 * (spans.end_ns[last_span] - begin_ns)
+    ahead = end.direction(well.omega0) - begin.direction(well.omega0)
     turns = round(0.5 * (turned - ahead))
     wheel.turns += turns
-    wheel.beats += 2 * turns + (1 if after.angle < 0.0 else 0) - (1 if before.angle < 0.0 else 0)
+    wheel.beats += 2 * turns + (1 if end.angle < 0.0 else 0) - (1 if begin.angle < 0.0 else 0)
 
 
 @compiled
@@ -383,20 +383,20 @@ def _count_in_parts(
     spans: DrivenSpans,
     path: Path,
     k: int,
-    before: Angle,
-    after: Angle,
+    at_begin: Angle,
+    at_end: Angle,
     wheel: WheelState,
 ) -> float:
     """Count the passages of span k part by part; return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
-    parts, first = spans.responses.parts[shape], spans.responses.first_part[shape]
+    parts, first_part = spans.responses.parts[shape], spans.responses.first_part[shape]
     step = spans.responses.time_s[shape] / parts
-    decay, now = math.exp(-of.delta * step), before
+    decay, now = math.exp(-of.delta * step), at_begin
     re, im, c, s = y[0, k], y[1, k], frame[0, k], frame[1, k]
     for j in range(parts):
         then = now
         if j + 1 < parts:
-            part = span_product(spans, first + j, k)
+            part = span_product(spans, first_part + j, k)
             add = into_frame(c, s, lane(part, B_RE), lane(part, B_IM))
             re, im = decay * (re + add[0]), decay * (im + add[1])
             turned = of.omega * (j + 1) * step
@@ -406,7 +406,7 @@ def _count_in_parts(
             tilt = lane(part, U), lane(part, U_RATE), lane(part, U_BEND)
             now = _angle_of(well, (re, im), (c, s), tilt)
         else:
-            now = after
+            now = at_end
         if math.hypot(now.angle, now.rate / well.omega0) > well.edge * NEARLY_EDGE:
             at = first_holds(WatchEdge(well, step, then, now), EDGE_TRIALS)
             if at <= 1.0:
@@ -418,13 +418,13 @@ def _count_in_parts(
 @compiled
 def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: WheelState) -> None:
     """Count the passages of θ in a part [s]; leaving zero from rest does not count."""
-    below, after = then.angle < 0.0, now.angle < 0.0
-    if below != after:
+    below, below_now = then.angle < 0.0, now.angle < 0.0
+    if below != below_now:
         wheel.turns += 1 if below else 0
         wheel.beats += 0 if then.angle == 0.0 and then.rate == 0.0 else 1
         return
-    back = (then.rate < 0.0) != below and (now.rate < 0.0) == below
-    if back and _returns(well, step, then, now):
+    may_return = (then.rate < 0.0) != below and (now.rate < 0.0) == below
+    if may_return and _returns(well, step, then, now):
         wheel.turns += 1
         wheel.beats += 2
 
@@ -472,10 +472,10 @@ def _within(well: LinearWell, step: float, then: Angle, now: Angle, x: float) ->
     end, free = _free_swing(well, step, then), _free_swing(well, x * step, then)
     begin = _free_swing(well, 0.0, then)
     add, add_rate = now.angle - end.angle, (now.rate - end.rate) * step
-    first, last = (then.bend - begin.bend) * step * step, (now.bend - end.bend) * step * step
+    bend_0, bend_1 = ((then.bend - begin.bend) * step * step, (now.bend - end.bend) * step * step)
     # x² (c₂ + c₃ x + c₄ x² + c₅ x³)
-    c2 = 0.5 * first
-    value, slope, bend = add - c2, add_rate - first, last - first
+    c2 = 0.5 * bend_0
+    value, slope, bend = add - c2, add_rate - bend_0, bend_1 - bend_0
     c3 = 10.0 * value - 4.0 * slope + 0.5 * bend
     c4 = -15.0 * value + 7.0 * slope - bend
     c5 = 6.0 * value - 3.0 * slope + 0.5 * bend
@@ -490,9 +490,9 @@ def _free_swing(well: LinearWell, s: float, then: Angle) -> Angle:
     omega, delta, angle, rate = well.of.omega, well.of.delta, then.angle, then.rate
     square = well.omega0 * well.omega0
     cosine, sine, decay = math.cos(omega * s), math.sin(omega * s), math.exp(-delta * s)
-    there = decay * (angle * cosine + (rate + delta * angle) / omega * sine)
+    new_angle = decay * (angle * cosine + (rate + delta * angle) / omega * sine)
     turned = decay * (rate * cosine - (delta * rate + square * angle) / omega * sine)
-    return Angle(there, turned, -2.0 * delta * turned - square * there, 0.0)
+    return Angle(new_angle, turned, -2.0 * delta * turned - square * new_angle, 0.0)
 
 
 class ForcedHarmonic(Stateful):
@@ -531,7 +531,7 @@ class ForcedHarmonic(Stateful):
         psi = angle + tilt
         self._wheel = np.zeros((), WHEEL_STATE)
         self._wheel['re'], self._wheel['im'] = rate + of.delta * psi, of.omega * psi
-        at = self._with_acceleration(*(np.array([each]) for each in (angle, 0.0, acceleration)))
+        at = self._with_acceleration(*(np.array([value]) for value in (angle, 0.0, acceleration)))
         self._wheel['angle'], self._wheel['bend'], self._time_ns = angle, at[2][0], 0
         self._start_angle = float(within_turn(machine, *at)[0])
         return self._motion(*at, np.zeros((1, 3), np.int64))
@@ -547,23 +547,23 @@ class ForcedHarmonic(Stateful):
         # the time between the samples of a window; where there are none it is not asked for
         step_s = 1.0
         if window is not None:
-            nodes, width, sampled = window.nodes, 2 * len(window.nodes), window.line.first >= 0
+            nodes, width, sampled = (window.nodes, 2 * len(window.nodes), window.line.sample >= 0)
             if sampled.any():
                 step_s = (nodes[1] - nodes[0]) * float(forcing.length_s[np.argmax(sampled)])
         elif neutral is not None:
             width = neutral.shape[1]
-        shape, kinds = sorted_out(forcing.length_s, forcing.begin, forcing.end, sampled)
+        shape, kinds = unique_rows(forcing.length_s, forcing.begin, forcing.end, sampled)
         shapes = [SpanShape(long, begin, end, bool(by)) for long, begin, end, by in kinds]
-        made = responses(self._law, shapes, nodes, width)
-        spans = DrivenSpans(self._time_ns, forcing.end_ns, shape, made, _polynomials(forcing))
+        tables = responses(self._law, shapes, nodes, width)
+        spans = DrivenSpans(self._time_ns, forcing.end_ns, shape, tables, _polynomials(forcing))
         path = propagate(of, spans, self._wheel)
         counts = np.empty((np.count_nonzero(forcing.logged), 3), np.int64)
         at_edge, k, at = count_passages(
             self._well, spans, step_s, path, forcing.logged, self._wheel, counts
         )
         if at_edge:
-            left = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
-            raise edge_reached(self._machine, float(forcing.end_ns[k] * 1e-9 - left))
+            remaining_s = (1.0 - at) * (forcing.end[k] - forcing.begin[k]) * forcing.length_s[k]
+            raise edge_reached(self._machine, float(forcing.end_ns[k] * 1e-9 - remaining_s))
         self._time_ns = int(forcing.end_ns[-1])
         if not len(counts):
             return no_motion()
@@ -588,8 +588,8 @@ class ForcedHarmonic(Stateful):
         machine, touches = self._machine, counts[:, 2]
         # rounding decides on the direction of a wheel that all but rests in the middle
         counted = np.where(touches == 0, angle, TOUCHING * touches)
-        within = within_turn(machine, counted, np.where(touches == 0, rate, 0.0), acceleration)
-        half_turns, fraction = since_start(counts[:, 0], within, self._start_angle)
+        turn_angle = within_turn(machine, counted, np.where(touches == 0, rate, 0.0), acceleration)
+        half_turns, fraction = since_start(counts[:, 0], turn_angle, self._start_angle)
         return Motion(
             angle=angle,
             rate=rate,

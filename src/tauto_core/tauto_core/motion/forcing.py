@@ -37,12 +37,12 @@ def edge_reached(machine: Machine, time_s: float) -> PropagationError:
     )
 
 
-def released_beyond(machine: Machine, felt: float) -> PropagationError:
+def released_beyond(machine: Machine, cam_angle: float) -> PropagationError:
     """Return the error of a release that puts the cam angle beyond the cam."""
     return PropagationError(
         f'the release angle {machine.release_angle:.6g} rad and the roll at the start put the cam '
-        f"angle at {felt:.6g} rad, beyond the cam's range of ±{machine.cam.range_rad:.6g} rad. "
-        'Release at a smaller angle',
+        f"angle at {cam_angle:.6g} rad, beyond the cam's range of ±{machine.cam.range_rad:.6g} "
+        'rad. Release at a smaller angle',
         0.0,
     )
 
@@ -95,14 +95,14 @@ class Polynomials(NamedTuple):
     Attributes:
         values: u at the samples, (m,).
         rates: u̇ at the samples [1/s], (m,).
-        first: of a span of a regular piece, the index of the first sample of its window, ≥ 0; of
+        sample: of a span of a regular piece, the index of the first sample of its window, ≥ 0; of
             any other, −1 less its row in `fitted`; (n,).
         fitted: coefficients of x^j over pieces that are not regular, (k, w).
     """
 
     values: FloatArray
     rates: FloatArray
-    first: IntArray
+    sample: IntArray
     fitted: FloatArray
 
 
@@ -201,8 +201,8 @@ class Motion:
 
 def no_motion() -> Motion:
     """Return the motion at no instant."""
-    none, counts = np.empty(0), np.empty(0, np.int64)
-    return Motion(none, none, none, counts, none, none, counts)
+    empty, counts = np.empty(0), np.empty(0, np.int64)
+    return Motion(empty, empty, empty, counts, empty, empty, counts)
 
 
 # -----------------------------------------------------------------------------
@@ -240,7 +240,7 @@ def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray
     the fraction is rounded, however long the time (Dekker's exact product, 1971).
     """
     high, low = per_ns
-    whole = np.zeros(len(time_ns), np.int64)
+    halves = np.zeros(len(time_ns), np.int64)
     fraction = np.zeros(len(time_ns))
     # Two parts, each exact as a float, so that no length of run rounds the time.
     fine = time_ns % _COARSE_NS
@@ -250,9 +250,9 @@ def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray
         product, error = _product(time, high)
         floor = np.floor(product)
         fraction += (product - floor) + (error + time * low)
-        whole += floor.astype(np.int64)
+        halves += floor.astype(np.int64)
     carry = np.floor(fraction)
-    return whole + carry.astype(np.int64), fraction - carry
+    return halves + carry.astype(np.int64), fraction - carry
 
 
 def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
@@ -300,9 +300,9 @@ def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntAr
     From upward passages since the start, the angle within a turn (`polar`) [rad], and that at the
     start.
     """
-    half = (angle - start) / math.pi
-    whole = np.floor(half)
-    return 2 * turns + whole.astype(np.int64), half - whole
+    phase = (angle - start) / math.pi
+    floor = np.floor(phase)
+    return 2 * turns + floor.astype(np.int64), phase - floor
 
 
 def within_turn(

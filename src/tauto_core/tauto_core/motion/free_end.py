@@ -40,8 +40,8 @@ from tauto_core.motion.free_step import (
     FreeEnd,
     FreeHalfSwing,
     FreeState,
-    Moving,
     Rates,
+    WheelInstant,
     arc_sine,
     end_of,
     event_after,
@@ -89,7 +89,7 @@ from tauto_core.motion.stepping import (
     ROW,
     STRUCK,
     LoggedRow,
-    Moved,
+    Model,
     Spans,
     bounds_of,
     count_step,
@@ -103,8 +103,8 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     NOWHERE,
     ForcingPieces,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     SteppedRun,
@@ -138,7 +138,7 @@ LEAST_KINKED_ERROR, MOST_ON_LAND_KINKED = 1e-8, 1e-9
 """The same of a swing on a kinked cam, whose well is strongly anharmonic: 3e-4 s/day."""
 
 
-def is_bent(machine: Machine) -> bool:
+def arm_is_bent(machine: Machine) -> bool:
     """Return whether the angle is the coordinate, and the well smooth, but not of a linear arm.
 
     Such a swing takes one sweep more: with two the weight's own cam errs by 6e-4 s/day.
@@ -149,13 +149,13 @@ def is_bent(machine: Machine) -> bool:
 
 def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
     """Return the settings for a number of sweeps, ≥ 1."""
-    least, near = LEAST_FREE_ERROR, NEAR if sweeps <= MOST_IN_ONE else NEARER
+    floor, phase = LEAST_FREE_ERROR, NEAR if sweeps <= MOST_IN_ONE else NEARER
     if machine.cam.kinked:
-        least, near = LEAST_KINKED_ERROR, NEAR_KINKED if sweeps <= MOST_IN_ONE else NEARER
-    elif is_bent(machine):
-        least, near = LEAST_BENT_ERROR, NEAR_BENT if sweeps <= MOST_IN_ONE else NEARER
+        floor, phase = (LEAST_KINKED_ERROR, NEAR_KINKED if sweeps <= MOST_IN_ONE else NEARER)
+    elif arm_is_bent(machine):
+        floor, phase = (LEAST_BENT_ERROR, NEAR_BENT if sweeps <= MOST_IN_ONE else NEARER)
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
-    error, close = max(least, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
+    error, close = max(floor, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
     omega = reference_frequency(machine)
     usual_s = math.pi / omega
     swing, slower, slower_yet, spent = 1.0, 0.0, 0.0, 0.0
@@ -170,7 +170,7 @@ def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
         slower_yet = (slopes[1] - slopes[0]) / (changes[1] - changes[0])
         slower = slopes[1] - slower_yet * changes[1]
         spent = 0.25 * usual_s * machine.drag.viscous / machine.inertia if machine.drag else 0.0
-    return FreeEnd(sweeps, settled, error, near, close, usual_s, swing, slower, slower_yet, spent)
+    return FreeEnd(sweeps, settled, error, phase, close, usual_s, swing, slower, slower_yet, spent)
 
 
 NEIGHBOURS = 0.8, 0.9
@@ -211,8 +211,8 @@ def takes_free_ends(machine: Machine) -> bool:
         return False
     if shape is not None or machine.is_linear:
         return stages_of(machine, shape) == WIDE_SIZE
-    most = MOST_ON_LAND_KINKED if cam.kinked else MOST_ON_LAND
-    return _on_land(machine, shape, reference_frequency(machine)).error <= most
+    most_error = MOST_ON_LAND_KINKED if cam.kinked else MOST_ON_LAND
+    return _on_land(machine, shape, reference_frequency(machine)).error <= most_error
 
 
 def _swings_on_cheek(machine: Machine) -> bool:
@@ -249,20 +249,20 @@ def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
     u, v = np.zeros(WIDE_SIZE), np.full(WIDE_SIZE, amplitude)
     if amplitude == 0.0:
         return OnLand(u, v, 0.0)
-    change = last = 0.0
+    change = last_term = 0.0
     for _ in range(SWEEPS_ON_LAND):
         x, y = cosine * u + sine * v, cosine * v - sine * u
         d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
         if shape is not None:
             d2 = d2 - drag * y
-        before, slopes = u, (cosine * d1 - sine * d2, sine * d1 + cosine * d2)
+        u_before, slopes = u, (cosine * d1 - sine * d2, sine * d1 + cosine * d2)
         u = slopes[0] @ constants.columns * (math.pi / omega)
         v = slopes[1] @ constants.columns * (math.pi / omega) + amplitude
-        change = float(np.max(np.abs(u - before)))
-        last = max(abs(float(slope @ constants.projection[-1])) for slope in slopes)
+        change = float(np.max(np.abs(u - u_before)))
+        last_term = max(abs(float(slope @ constants.projection[-1])) for slope in slopes)
     settled = change <= ROW_SETTLED * LEAST_FREE_SETTLED * abs(amplitude)
     factor = error_factor(machine, shape, WIDE_SIZE)
-    error = step_error(factor, math.pi / omega * last / abs(amplitude), False)
+    error = step_error(factor, math.pi / omega * last_term / abs(amplitude), False)
     return OnLand(u / amplitude, v / amplitude - 1.0, error if settled else math.inf)
 
 
@@ -291,19 +291,19 @@ WAITS = 15
 
 @inlined
 def _to_row(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
 ) -> int:
     """Write the row at the end of the last span if it precedes the impulse; the state stays."""
-    wheel, omega, state, work = half.system, run.omega, run.state, run.work
-    h, mode = half.known_s, mode_of(state)
-    if wheel.kinked and h > LONGEST * expected_s(run, half, free, free_end):
+    wheel, omega, state, work = swing.system, run.omega, run.state, run.work
+    h, mode = swing.known_s, mode_of(state)
+    if wheel.kinked and h > LONGEST * expected_s(run, swing, free, free_end):
         return PAST
     if not isinstance(wheel, Wheel):
         # beyond the second turning point the motion would seem to come before the impulse
-        expected = time_to_impulse(run, half, free_end.usual_s) * lasting(run, free)
+        expected = time_to_impulse(run, swing, free_end.usual_s) * lasting(run, free)
         if not h <= LONGEST * expected:
             return PAST
-    fill_from_spans(half, h, work)
+    fill_from_spans(swing, h, work)
     step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
     fill_rotations(step)
     start_stages(step)
@@ -311,12 +311,12 @@ def _to_row(
     if not settled:
         return MISSES
     finish(step)
-    k, x = span_at(half, h)
-    at = ship_at(half, k, x)
+    k, x = span_at(swing, h)
+    at = ship_at(swing, k, x)
     now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
     if is_past(wheel, state, now):
         return PAST
-    if not _holds(run, half, mode, free_end.error, h):
+    if not _holds(run, swing, mode, free_end.error, h):
         return MISSES
     # the state is advanced for the row, and then restored
     turns, beats = state.turns, state.beats
@@ -325,9 +325,9 @@ def _to_row(
         plane = state.planes[p]
         saved = (*saved, (plane.x, plane.x_rest, plane.y, plane.y_rest))
     below = wheel.coordinate(planes_of(omega, state.planes)) < 0.0
-    found = signs_at_nodes(wheel.coordinates(work), below, NOWHERE, work)
+    signs = signs_at_nodes(wheel.coordinates(work), below, NOWHERE, work)
     copy_planes(omega, work.end, state.planes)
-    count_step(True, found, run, 0, 0.0)
+    count_step(True, signs, run, 0, 0.0)
     write_row(run, at, row)
     state.turns, state.beats = turns, beats
     for p in range(len(omega)):
@@ -337,52 +337,52 @@ def _to_row(
 
 
 @inlined
-def _holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
+def _holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    if isinstance(half.system, Wheel):
-        return holds(run, half, mode, error, h)
-    return holds_on_thread(run, half, mode, error, h)
+    if isinstance(swing.system, Wheel):
+        return holds(run, swing, mode, error, h)
+    return holds_on_thread(run, swing, mode, error, h)
 
 
 @inlined
 def _to_next(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next event, as `free_step.to_impulse`."""
-    if isinstance(half.system, Wheel):
-        return to_next(run, half, free, free_end)
-    return to_impulse_on_thread(run, half, free, free_end)
+    if isinstance(swing.system, Wheel):
+        return to_next(run, swing, free, free_end)
+    return to_impulse_on_thread(run, swing, free, free_end)
 
 
 @inlined
 def _ahead(
-    start: FreeHalfSwing, shown: int, reach_s: float, squares: FloatArray, bends: FloatArray
+    start: FreeHalfSwing, first_due: int, reach_s: float, squares: FloatArray, bends: FloatArray
 ) -> tuple[int, FreeHalfSwing]:
     """Return the spans to read: up to a row that is due, or as far as a half swing may last.
 
     What is read so does not depend on how many spans are known. The code is DUE, HOLDS, UNKNOWN,
     or MISSES where there are too many.
     """
-    spans, k, last, x = start.spans, start.k, start.k, start.x
+    spans, k, last_span, x = start.spans, start.k, start.k, start.x
     known_s, square, bend, code = 0.0, 0.0, 0.0, UNKNOWN
     while True:
-        known_s += (spans.end[last] - x) * start.pieces.length_s[last]
-        square, bend = max(square, squares[last]), max(bend, bends[last])
+        known_s += (spans.end[last_span] - x) * start.pieces.length_s[last_span]
+        square, bend = max(square, squares[last_span]), max(bend, bends[last_span])
         if known_s >= reach_s:
             code = HOLDS
-        elif spans.logged[last] and last >= shown:
+        elif spans.logged[last_span] and last_span >= first_due:
             code = DUE
-        elif last - k == MOST_SPANS:
+        elif last_span - k == MOST_SPANS:
             code = MISSES
-        if code != UNKNOWN or last + 1 == len(spans.begin):
+        if code != UNKNOWN or last_span + 1 == len(spans.begin):
             break
-        last += 1
-        x = spans.begin[last]
-    known = FreeHalfSwing(
+        last_span += 1
+        x = spans.begin[last_span]
+    swing = FreeHalfSwing(
         start.system,
         k,
         start.x,
-        last,
+        last_span,
         known_s,
         square,
         bend,
@@ -390,9 +390,9 @@ def _ahead(
         spans,
         start.pieces,
         start.rates,
-        start.laid,
+        start.table,
     )
-    return code, known
+    return code, swing
 
 
 @entry
@@ -408,7 +408,7 @@ def advance_freely(
     rows: NDArray[np.void],
     rates: Rates,
     powers: int,
-    laid: FloatArray,
+    table: FloatArray,
     free: FreeState,
     free_end: FreeEnd,
 ) -> tuple[int, int, float]:
@@ -425,26 +425,26 @@ def advance_freely(
     for i in range(count):
         _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
         squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
-    k, shown, unlaid = 0, free.shown, 0
+    k, first_due, unlaid = 0, free.shown, 0
     while k < count:
         x = free.x if free.free else spans.begin[k]
-        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates, laid)
+        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates, table)
         if free.free and free.waits == 0:
             time = 0.0
-            code, half = _ahead(start, shown, reach_s, squares, bends)
+            code, swing = _ahead(start, first_due, reach_s, squares, bends)
             if code == UNKNOWN:
                 break
-            unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), half.last, laid)
+            unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), swing.last_span, table)
             if code == DUE:
-                code = _to_row(run, half, free, free_end, rows[written])
+                code = _to_row(run, swing, free, free_end, rows[written])
                 if code == HOLDS:
                     written += 1
-                    shown = half.last + 1
+                    first_due = swing.last_span + 1
                     continue
             if code != MISSES:
-                code, time = _to_next(run, half, free, free_end)
+                code, time = _to_next(run, swing, free, free_end)
             if code == HOLDS:
-                j, x = span_at(half, time)
+                j, x = span_at(swing, time)
                 further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
                 x, free.x_rest = further if j == k else (x, 0.0)
                 free.x = min(x, spans.end[j])
@@ -453,7 +453,7 @@ def advance_freely(
             free.waits, free.missed = WAITS + 1, free.missed + 1
             free.forth = free.back = 0.0
         # the driver continues to the next impulse, or to the end of the span
-        unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), k, laid)
+        unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), k, table)
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
             at = ship_at(start, k, x)
@@ -463,62 +463,62 @@ def advance_freely(
             continue
         if code != OK:
             return code, k, x
-        if spans.logged[k] and k >= shown:
+        if spans.logged[k] and k >= first_due:
             write_row(run, ship_at(start, k, x), rows[written])
             written += 1
         free.free = False
         k += 1
-    free.shown = max(shown - k, 0)
+    free.shown = max(first_due - k, 0)
     return OK, k, 0.0
 
 
-def _joined(first: Forcing | None, second: Forcing) -> Forcing:
+def _joined(former: Forcing | None, second: Forcing) -> Forcing:
     """Return the spans of one forcing and then those of another."""
-    if first is None:
+    if former is None:
         return second
-    before, after = first.temperatures, second.temperatures
-    temperatures = after
-    if before is not None and after is not None:
+    head, tail = former.temperatures, second.temperatures
+    temperatures = tail
+    if head is not None and tail is not None:
         # an interval that both have is there once, so that its spans are known to lie in one
-        new = 1 if before.begin_s[-1] == after.begin_s[0] else 0
+        new = 1 if head.begin_s[-1] == tail.begin_s[0] else 0
         temperatures = Temperatures(
-            np.concatenate([before.celsius, after.celsius[new:]]),
-            np.concatenate([before.begin_s, after.begin_s[new:]]),
-            after.interval_s,
-            np.concatenate([before.interval, after.interval + (len(before.begin_s) - new)]),
-            np.concatenate([before.place, after.place]),
+            np.concatenate([head.celsius, tail.celsius[new:]]),
+            np.concatenate([head.begin_s, tail.begin_s[new:]]),
+            tail.interval_s,
+            np.concatenate([head.interval, tail.interval + (len(head.begin_s) - new)]),
+            np.concatenate([head.place, tail.place]),
         )
 
     def both(name: str) -> Any:
-        one, two = getattr(first, name), getattr(second, name)
-        if one is None:
+        a, b = getattr(former, name), getattr(second, name)
+        if a is None:
             return None
-        if one.ndim == 2 and one.shape[1] != two.shape[1]:
-            powers = max(one.shape[1], two.shape[1])
-            one, two = (np.pad(each, ((0, 0), (0, powers - each.shape[1]))) for each in (one, two))
-        return np.concatenate([one, two])
+        if a.ndim == 2 and a.shape[1] != b.shape[1]:
+            powers = max(a.shape[1], b.shape[1])
+            a, b = (np.pad(array, ((0, 0), (0, powers - array.shape[1]))) for array in (a, b))
+        return np.concatenate([a, b])
 
     return replace(second, **{name: both(name) for name in SPANNED}, temperatures=temperatures)
 
 
-def _part(forcing: Forcing, first: int, last: int | None = None) -> Forcing:
+def _part(forcing: Forcing, start: int, stop: int | None = None) -> Forcing:
     """Return the spans from the first wanted on, up to the last."""
-    wanted = slice(first, last)
+    wanted = slice(start, stop)
     parts: dict[str, Any] = {
         name: None if (rows := getattr(forcing, name)) is None else rows[wanted].copy()
         for name in SPANNED
     }
-    felt = forcing.temperatures
-    if felt is not None:
-        passed = int(felt.interval[first])
-        felt = Temperatures(
-            felt.celsius[passed:].copy(),
-            felt.begin_s[passed:].copy(),
-            felt.interval_s,
-            felt.interval[wanted] - passed,
-            felt.place[wanted].copy(),
+    temperatures = forcing.temperatures
+    if temperatures is not None:
+        first_interval = int(temperatures.interval[start])
+        temperatures = Temperatures(
+            temperatures.celsius[first_interval:].copy(),
+            temperatures.begin_s[first_interval:].copy(),
+            temperatures.interval_s,
+            temperatures.interval[wanted] - first_interval,
+            temperatures.place[wanted].copy(),
         )
-    return replace(forcing, **parts, temperatures=felt)
+    return replace(forcing, **parts, temperatures=temperatures)
 
 
 def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
@@ -541,12 +541,12 @@ class FreeEnds(SlackThread):
 
     _free_end: FreeEnd
     _free: NDArray[np.void]
-    _laid: FloatArray
-    _kept: Forcing | None = None
+    _table: FloatArray
+    _spans: Forcing | None = None
 
     def _fill_constants(self) -> None:
         """Fill the integrals of the slopes' Taylor series about the end, by P_n'(1), P_n''(1) …"""
-        self._laid = rows_of_eight(RING * MOST_POWERS)
+        self._table = rows_of_eight(RING * MOST_POWERS)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
         for j, name in enumerate(TO_END, start=1):
@@ -559,44 +559,42 @@ class FreeEnds(SlackThread):
         return int(self._free['missed'])
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
-        self._free[()], self._kept = np.zeros((), FREE), None
+        self._free[()], self._spans = np.zeros((), FREE), None
         return super()._released(forcing)
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
-        kept, self._kept = self._kept, None
-        if kept is None:
+        open_spans, self._spans = self._spans, None
+        if open_spans is None:
             return super().advance(forcing)
         # a few spans are joined to those kept, and the many after them are not copied
         count = len(forcing.begin)
-        few = min(count, 2 * MOST_SPANS)
-        motion = super().advance(_joined(kept, _part(forcing, 0, few)))
-        if few == count:
+        lead = min(count, 2 * MOST_SPANS)
+        motion = super().advance(_joined(open_spans, _part(forcing, 0, lead)))
+        if lead == count:
             return motion
-        k, self._kept = few - (0 if self._kept is None else len(self._kept.begin)), None
+        k, self._spans = (lead - (0 if self._spans is None else len(self._spans.begin)), None)
         motions = motion, super().advance(rest_of(forcing, k, float(forcing.begin[k])))
-        columns = (
-            np.concatenate([getattr(one, each.name) for one in motions]) for each in fields(Motion)
-        )
+        columns = (np.concatenate([getattr(m, f.name) for m in motions]) for f in fields(Motion))
         return Motion(*columns)
 
     def _run(
         self,
         forcing: Forcing,
-        moved: Moved,
+        model: Model,
         tolerance: Tolerance,
         longest_s: float,
         state: NDArray[np.void] | None = None,
         work: NDArray[np.void] | None = None,
     ) -> tuple[NDArray[np.void], int, int, float]:
-        shown = int(self._free['shown'])
-        rows = np.empty(int(np.count_nonzero(forcing.logged[shown:])), ROW)
+        first_due = int(self._free['shown'])
+        rows = np.empty(int(np.count_nonzero(forcing.logged[first_due:])), ROW)
         pieces, powers = _evened(self._outside(forcing))
         rates = (
             None if row is None else np.empty_like(row) for row in (pieces.drive, pieces.tilt)
         )
         code, k, x = advance_freely(
-            *moved,
+            *model,
             tolerance,
             longest_s,
             pieces,
@@ -606,37 +604,37 @@ class FreeEnds(SlackThread):
             rows,
             Rates(*rates),
             powers,
-            self._laid,
+            self._table,
             self._free,
             self._free_end,
         )
         if code == OK:
-            self._kept = _part(forcing, k) if k < len(forcing.begin) else None
+            self._spans = _part(forcing, k) if k < len(forcing.begin) else None
         else:
             # no row beyond the place of a slack thread is shown: free-end steps are surely taut
-            rows = rows[: np.count_nonzero(forcing.logged[shown:k])]
+            rows = rows[: np.count_nonzero(forcing.logged[first_due:k])]
             self._free['free'], self._free['shown'] = False, 0
         return rows, code, k, x
 
     def state(self) -> State:
         """Return the running state, and the spans of the half swing that is under way."""
-        kept = self._kept
+        open_spans = self._spans
         spans = None
-        if kept is not None:
-            felt = kept.temperatures
-            spans = {name: getattr(kept, name) for name in SPANNED}
-            spans['temperatures'] = None if felt is None else dict(vars(felt))
+        if open_spans is not None:
+            temperatures = open_spans.temperatures
+            spans = {name: getattr(open_spans, name) for name in SPANNED}
+            spans['temperatures'] = None if temperatures is None else dict(vars(temperatures))
         return {**super().state(), 'free': state_of(self._free), 'spans': spans}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         super().restore(state)
         restore_record(self._free, state['free'])
-        spans, self._kept = state['spans'], None
+        spans, self._spans = state['spans'], None
         if spans is not None:
-            felt = spans['temperatures']
-            felt = None if felt is None else Temperatures(**felt)
-            self._kept = Forcing(**{**spans, 'temperatures': felt})
+            temperatures = spans['temperatures']
+            temperatures = None if temperatures is None else Temperatures(**temperatures)
+            self._spans = Forcing(**{**spans, 'temperatures': temperatures})
 
 
 class FreeEndCollocation(FreeEnds, Collocation):
@@ -682,26 +680,26 @@ def goes_on(state: RunningState) -> bool:
 
 
 @inlined
-def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
+def expected_s(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
     """Return the time to the next kink or impulse, whichever comes first [s]."""
-    wheel, state, plane = half.system, run.state, run.state.planes[0]
+    wheel, state, plane = swing.system, run.state, run.state.planes[0]
     d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
     if goes_on(state):
         reach = 0.0
         if state.armed:
-            k, x = span_at(half, 0.0)
-            reach = wheel.impulse - d * ship_at(half, k, x).tilt.value
+            k, x = span_at(swing, 0.0)
+            reach = wheel.impulse - d * ship_at(swing, k, x).tilt.value
         return (arc_sine(reach * per_size) - arc_sine(d * q * per_size)) / run.omega[0]
-    k, x = span_at(half, free_end.usual_s)
-    then, quicker = ship_at(half, k, x), 1.0
-    k, x = span_at(half, 0.5 * free_end.usual_s)
-    middle = ship_at(half, k, x)
+    k, x = span_at(swing, free_end.usual_s)
+    then, quicker = ship_at(swing, k, x), 1.0
+    k, x = span_at(swing, 0.5 * free_end.usual_s)
+    middle = ship_at(swing, k, x)
     # the neutral line, as it turns in the middle of the half swing, shifts the centre
     shift = d * middle.drive.bend / (run.omega[0] * run.omega[0])
     since = arc_sine((d * q + shift) * per_size)
-    if wheel.felt.gravity is not None:
-        quicker = longer_by_gravity(half, free, middle, then)
+    if wheel.channels.gravity is not None:
+        quicker = longer_by_gravity(swing, free, middle, then)
     # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
     larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
     time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
@@ -713,22 +711,22 @@ def expected_s(run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: 
 @inlined
 def _act(
     run: SteppedRun,
-    half: FreeHalfSwing,
+    swing: FreeHalfSwing,
     free: FreeState,
     mode: Mode,
     struck: bool,
-    there: Plane,
-    at: Outside,
-    now: Moving,
+    goal: Plane,
+    at: Inputs,
+    now: WheelInstant,
     since: float,
 ) -> None:
-    """Let an impulse or the kink act on the state `there`, a short time after an instant."""
+    """Let an impulse or the kink act on the state `goal`, a short time after an instant."""
     state, plane, turns = run.state, run.state.planes[0], not goes_on(run.state)
     added = 0.0
     if struck:
-        added = given_by_impulse(half.system, mode, there, run.omega, now, at, since, state.given)
-    plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-    plane.y = there.y + added
+        added = given_by_impulse(swing.system, mode, goal, run.omega, now, at, since, state.given)
+    plane.x, plane.x_rest, plane.y_rest = goal.x, 0.0, 0.0
+    plane.y = goal.y + added
     free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
     if turns:
         state.direction = -state.direction
@@ -741,24 +739,24 @@ def _act(
 
 @inlined
 def _to_event(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next kink or impulse and let it act, or leave all as it is.
 
     Returns HOLDS or MISSES, and the length of the step [s].
     """
-    wheel, omega, state, work = half.system, run.omega, run.state, run.work
+    wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     plane, onward = state.planes[0], goes_on(state)
     way = float(state.direction) if onward else -float(state.direction)
     mode = Mode(float(state.side), way, float(state.pallet))
-    h = expected_s(run, half, free, free_end)
+    h = expected_s(run, swing, free, free_end)
     if onward and omega[0] * abs(h) < AT_ONCE:
-        k, x = span_at(half, 0.0)
-        at = ship_at(half, k, x)
+        k, x = span_at(swing, 0.0)
+        at = ship_at(swing, k, x)
         now = moving(wheel, mode, omega, Plane(plane.x, plane.y), at)
-        _act(run, half, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
+        _act(run, swing, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
         return HOLDS, 0.0
-    usual_s, least, settled, struck = (
+    usual_s, least_sweeps, settled, struck = (
         free_end.usual_s,
         free_end.sweeps,
         free_end.settled,
@@ -766,13 +764,13 @@ def _to_event(
     )
     shortest, longest = SHORTEST * usual_s, LONGEST * usual_s
     if onward:
-        shortest, longest, least = 0.0, SHORT * usual_s, ONWARD_SWEEPS
+        shortest, longest, least_sweeps = 0.0, SHORT * usual_s, ONWARD_SWEEPS
     for n in range(MOST_LENGTHS):
         if not shortest < h < longest:
             break
-        fill_from_spans(half, h, work)
-        k, x = span_at(half, h)
-        at = ship_at(half, k, x)
+        fill_from_spans(swing, h, work)
+        k, x = span_at(swing, h)
+        at = ship_at(swing, k, x)
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
         fill_rotations(step)
         if n == 0:
@@ -780,7 +778,7 @@ def _to_event(
             if not onward:
                 store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
                 store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
-        if not settle(step, least, settled * abs(plane.y), n > 0):
+        if not settle(step, least_sweeps, settled * abs(plane.y), n > 0):
             break
         end = end_of(run, h)
         now = moving(wheel, mode, omega, end.plane, at)
@@ -791,33 +789,33 @@ def _to_event(
             struck = impulse < late
         if struck:
             late = impulse
-        if omega[0] * abs(late) > free_end.near or abs(late) > MOST_LATE * h:
+        if omega[0] * abs(late) > free_end.near_phase or abs(late) > MOST_LATE * h:
             h += late
             continue
-        if not holds(run, half, mode, free_end.error, h):
+        if not holds(run, swing, mode, free_end.error, h):
             break
-        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        late, since, at, now, there = event_after(
-            run, half, mode, h, late, end, at, now, free_end, struck
+        signs = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+        late, since, at, now, goal = event_after(
+            run, swing, mode, h, late, end, at, now, free_end, struck
         )
-        _act(run, half, free, mode, struck, there, at, now, since)
-        count_step(True, found, run, 0, 0.0)
+        _act(run, swing, free, mode, struck, goal, at, now, since)
+        count_step(True, signs, run, 0, 0.0)
         return HOLDS, h + late
     return MISSES, 0.0
 
 
 @inlined
 def to_next(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next event, as `to_impulse`."""
-    if half.system.kinked:
-        return _to_event(run, half, free, free_end)
-    return to_impulse(run, half, free, free_end)
+    if swing.system.kinked:
+        return _to_event(run, swing, free, free_end)
+    return to_impulse(run, swing, free, free_end)
 
 
 @inlined
-def is_past(wheel: Wheel, state: RunningState, now: Instant | Moving) -> bool:
+def is_past(wheel: Wheel, state: RunningState, now: Instant | WheelInstant) -> bool:
     """Return whether the next event of a state is past at an instant."""
     d = float(state.direction)
     if wheel.kinked:

@@ -51,9 +51,9 @@ from tauto_core.motion.system import (
     TILT_BEND,
     TILT_RATE,
     ForcingPieces,
-    HotPieces,
+    HeatPieces,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     SteppedRun,
     hot_of,
@@ -82,7 +82,7 @@ class FreeEnd(NamedTuple):
         sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
         settled: share of the state that the last sweep may have left; more are made until then.
         error: error allowed in a step, relative to the state.
-        near: phase from the impulse within which a step is not repeated [rad].
+        near_phase: phase from the impulse within which a step is not repeated [rad].
         close: phase from the impulse within which the ship's motion is carried on to it [rad].
         usual_s: half a swing on land [s].
         swing: its largest Y, in the middle [rad].
@@ -94,7 +94,7 @@ class FreeEnd(NamedTuple):
     sweeps: int
     settled: float
     error: float
-    near: float
+    near_phase: float
     close: float
     usual_s: float
     swing: float
@@ -190,30 +190,30 @@ RING = 16
 
 @inlined
 def lay_out_pieces(
-    pieces: ForcingPieces, rates: Rates, powers: int, first: int, last: int, laid: FloatArray
+    pieces: ForcingPieces, rates: Rates, powers: int, begin: int, end: int, table: FloatArray
 ) -> int:
     """Lay out pieces for `ship_at`, in the columns of `system`; return the next one after them.
 
     The row of a power of piece k follows those of lower powers, from `k % RING * powers` on.
     Columns of absent channels stay zero.
     """
-    for k in range(first, last + 1):
+    for k in range(begin, end + 1):
         row, per_s = k % RING * powers, 1.0 / pieces.length_s[k]
         line = tilt = 0.0
         for j in range(powers - 1, -1, -1):
             if pieces.drive is not None and rates.line is not None:
-                laid[row + j, DRIVE_BEND] = (j + 1.0) * per_s * line
+                table[row + j, DRIVE_BEND] = (j + 1.0) * per_s * line
                 line = rates.line[k, j]
-                laid[row + j, DRIVE], laid[row + j, DRIVE_RATE] = pieces.drive[k, j], line
+                table[row + j, DRIVE], table[row + j, DRIVE_RATE] = (pieces.drive[k, j], line)
             if pieces.tilt is not None and rates.tilt is not None:
-                laid[row + j, TILT_BEND] = (j + 1.0) * per_s * tilt
+                table[row + j, TILT_BEND] = (j + 1.0) * per_s * tilt
                 tilt = rates.tilt[k, j]
-                laid[row + j, TILT], laid[row + j, TILT_RATE] = pieces.tilt[k, j], tilt
+                table[row + j, TILT], table[row + j, TILT_RATE] = pieces.tilt[k, j], tilt
             if pieces.gravity is not None:
-                laid[row + j, APPARENT_GRAVITY] = pieces.gravity[k, j]
+                table[row + j, APPARENT_GRAVITY] = pieces.gravity[k, j]
             if pieces.lean is not None:
-                laid[row + j, LEAN] = pieces.lean[k, j]
-    return max(first, last + 1)
+                table[row + j, LEAN] = pieces.lean[k, j]
+    return max(begin, end + 1)
 
 
 class FreeHalfSwing(NamedTuple):
@@ -222,19 +222,19 @@ class FreeHalfSwing(NamedTuple):
     Attributes:
         system: what swings: a wheel, a lever or a swinging thread.
         k, x: span, and x of its piece, where it begins.
-        last: last span that it may read.
+        last_span: last span that it may read.
         known_s: time from the beginning to the end of that [s].
         square: x² + y² above which the swing is clear of tilt and impulse.
         bend: bound of |γ̈| [rad/s2].
         powers: number of powers of every channel.
         spans, pieces, rates: all of them.
-        laid: those read, as `lay_out_pieces` has them.
+        table: those read, as `lay_out_pieces` has them.
     """
 
     system: Any
     k: int
     x: float
-    last: int
+    last_span: int
     known_s: float
     square: float
     bend: float
@@ -242,12 +242,12 @@ class FreeHalfSwing(NamedTuple):
     spans: Spans
     pieces: ForcingPieces
     rates: Rates
-    laid: FloatArray
+    table: FloatArray
 
 
 @inlined
-def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
-    """Return one of `HotNumbers` at lanes of x of piece k."""
+def _number(hot: HeatPieces, k: int, which: int, x: Lanes) -> Lanes:
+    """Return one of `HeatTerms` at lanes of x of piece k."""
     row, u = hot.interval[k] * HEAT_POWERS, fma(x, hot.size[k], hot.begin[k])
     value = fma(u, hot.terms[row + 3, which], hot.terms[row + 2, which])
     value = fma(value, u, hot.terms[row + 1, which])
@@ -255,73 +255,73 @@ def _number(hot: HotPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 
 @inlined
-def ship_at(half: FreeHalfSwing, k: int, x: float) -> Outside:
+def ship_at(swing: FreeHalfSwing, k: int, x: float) -> Inputs:
     """Return the forcing at x of piece k, and the machine's numbers."""
-    pieces = half.pieces
-    found = powers_at(half.laid, k % RING * half.powers, half.powers, x)
+    pieces = swing.pieces
+    values = powers_at(swing.table, k % RING * swing.powers, swing.powers, x)
     hot = None
     if pieces.hot is not None:
         terms, row = pieces.hot.terms, pieces.hot.interval[k] * HEAT_POWERS
         u = pieces.hot.begin[k] + pieces.hot.size[k] * x
-        all_ = fma(row_of(terms, row + 3), u, row_of(terms, row + 2))
-        all_ = fma(fma(all_, u, row_of(terms, row + 1)), u, row_of(terms, row))
-        hot = hot_of(all_, 0)
-    return outside_of(found, hot)
+        numbers = fma(row_of(terms, row + 3), u, row_of(terms, row + 2))
+        numbers = fma(fma(numbers, u, row_of(terms, row + 1)), u, row_of(terms, row))
+        hot = hot_of(numbers, 0)
+    return outside_of(values, hot)
 
 
 @inlined
-def span_at(half: FreeHalfSwing, time: float) -> tuple[int, float]:
+def span_at(swing: FreeHalfSwing, time: float) -> tuple[int, float]:
     """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
-    k, x, spans, lengths = half.k, half.x, half.spans, half.pieces.length_s
-    left = time
-    while k < half.last:
-        whole = (spans.end[k] - x) * lengths[k]
-        if left < whole:
+    k, x, spans, lengths = swing.k, swing.x, swing.spans, swing.pieces.length_s
+    remaining = time
+    while k < swing.last_span:
+        length = (spans.end[k] - x) * lengths[k]
+        if remaining < length:
             break
-        left -= whole
+        remaining -= length
         k += 1
         x = spans.begin[k]
-    return k, x + left / lengths[k]
+    return k, x + remaining / lengths[k]
 
 
 @inlined
-def fill_from_spans(half: FreeHalfSwing, h: float, work: Work) -> None:
+def fill_from_spans(swing: FreeHalfSwing, h: float, work: Work) -> None:
     """Fill the forcing at the nodes of a step of length h, each from its span."""
-    spans, pieces = half.spans, half.pieces
+    spans, pieces = swing.spans, swing.pieces
     seconds = row_of(work.fractions) * h
-    k, x, since, interval = half.k, half.x, 0.0, -1
+    k, x, since, interval = swing.k, swing.x, 0.0, -1
     while True:
         length = pieces.length_s[k]
-        per_s, first, later = 1.0 / length, k == half.k, seconds - since
-        at = fma(later, per_s, x)
-        if isinstance(half.system, Wheel):
-            _keep_wheel(half, k, at, later, first, work)
+        per_s, initial, times = 1.0 / length, k == swing.k, seconds - since
+        at = fma(times, per_s, x)
+        if isinstance(swing.system, Wheel):
+            _keep_wheel(swing, k, at, times, initial, work)
         else:
-            half.system.keep_case(half, k, at, later, first, work)
+            swing.system.keep_case(swing, k, at, times, initial, work)
         if pieces.hot is not None and pieces.hot.interval[k] != interval:
             # one cubic holds over all pieces of a log interval
             interval = pieces.hot.interval[k]
-            _keep_hot(pieces.hot, k, at, later, first, work)
+            _keep_hot(pieces.hot, k, at, times, initial, work)
         since += (spans.end[k] - x) * length
-        if since >= h or k == half.last:
+        if since >= h or k == swing.last_span:
             break
         k += 1
         x = spans.begin[k]
-    if isinstance(half.system, Wheel):
-        store(work.nodes.line_bend, 0, filled(work.fractions, half.bend))
+    if isinstance(swing.system, Wheel):
+        store(work.nodes.line_bend, 0, filled(work.fractions, swing.bend))
     else:
-        half.system.complete_case(work)
+        swing.system.complete_case(work)
 
 
 @inlined
 def _keep_wheel(
-    half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+    swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
 ) -> None:
     """Keep the channels that a wheel feels at the nodes, from x of span k at each."""
-    pieces, rates, nodes, wheel = half.pieces, half.rates, work.nodes, half.system
-    felt = wheel.felt
+    pieces, rates, nodes, wheel = swing.pieces, swing.rates, work.nodes, swing.system
+    channels = wheel.channels
     line = tilt = gravity = lean = filled(work.fractions, 0.0)
-    for j in range(half.powers - 1, -1, -1):
+    for j in range(swing.powers - 1, -1, -1):
         if rates.line is not None:
             line = fma(line, at, rates.line[k, j])
         if rates.tilt is not None and wheel.feels_drag:
@@ -330,27 +330,27 @@ def _keep_wheel(
             gravity = fma(gravity, at, pieces.gravity[k, j])
         if pieces.lean is not None:
             lean = fma(lean, at, pieces.lean[k, j])
-    if felt.line is not None:
-        keep(nodes.line_rate, later, first, line)
-    if felt.tilt is not None and wheel.feels_drag:
-        keep(nodes.tilt_rate, later, first, tilt)
-    if felt.gravity is not None:
-        keep(nodes.gravity, later, first, gravity)
-    if felt.lean is not None:
-        keep(nodes.lean, later, first, lean)
+    if channels.line is not None:
+        keep(nodes.line_rate, times, initial, line)
+    if channels.tilt is not None and wheel.feels_drag:
+        keep(nodes.tilt_rate, times, initial, tilt)
+    if channels.gravity is not None:
+        keep(nodes.gravity, times, initial, gravity)
+    if channels.lean is not None:
+        keep(nodes.lean, times, initial, lean)
 
 
 @inlined
-def _keep_hot(hot: HotPieces, k: int, at: Lanes, later: Lanes, first: bool, work: Work) -> None:
+def _keep_hot(hot: HeatPieces, k: int, at: Lanes, times: Lanes, initial: bool, work: Work) -> None:
     """Keep the machine's numbers at the nodes, from x of span k at each."""
     nodes = work.nodes
-    keep(nodes.carried, later, first, _number(hot, k, 0, at))
-    keep(nodes.force, later, first, _number(hot, k, 1, at))
-    keep(nodes.stiffness, later, first, _number(hot, k, 2, at))
-    keep(nodes.weight, later, first, _number(hot, k, 3, at))
-    keep(nodes.viscous, later, first, _number(hot, k, 4, at))
-    keep(nodes.share, later, first, _number(hot, k, 5, at))
-    keep(nodes.growth, later, first, _number(hot, k, 6, at))
+    keep(nodes.carried, times, initial, _number(hot, k, 0, at))
+    keep(nodes.force, times, initial, _number(hot, k, 1, at))
+    keep(nodes.stiffness, times, initial, _number(hot, k, 2, at))
+    keep(nodes.weight, times, initial, _number(hot, k, 3, at))
+    keep(nodes.viscous, times, initial, _number(hot, k, 4, at))
+    keep(nodes.share, times, initial, _number(hot, k, 5, at))
+    keep(nodes.growth, times, initial, _number(hot, k, 6, at))
 
 
 @inlined
@@ -366,7 +366,7 @@ AT_ENDS = 1.0 / 3.0 - 2.0 / (math.pi * math.pi)
 
 @inlined
 def longer_by_gravity(
-    half: FreeHalfSwing, free: FreeState, middle: Outside, then: Outside
+    swing: FreeHalfSwing, free: FreeState, middle: Inputs, then: Inputs
 ) -> float:
     """Return the factor by which half a swing lasts longer than in the gravity at rest.
 
@@ -375,21 +375,21 @@ def longer_by_gravity(
     """
     ends = 0.5 * (free.gravity + then.gravity) - middle.gravity
     # (1 + more)^(−1/2)
-    more = (middle.gravity + AT_ENDS * ends) / half.system.gravity - 1.0
-    return 1.0 - more * (0.5 - more * (0.375 - more * 0.3125))
+    excess = (middle.gravity + AT_ENDS * ends) / swing.system.gravity - 1.0
+    return 1.0 - excess * (0.5 - excess * (0.375 - excess * 0.3125))
 
 
 @inlined
-def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
+def _predicted(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
     """Return the time to the next impulse [s], on a harmonic swing about its centre.
 
     The neutral line, as it turns in the middle of the half swing, shifts the centre.
     """
-    wheel, plane, way = half.system, run.state.planes[0], -float(run.state.direction)
-    k, x = span_at(half, usual_s)
-    then = ship_at(half, k, x)
-    k, x = span_at(half, 0.5 * usual_s)
-    middle = ship_at(half, k, x)
+    wheel, plane, way = swing.system, run.state.planes[0], -float(run.state.direction)
+    k, x = span_at(swing, usual_s)
+    then = ship_at(swing, k, x)
+    k, x = span_at(swing, 0.5 * usual_s)
+    middle = ship_at(swing, k, x)
     shift = middle.drive.bend / (run.omega[0] * run.omega[0])
     q, y = angle_at(wheel, plane.x) + shift, plane.y - free.line_rate / run.omega[0]
     per_size = 1.0 / math.sqrt(q * q + y * y)
@@ -398,13 +398,13 @@ def _predicted(run: SteppedRun, half: FreeHalfSwing, free: FreeState, usual_s: f
         (wheel.impulse - way * (then.tilt.value - shift)) * per_size,
     )
     # near the middle of the swing gravity hardly changes the time
-    beyond = (arc_sine(until) - arc_sine(since)) * (usual_s / math.pi)
-    if wheel.felt.gravity is not None:
-        return usual_s * longer_by_gravity(half, free, middle, then) + beyond
-    return usual_s + beyond
+    correction = (arc_sine(until) - arc_sine(since)) * (usual_s / math.pi)
+    if wheel.channels.gravity is not None:
+        return usual_s * longer_by_gravity(swing, free, middle, then) + correction
+    return usual_s + correction
 
 
-class Moving(NamedTuple):
+class WheelInstant(NamedTuple):
     """A wheel at an instant.
 
     Attributes:
@@ -423,12 +423,12 @@ class Moving(NamedTuple):
 
 
 @inlined
-def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Outside) -> Moving:
+def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> WheelInstant:
     """Return the wheel at an instant; along the arc by its polynomials, without a division."""
     if wheel.shape is None:
         now = wheel.instant(mode, omega, (plane,), at)
         drift = wheel.drift(mode, omega, at, now)[0]
-        return Moving(
+        return WheelInstant(
             now.angle, now.rate, now.bend, now.coordinate, now.speed, now.acceleration, drift
         )
     per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
@@ -446,7 +446,7 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Outside) ->
         w_rate = w_rate - per_inertia.growth * w
     bend = w_rate - (line.bend * n + line.rate * slope * arc_speed)
     acceleration = n * bend + slope * arc_speed * arc_speed
-    return Moving(
+    return WheelInstant(
         q + tilt.value,
         rate,
         acceleration + tilt.bend,
@@ -458,19 +458,19 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Outside) ->
 
 
 @inlined
-def late_for_impulse(wheel: Wheel, way: float, now: Moving, omega: Omega) -> float:
+def late_for_impulse(wheel: Wheel, way: float, now: WheelInstant, omega: Omega) -> float:
     """Return the time to the impulse [s], a short one."""
     return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
 
 
 @inlined
-def time_until(left: float, way: float, rate: float, bend: float, omega: Omega) -> float:
-    """Return the time in which an angle moves `left` on its way, to the third order.
+def time_until(angle: float, way: float, rate: float, bend: float, omega: Omega) -> float:
+    """Return the time in which an angle moves on its way, to the third order.
 
     Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
     """
     per_rate = 1.0 / rate
-    late = way * left * per_rate
+    late = way * angle * per_rate
     turned, phase = late * bend * per_rate, omega[0] * late
     return late * (1.0 - 0.5 * turned * (1.0 - turned) + phase * phase * (1 / 6))
 
@@ -479,12 +479,12 @@ def time_until(left: float, way: float, rate: float, bend: float, omega: Omega) 
 def given_by_impulse(
     wheel: Wheel,
     mode: Mode,
-    there: Plane,
+    goal: Plane,
     omega: Omega,
-    now: Moving,
-    at: Outside,
+    now: WheelInstant,
+    at: Inputs,
     late: float,
-    given: int,
+    count: int,
 ) -> float:
     """Return what an impulse adds to Y, a short time after an instant.
 
@@ -493,15 +493,15 @@ def given_by_impulse(
     per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
     if per_inertia.impulse is None:
         return 0.0
-    way, w, per_omega = mode.direction, omega[0] * there.y, 1.0 / omega[0]
-    energy = given_energy(per_inertia.impulse, given)
+    way, w, per_omega = mode.direction, omega[0] * goal.y, 1.0 / omega[0]
+    energy = given_energy(per_inertia.impulse, count)
     line_rate, tilt_rate = line.rate + late * line.bend, tilt.rate + late * tilt.bend
     if wheel.shape is None:
         q = now.coordinate + late * (now.speed + 0.5 * late * now.acceleration)
         mass = mass_of(per_inertia.carried, lever_arm(wheel.lever, mode.side, q).t)
         rate = (w - line_rate) / mass + tilt_rate
         return kick(energy / mass, rate, way) * mass * per_omega
-    arc = on_arc(wheel.shape, splat(there.x))
+    arc = on_arc(wheel.shape, splat(goal.x))
     n, kq = lane(arc.n, 0), wheel.shape.k * lane(arc.angle, 0)
     rate = n * (w - line_rate * n) + tilt_rate
     # the mass is 1/n², and what ṡ gains is 1/n = n (1 + k²ϑ²) of what ϑ̇ does
@@ -589,7 +589,7 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
 
 
 @inlined
-def late_for_kink(way: float, now: Moving, omega: Omega) -> float:
+def late_for_kink(way: float, now: WheelInstant, omega: Omega) -> float:
     """Return the time to the kink of a cam [s], a short one."""
     return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
 
@@ -597,30 +597,30 @@ def late_for_kink(way: float, now: Moving, omega: Omega) -> float:
 @inlined
 def event_after(
     run: SteppedRun,
-    half: FreeHalfSwing,
+    swing: FreeHalfSwing,
     mode: Mode,
     h: float,
     late: float,
     end: StepEnd,
-    at: Outside,
-    now: Moving,
+    at: Inputs,
+    now: WheelInstant,
     free_end: FreeEnd,
     struck: bool = True,
-) -> tuple[float, float, Outside, Moving, Plane]:
+) -> tuple[float, float, Inputs, WheelInstant, Plane]:
     """Return an impulse, or the kink, a short time `late` [s] after the end of a step of length h.
 
     `at` and `now` are forcing and motion at that end. Returned are the time as looked at again,
     how much of it is after the instant last looked at, forcing and motion at that, and the state
     at the event.
     """
-    wheel, omega = half.system, run.omega
+    wheel, omega = swing.system, run.omega
     drift, since = now.drift, late
     if omega[0] * abs(late) > free_end.close:
         # look again from where the event was expected
-        there = end_later(run, h, late, end, drift)
-        k, x = span_at(half, h + late)
-        at = ship_at(half, k, x)
-        now = moving(wheel, mode, omega, there, at)
+        goal = end_later(run, h, late, end, drift)
+        k, x = span_at(swing, h + late)
+        at = ship_at(swing, k, x)
+        now = moving(wheel, mode, omega, goal, at)
         way = mode.direction
         since = (
             late_for_impulse(wheel, way, now, omega) if struck else late_for_kink(way, now, omega)
@@ -630,73 +630,73 @@ def event_after(
 
 
 @inlined
-def holds(run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
+def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    wheel, omega, work = half.system, run.omega, run.work
+    wheel, omega, work = swing.system, run.omega, run.work
     tail, start = row_of(work.tail), run.state.planes[0]
-    last = max(abs(total(tail * row_of(work.k1))), abs(total(tail * row_of(work.k2)))) * h
+    last_term = max(abs(total(tail * row_of(work.k1))), abs(total(tail * row_of(work.k2)))) * h
     size = math.sqrt(start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last / size, False) <= error:
+    if not step_error(run.tolerance.factor, last_term / size, False) <= error:
         return False
-    if not wheel.clear(half.square, omega, work):
+    if not wheel.clear(swing.square, omega, work):
         return False
     if wheel.has_weight:
         # by rough bounds alone, since the row of γ̈ is a bound
         return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
-    beyond = wheel.beyond(mode, omega, work)
-    return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0
+    exits = wheel.exits(mode, omega, work)
+    return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0
 
 
 @inlined
-def settle(step: Step, least: int, floor: float, known: bool) -> bool:
-    """Sweep the stages `least` times and until they have settled; return whether so.
+def settle(step: Step, sweeps: int, floor: float, has_stages: bool) -> bool:
+    """Sweep the stages `sweeps` times and until they have settled; return whether so.
 
     As `gauss_step.sweep`, which looks at the changes from the first sweep on; a single sweep is
-    not looked at. Where the slopes are `known`, of a step of about this length, the first sweep
+    not looked at. Where it `has_stages`, of a step of about this length, the first sweep
     takes them.
     """
     work = step.work
-    before = change = math.inf
-    for n in range(least + MORE_SWEEPS):
-        if n > 0 or not known:
+    old_change = change = math.inf
+    for n in range(sweeps + MORE_SWEEPS):
+        if n > 0 or not has_stages:
             evaluate(step)
-        if n >= least and (change <= floor or change * change <= floor * (before - change)):
+        if n >= sweeps and (change <= floor or change * change <= floor * (old_change - change)):
             return True
-        moved = filled(work.u, 0.0)
+        changes = filled(work.u, 0.0)
         for p in range(len(step.omega)):
             start, room = step.planes[p], WIDE_SIZE // 2 + 1 + 2 * p
             slopes = row_of(work.k1, p), row_of(work.k2, p)
             u, v = folded_both(work.folded, 0, room, slopes[0], slopes[1])
             u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
-            moved = larger(moved, larger(u - row_of(work.u, p), v - row_of(work.v, p)))
+            changes = larger(changes, larger(u - row_of(work.u, p), v - row_of(work.v, p)))
             store(work.u, p, u)
             store(work.v, p, v)
-        if n >= least - 2:
-            before = change
-            change = largest(moved)
+        if n >= sweeps - 2:
+            old_change = change
+            change = largest(changes)
     return False
 
 
 @inlined
 def to_impulse(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next impulse and let it act, or leave all as it is.
 
     Returns HOLDS or MISSES, and the length of the step [s].
     """
-    wheel, omega, state, work = half.system, run.omega, run.state, run.work
+    wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
     mode = Mode(float(state.side), way, float(state.pallet))
-    h = _predicted(run, half, free, usual_s)
+    h = _predicted(run, swing, free, usual_s)
     for n in range(MOST_LENGTHS):
         if not SHORTEST * usual_s < h < LONGEST * usual_s:
             return MISSES, 0.0
-        fill_from_spans(half, h, work)
+        fill_from_spans(swing, h, work)
         _fill_rotations(omega, h, work)
         # before the sweeps, beside which it is computed
-        k, x = span_at(half, h)
-        at = ship_at(half, k, x)
+        k, x = span_at(swing, h)
+        at = ship_at(swing, k, x)
         if n == 0:
             store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
             store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
@@ -708,21 +708,21 @@ def to_impulse(
         if not way * now.rate > 0.0:
             return MISSES, 0.0
         late = late_for_impulse(wheel, way, now, omega)
-        if omega[0] * abs(late) > free_end.near:
+        if omega[0] * abs(late) > free_end.near_phase:
             h += late
             continue
-        if not holds(run, half, mode, free_end.error, h):
+        if not holds(run, swing, mode, free_end.error, h):
             return MISSES, 0.0
-        found = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        late, since, at, now, there = event_after(run, half, mode, h, late, end, at, now, free_end)
-        added = given_by_impulse(wheel, mode, there, omega, now, at, since, state.given)
-        plane.x, plane.x_rest, plane.y_rest = there.x, 0.0, 0.0
-        plane.y = there.y + added
+        signs = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
+        late, since, at, now, goal = event_after(run, swing, mode, h, late, end, at, now, free_end)
+        added = given_by_impulse(wheel, mode, goal, omega, now, at, since, state.given)
+        plane.x, plane.x_rest, plane.y_rest = goal.x, 0.0, 0.0
+        plane.y = goal.y + added
         free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
         state.direction = -state.direction
         state.armed, state.pallet = False, state.direction
         state.given += 1
-        count_step(True, found, run, 0, 0.0)
+        count_step(True, signs, run, 0, 0.0)
         return HOLDS, h + late
     return MISSES, 0.0
 
@@ -741,25 +741,25 @@ LIKELY = 0.7, 1.3
 """Least and greatest length of a half swing with which the first sweeps are made, over that on
 land."""
 
-LATER = 2
+LATER_SWEEPS = 2
 """Least sweeps after the length of a step was corrected, or corrected again: only two show whether
 the stages settle. All others are made before.
 """
 
 
 @inlined
-def time_to_impulse(run: SteppedRun, half: FreeHalfSwing, usual_s: float) -> float:
+def time_to_impulse(run: SteppedRun, swing: FreeHalfSwing, usual_s: float) -> float:
     """Return about the time to the next impulse [s].
 
     The swing is taken as harmonic about its centre, as in `ThreadSystem.ahead_s`. Gravity and what
     shifts the centre are those in the middle of the half swing: of what changes evenly that is the
     mean. No library is called, since arc tangents take as long as a sweep of the stages.
     """
-    system, state = half.system, run.state
+    system, state = swing.system, run.state
     way = -float(state.direction)
     mode = Mode(float(state.side), way, float(state.pallet))
-    k, x = span_at(half, 0.5 * usual_s)
-    at = ship_at(half, k, x)
+    k, x = span_at(swing, 0.5 * usual_s)
+    at = ship_at(swing, k, x)
     now = system.instant(mode, run.omega, planes_of(run.omega, state.planes), at)
     pace = system.pace * math.sqrt(at.gravity / system.on_wheel.gravity)
     shift = now.bend / (pace * pace)
@@ -782,22 +782,22 @@ def _ends(run: SteppedRun, h: float) -> tuple[StepEnd, ...]:
     """Return the end of the step last collocated, for each plane."""
     work, omega = run.work, run.omega
     weights = row_of(work.quadrature)
-    found: tuple[StepEnd, ...] = ()
+    ends: tuple[StepEnd, ...] = ()
     for p in range(len(omega)):
-        start, over = run.state.planes[p], work.rotations[PART_STEP * len(omega) + p]
+        start, turn = run.state.planes[p], work.rotations[PART_STEP * len(omega) + p]
         u = start.x + h * total(weights * row_of(work.k1, p))
         v = start.y + h * total(weights * row_of(work.k2, p))
-        found = (*found, StepEnd(u, v, over.cos, over.sin))
-    return found
+        ends = (*ends, StepEnd(u, v, turn.cos, turn.sin))
+    return ends
 
 
 @inlined
 def _planes_at(run: SteppedRun, ends: tuple[StepEnd, ...]) -> tuple[Plane, ...]:
     """Return X and Y of each plane at the end of a step."""
-    found: tuple[Plane, ...] = ()
+    planes: tuple[Plane, ...] = ()
     for p in range(len(run.omega)):
-        found = (*found, ends[p].plane)
-    return found
+        planes = (*planes, ends[p].plane)
+    return planes
 
 
 @inlined
@@ -811,7 +811,7 @@ def _planes_later(
     work, nodes, omega, eta = run.work, run.work.nodes, run.omega, late / h
     weights = fma(row_of(nodes.third), eta, row_of(nodes.second))
     weights = fma(weights, eta, row_of(nodes.first)) * (eta * eta * h)
-    found: tuple[Plane, ...] = ()
+    planes: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         w, (u, v, c, s) = omega[p], ends[p]
         x, y = c * u + s * v, c * v - s * u
@@ -823,98 +823,98 @@ def _planes_later(
         square = angle * angle
         versine = 0.5 * square * (1.0 - square / 12.0)
         sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0))
-        found = (*found, Plane(x - versine * x + sine * y, y - versine * y - sine * x))
-    return found
+        planes = (*planes, Plane(x - versine * x + sine * y, y - versine * y - sine * x))
+    return planes
 
 
 @inlined
 def _moved_on(now: Instant, late: float, pace: float) -> Instant:
     """Return what an impulse asks for a short time after an instant, as of a harmonic swing."""
-    less = 0.5 * (pace * late) * (pace * late)
+    reduction = 0.5 * (pace * late) * (pace * late)
     return Instant(
         angle=now.angle,
-        rate=now.rate + late * now.bend - less * now.rate,
+        rate=now.rate + late * now.bend - reduction * now.rate,
         bend=now.bend,
         tension=now.tension,
         margin=now.margin,
         torque=now.torque,
         coordinate=now.coordinate + late * (now.speed + 0.5 * late * now.acceleration),
-        speed=now.speed + late * now.acceleration - less * now.speed,
+        speed=now.speed + late * now.acceleration - reduction * now.speed,
         acceleration=now.acceleration,
     )
 
 
 @inlined
 def holds_on_thread(
-    run: SteppedRun, half: FreeHalfSwing, mode: Mode, error: float, h: float
+    run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float
 ) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    system, omega, work = half.system, run.omega, run.work
-    tail, last, size = row_of(work.tail), 0.0, 0.0
+    system, omega, work = swing.system, run.omega, run.work
+    tail, last_term, size = row_of(work.tail), 0.0, 0.0
     for p in range(len(omega)):
         start = run.state.planes[p]
-        last = max(last, abs(total(tail * row_of(work.k1, p))))
-        last = max(last, abs(total(tail * row_of(work.k2, p))))
+        last_term = max(last_term, abs(total(tail * row_of(work.k1, p))))
+        last_term = max(last_term, abs(total(tail * row_of(work.k2, p))))
         size = max(size, start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last * h / math.sqrt(size), False) <= error:
+    if not step_error(run.tolerance.factor, last_term * h / math.sqrt(size), False) <= error:
         return False
-    if not system.clear(half.square, omega, work):
+    if not system.clear(swing.square, omega, work):
         return False
-    beyond = system.beyond(mode, omega, work)
-    return beyond.within and beyond.edge > 1.0 and beyond.slack > 1.0 and not beyond.near
+    exits = system.exits(mode, omega, work)
+    return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0 and not exits.is_near
 
 
 @inlined
 def to_impulse_on_thread(
-    run: SteppedRun, half: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
     """Step to the next impulse and let it act, or leave all as it is.
 
     Returns HOLDS or MISSES, and the length of the step [s].
     """
-    system, omega, state, work = half.system, run.omega, run.state, run.work
+    system, omega, state, work = swing.system, run.omega, run.state, run.work
     way, usual_s, pace = -float(state.direction), free_end.usual_s, system.pace
     mode = Mode(float(state.side), way, float(state.pallet))
     size = 0.0
     for p in range(len(omega)):
         size = max(size, abs(state.planes[p].y))
-    expected = time_to_impulse(run, half, usual_s)
+    expected = time_to_impulse(run, swing, usual_s)
     h = expected * lasting(run, free)
     h = min(max(h, LIKELY[0] * usual_s), LIKELY[1] * usual_s)
     for n in range(MOST_LENGTHS):
         if not SHORTEST_ON_THREAD * usual_s < h < LONGEST_ON_THREAD * usual_s:
             return MISSES, 0.0
-        fill_from_spans(half, h, work)
+        fill_from_spans(swing, h, work)
         step = Step(system, mode, omega, h, PART_STEP, state.planes, work)
         fill_rotations(step)
         if n == 0:
             start_stages(step)
-        least = max(free_end.sweeps - LATER, 1) if n == 0 else LATER
-        if not settle(step, least, free_end.settled * size, n > 0):
+        least_sweeps = max(free_end.sweeps - LATER_SWEEPS, 1) if n == 0 else LATER_SWEEPS
+        if not settle(step, least_sweeps, free_end.settled * size, n > 0):
             return MISSES, 0.0
-        k, x = span_at(half, h)
-        at, ends = ship_at(half, k, x), _ends(run, h)
+        k, x = span_at(swing, h)
+        at, ends = ship_at(swing, k, x), _ends(run, h)
         now = system.instant(mode, omega, _planes_at(run, ends), at)
         if not way * now.rate > 0.0:
             return MISSES, 0.0
-        left = system.impulse - way * now.angle
-        late = time_until(left, way, now.rate, now.bend, (pace,))
-        if n == 0 or pace * abs(late) > free_end.near:
+        remaining = system.impulse - way * now.angle
+        late = time_until(remaining, way, now.rate, now.bend, (pace,))
+        if n == 0 or pace * abs(late) > free_end.near_phase:
             h += late
             continue
-        if not holds_on_thread(run, half, mode, free_end.error, h):
+        if not holds_on_thread(run, swing, mode, free_end.error, h):
             return MISSES, 0.0
         below = system.coordinate(planes_of(omega, state.planes)) < 0.0
-        found = signs_at_nodes(system.coordinates(work), below, NOWHERE, work)
-        there = _planes_later(run, h, late, ends, system.drift(mode, omega, at, now))
+        signs = signs_at_nodes(system.coordinates(work), below, NOWHERE, work)
+        targets = _planes_later(run, h, late, ends, system.drift(mode, omega, at, now))
         for p in range(len(omega)):
             plane = state.planes[p]
-            plane.x, plane.y, plane.x_rest, plane.y_rest = there[p].x, there[p].y, 0.0, 0.0
+            plane.x, plane.y, plane.x_rest, plane.y_rest = targets[p].x, targets[p].y, 0.0, 0.0
         system.strike(mode, omega, at, _moved_on(now, late, pace), state)
         state.direction = -state.direction
         state.armed, state.pallet = False, state.direction
         state.given += 1
-        count_step(True, found, run, 0, 0.0)
+        count_step(True, signs, run, 0, 0.0)
         if state.direction < 0:
             free.forth = (h + late) / expected
         else:

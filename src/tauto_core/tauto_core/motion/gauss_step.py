@@ -209,12 +209,12 @@ def make_work(
         **dict.fromkeys(('u', 'v', 'k1', 'k2', 'x', 'y', 'd1', 'd2', 'f1', 'f2'), planes),
         **dict.fromkeys(('cosine', 'sine', 'slopes'), 2 * planes),
     }
-    own = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
+    node_type = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
     kind = np.dtype(
         [
             ('piece', 'f8', (MOST_POWERS, columns)),
             *((name, 'f8', (count, stages)) for name, count in rows.items()),
-            *([('nodes', own)] if nodes else []),
+            *([('nodes', node_type)] if nodes else []),
             ('end', PLANE, (planes,)),
             ('rotations', ROTATION, (2 * planes,)),
             ('matrix', 'f8', (unknowns * unknowns,)),
@@ -223,8 +223,8 @@ def make_work(
     )
     size = kind.itemsize // 8
     raw = np.zeros(size + stages)
-    first = -(raw.ctypes.data // raw.itemsize) % stages
-    work = raw[first : first + size].view(kind).reshape(())
+    offset = -(raw.ctypes.data // raw.itemsize) % stages
+    work = raw[offset : offset + size].view(kind).reshape(())
     constants = gauss_constants(stages)
     work['coefficients'], work['expansion'] = constants.columns, constants.integral.T
     work['folded'][: stages // 2 + 1] = constants.folded
@@ -237,8 +237,8 @@ def make_work(
 def rows_of_eight(count: int) -> FloatArray:
     """Return rows of eight zeros that begin at cache lines, (count, 8)."""
     raw = np.zeros(SIZE * (count + 1))
-    first = -(raw.ctypes.data // raw.itemsize) % SIZE
-    return raw[first : first + SIZE * count].reshape(count, SIZE)
+    offset = -(raw.ctypes.data // raw.itemsize) % SIZE
+    return raw[offset : offset + SIZE * count].reshape(count, SIZE)
 
 
 # -----------------------------------------------------------------------------
@@ -270,45 +270,45 @@ MAX_ANGLE = 6.5
 @inlined
 def sum_exactly(a: float, b: float) -> tuple[float, float]:
     """Return a + b as rounded, and its rounding error."""
-    whole = a + b
-    part = whole - a
-    return whole, (a - (whole - part)) + (b - part)
+    high = a + b
+    part = high - a
+    return high, (a - (high - part)) + (b - part)
 
 
 @inlined
 def multiply_exactly(a: float, b: float) -> tuple[float, float]:
     """Return a·b as rounded, and its rounding error."""
-    whole = a * b
-    return whole, fma(a, b, -whole)
+    high = a * b
+    return high, fma(a, b, -high)
 
 
 @compiled
 def _sum(a: Any, b: Any) -> Any:
     """Return the sum of two twofold numbers."""
-    whole, rest = sum_exactly(a[0], b[0])
-    return sum_exactly(whole, rest + a[1] + b[1])
+    high, low = sum_exactly(a[0], b[0])
+    return sum_exactly(high, low + a[1] + b[1])
 
 
 @compiled
 def _product(a: Any, b: Any) -> Any:
     """Return the product of two twofold numbers."""
-    whole, rest = multiply_exactly(a[0], b[0])
-    return sum_exactly(whole, rest + (a[0] * b[1] + a[1] * b[0]))
+    high, low = multiply_exactly(a[0], b[0])
+    return sum_exactly(high, low + (a[0] * b[1] + a[1] * b[0]))
 
 
 @compiled
 def _quotient(a: Any, n: float) -> Any:
     """Return a twofold number divided by a small whole number."""
-    whole = a[0] / n
-    return sum_exactly(whole, (fma(-whole, n, a[0]) + a[1]) / n)
+    high = a[0] / n
+    return sum_exactly(high, (fma(-high, n, a[0]) + a[1]) / n)
 
 
 @compiled
 def twofold_rotation(rate: float, time: float) -> Any:
     """Return cos and sin of ωh, |ωh| ≤ MAX_ANGLE, each as two doubles, good to 1e-30."""
     part = 0.5**_HALVINGS
-    whole, rest = multiply_exactly(rate, time)
-    angle = whole * part, rest * part
+    high, low = multiply_exactly(rate, time)
+    angle = high * part, low * part
     square = _product(angle, angle)
     sine = term = angle
     for n in range(1, _TERMS):
@@ -344,9 +344,9 @@ def sine_versine(angle: Any) -> Any:
 
     Taylor's series at half the angle, and the formulas of the double angle.
     """
-    half = 0.5 * angle
-    square = half * half
-    sine, short = half * _series(SINE, square), _series(COSINE, square)
+    half_angle = 0.5 * angle
+    square = half_angle * half_angle
+    sine, short = half_angle * _series(SINE, square), _series(COSINE, square)
     twice = 2.0 * sine
     return twice * fma(-square, short, 1.0), twice * sine
 
@@ -433,43 +433,43 @@ def fill_rotations(step: Step) -> None:
     doubles are enough for them, corrected so that they neither stretch nor shrink the state.
     """
     _, _, omega, h, kind, _, work = step
-    first = kind * len(omega)
-    if work.rotations[first].h == h:
+    offset = kind * len(omega)
+    if work.rotations[offset].h == h:
         return
     for p in range(len(omega)):
-        over, angle = work.rotations[first + p], omega[p] * h
+        record, angle = work.rotations[offset + p], omega[p] * h
         c, s = rotation(row_of(work.fractions) * angle)
-        store(work.cosine, first + p, c)
-        store(work.sine, first + p, s)
-        over.h = h
+        store(work.cosine, offset + p, c)
+        store(work.sine, offset + p, s)
+        record.h = h
         if kind == WHOLE_STEP:
             cosine, sine = twofold_rotation(omega[p], h)
-            over.cos, over.cos_rest = cosine
-            over.sin, over.sin_rest = sine
+            record.cos, record.cos_rest = cosine
+            record.sin, record.sin_rest = sine
         else:
             rounded_cosine, rounded_sine = rotation(angle)
             # half of 1 − cos² − sin² of the rounded numbers, to about one rounding of itself
             first_square, first_rest = multiply_exactly(rounded_cosine, rounded_cosine)
             second_square, second_rest = multiply_exactly(rounded_sine, rounded_sine)
-            square, rest = sum_exactly(first_square, second_square)
-            stretch = 0.5 * ((1.0 - square) - (rest + first_rest + second_rest))
-            over.cos, over.cos_rest = rounded_cosine, stretch * rounded_cosine
-            over.sin, over.sin_rest = rounded_sine, stretch * rounded_sine
+            square, low = sum_exactly(first_square, second_square)
+            stretch = 0.5 * ((1.0 - square) - (low + first_rest + second_rest))
+            record.cos, record.cos_rest = rounded_cosine, stretch * rounded_cosine
+            record.sin, record.sin_rest = rounded_sine, stretch * rounded_sine
 
 
 @inlined
 def evaluate(step: Step) -> None:
     """Fill the slopes k1 = U̇ and k2 = V̇ at the stages u, v."""
     system, mode, omega, _, kind, _, work = step
-    first = kind * len(omega)
+    offset = kind * len(omega)
     for p in range(len(omega)):
-        c, s = row_of(work.cosine, first + p), row_of(work.sine, first + p)
+        c, s = row_of(work.cosine, offset + p), row_of(work.sine, offset + p)
         u, v = row_of(work.u, p), row_of(work.v, p)
         store(work.x, p, fma(c, u, s * v))
         store(work.y, p, fma(c, v, -(s * u)))
     system.disturb(mode, omega, work)
     for p in range(len(omega)):
-        c, s = row_of(work.cosine, first + p), row_of(work.sine, first + p)
+        c, s = row_of(work.cosine, offset + p), row_of(work.sine, offset + p)
         d1, d2 = row_of(work.d1, p), row_of(work.d2, p)
         store(work.k1, p, fma(c, d1, -(s * d2)))
         store(work.k2, p, fma(s, d1, c * d2))
@@ -487,8 +487,8 @@ def _move_stages(step: Step) -> float:
         else:
             u, v = combined_both(work.coefficients, 0, k1, k2)
         u, v = fma(u, h, planes[p].x), fma(v, h, planes[p].y)
-        moved = larger(u - row_of(work.u, p), v - row_of(work.v, p))
-        change = larger(change, moved)
+        changes = larger(u - row_of(work.u, p), v - row_of(work.v, p))
+        change = larger(change, changes)
         store(work.u, p, u)
         store(work.v, p, v)
     return largest(change)
@@ -513,7 +513,7 @@ def start_stages(step: Step) -> None:
 
 
 @compiled
-def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
+def sweep(step: Step, settled: float, most_sweeps: int) -> tuple[bool, float]:
     """Sweep until the stages have settled; return whether they have, and their size.
 
     A sweep evaluates the slopes and moves the stages. If Δ and Δ′ are the changes of the last
@@ -522,26 +522,26 @@ def sweep(step: Step, settled: float, most: int) -> tuple[bool, float]:
     more, only rounding may be left, for which 64 roundings are allowed. The slopes are evaluated
     once more at the last stages, which keeps the error of the iteration from adding up.
 
-    At most `most` sweeps are made; with 0 the slopes are evaluated and nothing else. All
+    At most `most_sweeps` sweeps are made; with 0 the slopes are evaluated and nothing else. All
     evaluations are made here, so that the disturbance is compiled once.
     """
-    before, size, floor = math.inf, 0.0, 0.0
+    change_before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
-    for n in range(most + 1):
+    for n in range(most_sweeps + 1):
         evaluate(step)
-        if ends or n == most:
+        if ends or n == most_sweeps:
             break
         change = _move_stages(step)
         if n == 0:
             size = largest_stage(step.omega, step.work)
             floor = settled * size
-        if change <= floor or (n > 0 and change * change <= floor * (before - change)):
+        if change <= floor or (n > 0 and change * change <= floor * (change_before - change)):
             settles = ends = True
-        elif not change < before and n > 0:
+        elif not change < change_before and n > 0:
             # no change is smaller than the rounding of the sums over the stages; what ceases to
             # fall above that diverges
             settles, ends = change <= 64.0 * UNIT_ROUNDOFF * size, True
-        before = change
+        change_before = change
     return settles, size
 
 
@@ -560,10 +560,10 @@ MAX_ITERATIONS = 12
 
 @inlined
 def _rows_of(
-    r: int, omega: Omega, first: FloatArray, second: FloatArray
+    r: int, omega: Omega, u_rows: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, int]:
     """Return the array and the row of unknown r: U of each plane come first, then V of each."""
-    return (first, r) if r < len(omega) else (second, r - len(omega))
+    return (u_rows, r) if r < len(omega) else (second, r - len(omega))
 
 
 @inlined
@@ -581,16 +581,16 @@ def _fill_matrix(step: Step) -> None:
     side = unknowns * stages
     for column in range(unknowns):
         rows, p = _rows_of(column, omega, work.u, work.v)
-        there = row_of(rows, p)
+        base = row_of(rows, p)
         # near the cube root of a rounding, at which truncation and rounding err alike
-        away = 1e-6 * (largest(there) + 1e-9)
-        store(rows, p, there + away)
+        away = 1e-6 * (largest(base) + 1e-9)
+        store(rows, p, base + away)
         sweep(step, 0.0, 0)
         for r in range(unknowns):
             store(work.slopes, r, _slope(r, omega, work))
-        store(rows, p, there - away)
+        store(rows, p, base - away)
         sweep(step, 0.0, 0)
-        store(rows, p, there)
+        store(rows, p, base)
         for r in range(unknowns):
             slope = (row_of(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
             for i in range(stages):
@@ -638,15 +638,15 @@ def newton(step: Step) -> tuple[bool, float]:
     _, _, omega, h, _, planes, work = step
     unknowns, stages, right = 2 * len(omega), width(work.u), work.right
     start_stages(step)
-    before, size = math.inf, 0.0
+    change_before, size = math.inf, 0.0
     for _ in range(MAX_ITERATIONS):
         _fill_matrix(step)
         sweep(step, 0.0, 0)
         for r in range(unknowns):
             rows, p = _rows_of(r, omega, work.u, work.v)
             begin = planes[p].x if r < len(omega) else planes[p].y
-            moved = combined(work.coefficients, 0, _slope(r, omega, work))
-            wanted = fma(moved, h, begin) - row_of(rows, p)
+            shifts = combined(work.coefficients, 0, _slope(r, omega, work))
+            wanted = fma(shifts, h, begin) - row_of(rows, p)
             for i in range(stages):
                 right[r * stages + i] = lane(wanted, i)
         change = _eliminate(unknowns * stages, work.matrix, right)
@@ -658,13 +658,13 @@ def newton(step: Step) -> tuple[bool, float]:
         if not math.isfinite(change):
             return False, size
         floor = 4.0 * UNIT_ROUNDOFF * size
-        if change <= floor or (not change < before and change <= 64.0 * floor):
+        if change <= floor or (not change < change_before and change <= 64.0 * floor):
             sweep(step, 0.0, 0)
             return True, size
         # far from the solution a change may be larger than the one before, but not so much
-        if not change < 4.0 * before:
+        if not change < 4.0 * change_before:
             return False, size
-        before = change
+        change_before = change
     return False, size
 
 
@@ -687,14 +687,14 @@ def collocate(step: Step, settled: float) -> tuple[float, bool]:
         converged, size = newton(step)
         if not converged:
             return math.inf, True
-    last = 0.0
+    last_term = 0.0
     for slopes in (work.k1, work.k2):
         for p in range(len(omega)):
             coefficient = h * total(row_of(work.tail) * row_of(slopes, p))
             if not math.isfinite(coefficient):
                 return math.inf, needs_newton
-            last = max(last, abs(coefficient))
-    return last / size if size > 0.0 else 0.0, needs_newton
+            last_term = max(last_term, abs(coefficient))
+    return last_term / size if size > 0.0 else 0.0, needs_newton
 
 
 @inlined
@@ -702,13 +702,13 @@ def _rotated(
     cosine: Twofold, sine: Twofold, a: Twofold, b: Twofold, add_a: float, add_b: float
 ) -> Twofold:
     """Return cos·(a + add_a) + sin·(b + add_b) for twofold cos, sin, a, b and small additions."""
-    first, first_rest = multiply_exactly(cosine[0], a[0])
+    first_high, first_rest = multiply_exactly(cosine[0], a[0])
     second, second_rest = multiply_exactly(sine[0], b[0])
-    whole, rest = sum_exactly(first, second)
-    rest += first_rest + second_rest
-    rest += cosine[1] * a[0] + sine[1] * b[0]
-    rest += cosine[0] * (a[1] + add_a) + sine[0] * (b[1] + add_b)
-    return sum_exactly(whole, rest)
+    high, low = sum_exactly(first_high, second)
+    low += first_rest + second_rest
+    low += cosine[1] * a[0] + sine[1] * b[0]
+    low += cosine[0] * (a[1] + add_a) + sine[0] * (b[1] + add_b)
+    return sum_exactly(high, low)
 
 
 @compiled
@@ -720,8 +720,8 @@ def finish(step: Step) -> None:
     _, _, omega, h, kind, planes, work = step
     weights = row_of(work.quadrature)
     for p in range(len(omega)):
-        over, begin, end = work.rotations[kind * len(omega) + p], planes[p], work.end[p]
-        cosine, sine = (over.cos, over.cos_rest), (over.sin, over.sin_rest)
+        record, begin, end = work.rotations[kind * len(omega) + p], planes[p], work.end[p]
+        cosine, sine = (record.cos, record.cos_rest), (record.sin, record.sin_rest)
         minus = -sine[0], -sine[1]
         u, v = (begin.x, begin.x_rest), (begin.y, begin.y_rest)
         add_u = h * total(weights * row_of(work.k1, p))
@@ -755,11 +755,11 @@ def inside(
     U = U₀ + hξ Σ_n G_n tⁿ with t = 2ξ − 1 and the powers G_n of `gauss_constants`; V likewise.
     """
     stages, t = width(work.f1), 2.0 * xi - 1.0
-    first = p * stages
-    u, v = work.f1[first + stages - 1], work.f2[first + stages - 1]
+    offset = p * stages
+    u, v = work.f1[offset + stages - 1], work.f2[offset + stages - 1]
     for n in range(stages - 2, -1, -1):
-        u = fma(u, t, work.f1[first + n])
-        v = fma(v, t, work.f2[first + n])
+        u = fma(u, t, work.f1[offset + n])
+        v = fma(v, t, work.f2[offset + n])
     u, v = fma(u, xi * h, planes[p].x), fma(v, xi * h, planes[p].y)
     c, s = rotation(omega[p] * (xi * h))
     return c * u + s * v, c * v - s * u

@@ -60,13 +60,13 @@ def store(out: Emission, array: Any, row: Any, lanes: Any) -> None:
     out.b.store(out.lanes(value), out.row(array, _row(array), out.int(row)), align=8)
 
 
-def _combined(out: Emission, rows: Any, first: Any, many: tuple[Any, ...]) -> list[Any]:
-    """Return Σ_j weights_j · row (first + j) for each of several weights."""
-    begin, count = out.int(first), _row(rows)
-    sums: list[list[Any]] = [[] for _ in many]
+def _combined(out: Emission, rows: Any, start: Any, weight_sets: tuple[Any, ...]) -> list[Any]:
+    """Return Σ_j weights_j · row (start + j) for each of several weights."""
+    begin, count = out.int(start), _row(rows)
+    sums: list[list[Any]] = [[] for _ in weight_sets]
     for j in range(count):
         row = _loaded(out, rows, out.next(begin, j))
-        for weights, parts in zip(many, sums, strict=True):
+        for weights, parts in zip(weight_sets, sums, strict=True):
             pair = row, out.spread(out.item(out.lanes(weights), j), count)
             # four sums side by side, since an fma waits for the one before it in its sum
             if j < 4:
@@ -78,15 +78,15 @@ def _combined(out: Emission, rows: Any, first: Any, many: tuple[Any, ...]) -> li
 
 
 @intrinsic
-def combined(out: Emission, array: Any, first: Any, weights: Any) -> Any:
-    """Return Σ_j weights_j · row (first + j); four sums side by side, for speed."""
-    return _combined(out, array, first, (weights,))[0]
+def combined(out: Emission, array: Any, start: Any, weights: Any) -> Any:
+    """Return Σ_j weights_j · row (start + j); four sums side by side, for speed."""
+    return _combined(out, array, start, (weights,))[0]
 
 
 @intrinsic
-def combined_both(out: Emission, array: Any, first: Any, weights: Any, others: Any) -> Any:
+def combined_both(out: Emission, array: Any, start: Any, weights: Any, second_weights: Any) -> Any:
     """Return `combined` of the same rows with two weights; each row is read once."""
-    return out.group(_combined(out, array, first, (weights, others)))
+    return out.group(_combined(out, array, start, (weights, second_weights)))
 
 
 def _mirrored(out: Emission, vector: Any) -> Any:
@@ -96,47 +96,47 @@ def _mirrored(out: Emission, vector: Any) -> Any:
 
 def _total_everywhere(out: Emission, vector: Any) -> Any:
     """Return the sum of the lanes, in each lane; the order of summation is fixed."""
-    count, apart = vector.type.count, 1
-    while apart < count:
-        other = out.shuffled(vector, vector, [i ^ apart for i in range(count)])
-        vector, apart = out.b.fadd(vector, other), 2 * apart
+    count, distance = vector.type.count, 1
+    while distance < count:
+        partner = out.shuffled(vector, vector, [i ^ distance for i in range(count)])
+        vector, distance = out.b.fadd(vector, partner), 2 * distance
     return vector
 
 
-def _folded_sums(out: Emission, rows: Any, first: Any, room: Any, weights: Any) -> Any:
+def _folded_sums(out: Emission, rows: Any, start: Any, room: Any, weights: Any) -> Any:
     """Return the sums of `folded_both` for one set of weights."""
     count = _row(rows)
-    half = count // 2
-    given = out.lanes(weights)
+    half_count = count // 2
+    weight_lanes = out.lanes(weights)
     low, high = (
-        out.shuffled(given, given, range(half)),
-        _mirrored(out, out.shuffled(given, given, range(half, count))),
+        out.shuffled(weight_lanes, weight_lanes, range(half_count)),
+        _mirrored(out, out.shuffled(weight_lanes, weight_lanes, range(half_count, count))),
     )
     # sums and differences of the weights of mirrored stages
     even, odd = out.b.fadd(low, high), out.b.fsub(low, high)
     out.b.store(out.shuffled(even, odd, range(count)), out.row(rows, count, room), align=8)
-    laid = out.reloaded(out.row(rows, count, room))
+    weight_row = out.reloaded(out.row(rows, count, room))
     sums: list[list[Any]] = [[], []]
-    for j in range(half):
-        row = _loaded(out, rows, out.next(first, j))
+    for j in range(half_count):
+        row = _loaded(out, rows, out.next(start, j))
         for k, parts in enumerate(sums):
-            part = out.shuffled(row, row, range(k * half, (k + 1) * half))
-            weight = out.spread(out.number(laid, k * half + j), half)
+            part = out.shuffled(row, row, range(k * half_count, (k + 1) * half_count))
+            weight = out.spread(out.number(weight_row, k * half_count + j), half_count)
             if j < 2:
                 parts.append(out.b.fmul(part, weight))
             else:
                 parts[j % 2] = out.vector_function('fma', part, weight, parts[j % 2])
-    shared = _loaded(out, rows, out.next(first, half))
-    shared = out.b.fmul(out.shuffled(shared, shared, range(half)), even)
+    shared = _loaded(out, rows, out.next(start, half_count))
+    shared = out.b.fmul(out.shuffled(shared, shared, range(half_count)), even)
     across, along = (out.b.fadd(*parts) for parts in sums)
     along = out.b.fadd(along, _total_everywhere(out, shared))
-    before, behind = out.b.fadd(along, across), out.b.fsub(along, across)
-    return out.as_lanes(out.shuffled(before, _mirrored(out, behind), range(count)))
+    front, behind = out.b.fadd(along, across), out.b.fsub(along, across)
+    return out.as_lanes(out.shuffled(front, _mirrored(out, behind), range(count)))
 
 
 @intrinsic
 def folded_both(
-    out: Emission, array: Any, first: Any, room: Any, weights: Any, others: Any
+    out: Emission, array: Any, start: Any, room: Any, weights: Any, second_weights: Any
 ) -> Any:
     """Return `combined_both` of the matrix of a symmetric rule, at half the operations.
 
@@ -145,14 +145,14 @@ def folded_both(
     to differences, and differences to sums, by matrices of half the size. Numbers that all lanes
     need are read back from memory: loads run beside the arithmetic, moves between lanes would not.
 
-    The matrix is in `array` from the row `first` on, as `gauss_step.Gauss.folded`; two rows from
+    The matrix is in `array` from `start` on, as `gauss_step.Gauss.folded`; two rows from
     `room` on are overwritten.
     """
-    begin, place = out.int(first), out.int(room)
+    begin, place = out.int(start), out.int(room)
     return out.group(
         [
             _folded_sums(out, array, begin, place, weights),
-            _folded_sums(out, array, begin, out.next(place, 1), others),
+            _folded_sums(out, array, begin, out.next(place, 1), second_weights),
         ]
     )
 
@@ -246,11 +246,11 @@ def ones(out: Emission, bits: Any) -> Any:
 
 
 @intrinsic
-def chosen(out: Emission, sign: Any, below: Any, other: Any) -> Any:
+def chosen(out: Emission, sign: Any, below: Any, above: Any) -> Any:
     """Return one of two, lane by lane: the first where a sign is below zero, else the second."""
     vector = out.lanes(sign)
-    before = out.b.fcmp_ordered('<', vector, out.zeros(vector))
-    return out.as_lanes(out.b.select(before, out.lanes(below), out.lanes(other)))
+    is_below = out.b.fcmp_ordered('<', vector, out.zeros(vector))
+    return out.as_lanes(out.b.select(is_below, out.lanes(below), out.lanes(above)))
 
 
 @intrinsic

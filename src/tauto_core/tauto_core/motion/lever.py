@@ -33,11 +33,11 @@ from tauto_core.motion.system import (
     TILT,
     TILT_BEND,
     TILT_RATE,
-    Beyond,
+    Exits,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     StepPlace,
@@ -51,12 +51,12 @@ from tauto_core.motion.system import (
 from tauto_core.motion.threads import (
     OnWheel,
     ThreadSystem,
-    beside,
-    beside_at_nodes,
-    beyond_by,
     case_bounds,
     drag_on_wheel,
+    exits_by,
     hot_on_wheel,
+    transverse,
+    transverse_at_nodes,
 )
 from tauto_core.motion.wells import REACH_PER_RELEASE
 from tauto_core.samples import FloatArray
@@ -106,14 +106,14 @@ class Series(NamedTuple):
 
     Attributes:
         middle: middle of the interval.
-        half: half its length.
-        per_half: 1/half.
-        terms: coefficients of T_k(x), x = (s − middle)/half: a row for each k, of six functions
-            and two zeros, (n, 8).
+        half_width: half its length.
+        per_half: 1/half_width.
+        terms: coefficients of T_k(x), x = (s − middle)/half_width: a row for each k, of six
+            functions and two zeros, (n, 8).
     """
 
     middle: float
-    half: float
+    half_width: float
     per_half: float
     terms: FloatArray
 
@@ -122,7 +122,7 @@ class Powers(NamedTuple):
     """The functions of `Series` as sums of terms · x^k, which take half as many operations."""
 
     middle: float
-    half: float
+    half_width: float
     per_half: float
     terms: FloatArray
 
@@ -131,13 +131,13 @@ class ArcSeries(NamedTuple):
     """The functions on two intervals.
 
     Attributes:
-        near: about rest, over the usual range of motion or less.
-        whole: as far as the geometry allows; where that takes too many terms, over the usual range
+        near_rest: about rest, over the usual range of motion or less.
+        full: as far as the geometry allows; where that takes too many terms, over the usual range
             (`wells.REACH_PER_RELEASE`).
     """
 
-    near: Series | Powers
-    whole: Series
+    near_rest: Series | Powers
+    full: Series
 
 
 def arc_series(
@@ -155,8 +155,8 @@ def arc_series(
     def within(per_release: float) -> Series | None:
         # 0.1 rad for a wheel that is released at rest, which only the ship sets off
         reach = per_release * abs(machine.release_angle) + 0.1
-        near = np.clip(np.array([-reach, reach]), *machine.sides)
-        inner = machine.geometry.tau_of(near)
+        edges = np.clip(np.array([-reach, reach]), *machine.sides)
+        inner = machine.geometry.tau_of(edges)
         return _series(machine, arc, float(inner[0]), float(inner[1]))
 
     short = usual = within(REACH_PER_RELEASE)
@@ -169,8 +169,8 @@ def arc_series(
             'weight, a smoother force or a smaller release angle',
             0.0,
         )
-    whole = _series(machine, arc, low, high) or usual
-    return ArcSeries(_in_powers(_shortened(short, allowed)), _shortened(whole, allowed))
+    full = _series(machine, arc, low, high) or usual
+    return ArcSeries(_in_powers(_shortened(short, allowed)), _shortened(full, allowed))
 
 
 def _shortened(series: Series, allowed: float) -> Series:
@@ -192,12 +192,12 @@ def _in_powers(series: Series) -> Series | Powers:
     """Return a series in powers, unless they grow so large that digits would cancel."""
     terms = np.zeros_like(series.terms)
     for i in ARC_FUNCTIONS:
-        found = chebyshev.cheb2poly(series.terms[:, i])
-        terms[: len(found), i] = found
+        powers = chebyshev.cheb2poly(series.terms[:, i])
+        terms[: len(powers), i] = powers
         grown = np.sum(np.abs(terms[:, i])) / np.max(np.abs(series.terms[:, i]))
         if grown > MOST_GROWN:
             return series
-    return Powers(series.middle, series.half, series.per_half, _in_rows(terms))
+    return Powers(series.middle, series.half_width, series.per_half, _in_rows(terms))
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:
@@ -212,8 +212,8 @@ def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Che
             'Use a heavier wheel or a lighter weight',
             0.0,
         )
-    whole = chebyshev.Chebyshev(slope[0], domain=[low, high]).integ()
-    return whole - float(whole(0.0))
+    arc = chebyshev.Chebyshev(slope[0], domain=[low, high]).integ()
+    return arc - float(arc(0.0))
 
 
 def _series(
@@ -248,15 +248,15 @@ def _series(
     terms = _complete(functions, begin, end, MOST_SHAPE_TERMS, tail)
     if terms is None:
         return None
-    half = 0.5 * (end - begin)
-    return Series(0.5 * (begin + end), half, 1.0 / half, _in_rows(terms.T))
+    half_width = 0.5 * (end - begin)
+    return Series(0.5 * (begin + end), half_width, 1.0 / half_width, _in_rows(terms.T))
 
 
 def _complete(
     functions: Callable[[FloatArray], FloatArray],
     low: float,
     high: float,
-    most: int,
+    most_terms: int,
     tail: float = SHAPE_TAIL,
 ) -> FloatArray | None:
     """Return Chebyshev coefficients on an interval to their tail, (m, n); None: too many."""
@@ -266,7 +266,7 @@ def _complete(
         return chebyshev_coefficients(functions(places))
 
     counts, terms = [], FEWEST_SHAPE_TERMS
-    while terms <= most:
+    while terms <= most_terms:
         counts.append(terms)
         terms += terms // 4
     return complete_series(series, counts, tail)
@@ -346,27 +346,27 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     @inlined
     def keep_case(
-        self, half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+        self, swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
     ) -> None:
         """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each.
 
         The rows of the apparent gravity are that and the tilt until `complete_case`.
         """
-        pieces, rates, nodes = half.pieces, half.rates, work.nodes
+        pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
         if pieces.tilt is None or pieces.gravity is None:
             return
         if rates.line is None or rates.tilt is None:
             return
         rate = bend = tilt = gravity = filled(work.fractions, 0.0)
-        for j in range(half.powers - 1, -1, -1):
+        for j in range(swing.powers - 1, -1, -1):
             bend = fma(bend, at, rate)
             rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
             tilt = fma(tilt, at, pieces.tilt[k, j])
             gravity = fma(gravity, at, pieces.gravity[k, j])
-        keep(nodes.alpha_rate, later, first, rate)
-        keep(nodes.alpha_bend, later, first, bend * (1.0 / pieces.length_s[k]))
-        keep(nodes.g_up, later, first, gravity)
-        keep(nodes.g_across, later, first, tilt)
+        keep(nodes.alpha_rate, times, initial, rate)
+        keep(nodes.alpha_bend, times, initial, bend * (1.0 / pieces.length_s[k]))
+        keep(nodes.g_up, times, initial, gravity)
+        keep(nodes.g_across, times, initial, tilt)
 
     @inlined
     def complete_case(self, work: Work) -> None:
@@ -374,7 +374,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         nodes: LeverNodes = work.nodes
         g_eff, tilt = row_of(nodes.g_up), row_of(nodes.g_across)
         sine, versine = sine_versine(tilt)
-        aside = beside_at_nodes(g_eff, tilt, work)
+        aside = transverse_at_nodes(g_eff, tilt, work)
         store(nodes.g_up, 0, g_eff - g_eff * versine - aside * sine)
         store(nodes.g_across, 0, g_eff * sine + aside * (1.0 - versine))
 
@@ -389,14 +389,14 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
         # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
         pushed = (omega[0] * omega[0]) * s - (hot.kappa * at.w) * gravity
-        more = pushed + _turned(self, at, speed, alpha_rate)
-        more = more - at.n * drag_on_wheel(hot.on_wheel, mode, at.n * speed)
+        extra = pushed + _turned(self, at, speed, alpha_rate)
+        extra = extra - at.n * drag_on_wheel(hot.on_wheel, mode, at.n * speed)
         if hot.on_wheel.growth is not None:
-            more = more - hot.on_wheel.growth * p
+            extra = extra - hot.on_wheel.growth * p
         store(work.d1, 0, -carried)
-        store(work.d2, 0, more * (1.0 / omega[0]))
+        store(work.d2, 0, extra * (1.0 / omega[0]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step leaves the geometry, or the thread goes slack."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes: LeverNodes = work.nodes
@@ -406,9 +406,9 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
         hot = _at_nodes(self, work)
         _, tension, _ = _pushed(hot, mode, at, a, speed, row_of(nodes.alpha_bend), gravity)
-        whole = self.shape.whole
-        x = (s - whole.middle) * whole.per_half
-        return beyond_by(tension, 1.0 - x * x, s, work)
+        full = self.shape.full
+        x = (s - full.middle) * full.per_half
+        return exits_by(tension, 1.0 - x * x, s, work)
 
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
@@ -419,18 +419,18 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         is clear of θ = ± that angle, too, at which |s| is about that over n.
         """
         carried = case_bounds(pieces, k)[1] / omega[0]
-        still = (1.0 + self.root_j * self.root_j) * (carried * carried)
+        square = (1.0 + self.root_j * self.root_j) * (carried * carried)
         if besides > 0.0:
             reach = besides / lever_on_arc(self.shape, 0.0)[0].n
-            still += reach * reach
-        return CLEAR * still
+            square += reach * reach
+        return CLEAR * square
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
         """Return whether s² + y² exceeds that at all nodes."""
         x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the lever at an instant."""
         line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
         hot, (arc, angle) = lever_now(self, at), lever_on_arc(shape, s)
@@ -438,13 +438,13 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
         sine, cosine = math.sin(tilt.value), math.cos(tilt.value)
-        aside = beside(at.gravity, tilt.value)
+        aside = transverse(at.gravity, tilt.value)
         gravity = at.gravity * (arc.cosine * cosine + arc.sine * sine)
         gravity += aside * (arc.sine * cosine - arc.cosine * sine)
         # İψ̇ is left out of s̈, as in `Wheel.instant`
         acceleration, tension, drag = _pushed(hot, mode, arc, a, speed, alpha_bend, gravity)
         bend = arc.n * acceleration - arc.w * arc.chi_slope * speed * speed
-        x = (s - shape.whole.middle) / shape.whole.half
+        x = (s - shape.full.middle) / shape.full.half_width
         torque, share = bend + alpha_bend + drag, hot.on_wheel.share
         # ṗ = s̈ + Aα̈ + ṡα̇ dA/ds
         pushed = acceleration + a * alpha_bend
@@ -464,12 +464,12 @@ class SullyLever(_LeverNumbers, ThreadSystem):
             drift=(Plane(speed, pushed),),
         )
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ."""
         return lever_on_arc(self.shape, planes[0].x)[1]
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
@@ -480,7 +480,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
 
 @inlined
-def lever_now(lever: SullyLever, at: Outside) -> SullyLever:
+def lever_now(lever: SullyLever, at: Inputs) -> SullyLever:
     """Return the lever with its numbers at an instant; as it is without heat."""
     if lever.on_wheel.heat is None or at.hot is None:
         return lever
@@ -496,7 +496,7 @@ def _at_nodes(lever: SullyLever, work: Work) -> SullyLever:
 
 
 @inlined
-def _with_numbers(cold: SullyLever, hot: HotNumbers) -> SullyLever:
+def _with_numbers(cold: SullyLever, hot: HeatTerms) -> SullyLever:
     on_wheel = hot_on_wheel(cold.on_wheel, hot)
     return SullyLever(cold.shape, cold.root_j, hot.weight, on_wheel, cold.mirrored)
 
@@ -536,14 +536,14 @@ def _clenshaw(terms: FloatArray, x: Lanes) -> LeverOnArc:
     twice, zero = 2.0 * x, filled(x, 0.0)
     sums = older = zero, zero, zero, zero, zero
     for j in range(terms.shape[0] - 1, 0, -1):
-        more: tuple[Lanes, ...] = ()
+        next_sums: tuple[Lanes, ...] = ()
         for i in AT_NODES:
-            more = (*more, fma(twice, sums[i], terms[j, i] - older[i]))
-        sums, older = more, sums
-    found: tuple[Lanes, ...] = ()
+            next_sums = (*next_sums, fma(twice, sums[i], terms[j, i] - older[i]))
+        sums, older = next_sums, sums
+    values: tuple[Lanes, ...] = ()
     for i in AT_NODES:
-        found = (*found, fma(x, sums[i], terms[0, i] - older[i]))
-    return LeverOnArc(found[0], found[1], found[2], found[3], found[4])
+        values = (*values, fma(x, sums[i], terms[0, i] - older[i]))
+    return LeverOnArc(values[0], values[1], values[2], values[3], values[4])
 
 
 @inlined
@@ -552,23 +552,23 @@ def _horner(terms: FloatArray, x: Lanes) -> LeverOnArc:
     zero = filled(x, 0.0)
     sums = zero, zero, zero, zero, zero
     for j in range(terms.shape[0] - 1, -1, -1):
-        more: tuple[Lanes, ...] = ()
+        next_sums: tuple[Lanes, ...] = ()
         for i in AT_NODES:
-            more = (*more, fma(sums[i], x, terms[j, i]))
-        sums = more
+            next_sums = (*next_sums, fma(sums[i], x, terms[j, i]))
+        sums = next_sums
     return LeverOnArc(sums[0], sums[1], sums[2], sums[3], sums[4])
 
 
 @compiled
 def _near_nodes(shape: ArcSeries, s: Lanes) -> LeverOnArc:
     """Return the functions of the arc at lanes of s."""
-    near, whole = shape.near, shape.whole
-    away = s - near.middle
-    if largest(away) <= near.half:
-        if isinstance(near, Powers):
-            return _horner(near.terms, away * near.per_half)
-        return _clenshaw(near.terms, away * near.per_half)
-    return _clenshaw(whole.terms, (s - whole.middle) * whole.per_half)
+    near_rest, full = shape.near_rest, shape.full
+    away = s - near_rest.middle
+    if largest(away) <= near_rest.half_width:
+        if isinstance(near_rest, Powers):
+            return _horner(near_rest.terms, away * near_rest.per_half)
+        return _clenshaw(near_rest.terms, away * near_rest.per_half)
+    return _clenshaw(full.terms, (s - full.middle) * full.per_half)
 
 
 @inlined
@@ -592,15 +592,15 @@ def _series_at(terms: FloatArray, x: float) -> Lanes:
 @compiled
 def lever_on_arc(shape: ArcSeries, s: float) -> tuple[LeverOnArc, float]:
     """Return the functions of the arc and θ at s."""
-    near, whole = shape.near, shape.whole
-    away = s - near.middle
-    if abs(away) > near.half:
-        found = _series_at(whole.terms, (s - whole.middle) * whole.per_half)
-    elif isinstance(near, Powers):
-        found = _powers_at(near.terms, away * near.per_half)
+    near_rest, full = shape.near_rest, shape.full
+    away = s - near_rest.middle
+    if abs(away) > near_rest.half_width:
+        values = _series_at(full.terms, (s - full.middle) * full.per_half)
+    elif isinstance(near_rest, Powers):
+        values = _powers_at(near_rest.terms, away * near_rest.per_half)
     else:
-        found = _series_at(near.terms, away * near.per_half)
+        values = _series_at(near_rest.terms, away * near_rest.per_half)
     arc = LeverOnArc(
-        lane(found, 0), lane(found, 1), lane(found, 2), lane(found, 3), lane(found, 4)
+        lane(values, 0), lane(values, 1), lane(values, 2), lane(values, 3), lane(values, 4)
     )
-    return arc, lane(found, 5)
+    return arc, lane(values, 5)

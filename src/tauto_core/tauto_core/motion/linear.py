@@ -41,7 +41,7 @@ RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
 SIGNED_INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
 """Coefficients of x^k in the Taylor series of cosine, k even, and of sine, k odd."""
 
-HALF, LOW_HALF = np.uint64(32), np.uint64(2**32 - 1)
+HALF_WORD, LOW_HALF = np.uint64(32), np.uint64(2**32 - 1)
 
 
 @compiled
@@ -52,10 +52,10 @@ def turns_at(time_ns: int, high: np.uint64, low: np.uint64) -> np.uint64:
     binary digits of the fraction of the turns per nanosecond.
     """
     time = np.uint64(time_ns)
-    a, b, c, d = time >> HALF, time & LOW_HALF, low >> HALF, low & LOW_HALF
+    a, b, c, d = time >> HALF_WORD, time & LOW_HALF, low >> HALF_WORD, low & LOW_HALF
     # time · high and, from halves of 32 bits, the upper 64 bits of time · low; each of the three
     # products that are cut off there, b · d among them, may lose a unit
-    return time * high + (a * c + (a * d >> HALF) + (b * c >> HALF))
+    return time * high + (a * c + (a * d >> HALF_WORD) + (b * c >> HALF_WORD))
 
 
 @compiled
@@ -65,17 +65,17 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
     An angle is a number of quarter turns and a rest of at most an eighth.
     """
     eighth, bits = np.uint64(2**61), np.uint64(62)
-    rest = np.empty(len(turns))
+    remainder = np.empty(len(turns))
     for i in range(len(turns)):
         quarters = (turns[i] + eighth) >> bits
-        rest[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
+        remainder[i] = np.int64(turns[i] - (quarters << bits)) * RADIANS_PER_UNIT
     rows = len(turns) // SIZE
     for i in range(rows):
-        c, s = short_cosine_sine(row_of(rest, i))
+        c, s = short_cosine_sine(row_of(remainder, i))
         store(cosine, i, c)
         store(sine, i, s)
     for i in range(SIZE * rows, len(turns)):
-        cosine[i], sine[i] = short_cosine_sine(rest[i])
+        cosine[i], sine[i] = short_cosine_sine(remainder[i])
     for i in range(len(turns)):
         quarters = np.int64((turns[i] + eighth) >> bits) & 3
         c, s = cosine[i], sine[i]
@@ -184,7 +184,7 @@ class Responses(NamedTuple):
     per_slope: FloatArray
 
 
-def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
+def unique_rows(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
     """Return of each row of a table the index among the distinct ones, (n,), and these.
 
     Most rows of the forcing are alike, so that only those which differ from one in the middle are
@@ -192,13 +192,13 @@ def sorted_out(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]
     """
     usual = [column[len(column) // 2] for column in columns]
     unlike = np.zeros(len(columns[0]), np.bool_)
-    for column, one in zip(columns, usual, strict=True):
-        unlike |= column != one
-    kind, kinds = np.zeros(len(unlike), np.int64), [tuple(each.item() for each in usual)]
+    for column, common in zip(columns, usual, strict=True):
+        unlike |= column != common
+    kind, kinds = np.zeros(len(unlike), np.int64), [tuple(value.item() for value in usual)]
     if unlike.any():
-        others = np.stack([column[unlike] for column in columns], axis=1)
-        more, which = np.unique(others, axis=0, return_inverse=True)
-        kinds += map(tuple, more.tolist())
+        unlike_rows = np.stack([column[unlike] for column in columns], axis=1)
+        distinct, which = np.unique(unlike_rows, axis=0, return_inverse=True)
+        kinds += map(tuple, distinct.tolist())
         kind[unlike] = 1 + which.reshape(-1)
     return kind, kinds
 
@@ -211,16 +211,16 @@ def responses(
     `nodes` are x of the samples that u interpolates, with their rates; `width` is w, how many
     numbers determine u: twice the number of nodes, or of coefficients; 0 where u = 0.
     """
-    found = [_rows(law, each, nodes if each.sampled else None, width) for each in shapes]
-    parts = np.array([len(each) - 1 for each in found])
-    time_s = np.array([each.time_s for each in shapes])
+    row_sets = [_rows(law, shape, nodes if shape.sampled else None, width) for shape in shapes]
+    parts = np.array([len(rows) - 1 for rows in row_sets])
+    time_s = np.array([shape.time_s for shape in shapes])
     return Responses(
-        rows=np.concatenate([each[:1] for each in found] + [each[1:] for each in found]),
+        rows=np.concatenate([rows[:1] for rows in row_sets] + [rows[1:] for rows in row_sets]),
         parts=parts,
-        first_part=len(found) + np.cumsum(parts) - parts,
+        first_part=len(row_sets) + np.cumsum(parts) - parts,
         time_s=time_s,
         decay=np.exp(-law.delta * time_s),
-        per_slope=np.array([1.0 if each.sampled else 1.0 / each.length_s for each in shapes]),
+        per_slope=np.array([1.0 if shape.sampled else 1.0 / shape.length_s for shape in shapes]),
     )
 
 
@@ -248,9 +248,9 @@ def _rows(
     rows[1:, :, B_RE], rows[1:, :, B_IM] = b.real, b.imag
     rows[1:, :, U : U_BEND + 1] = np.moveaxis(_basis(edges[1:], length_s, nodes, width), 0, -1)
     # b of a part counts from the part's beginning, that of the span from the span's
-    whole = (np.exp(pull * (edges[:-1] - begin) * length_s)[:, None] * b).sum(axis=0)
+    integral = (np.exp(pull * (edges[:-1] - begin) * length_s)[:, None] * b).sum(axis=0)
     rows[0] = rows[-1]
-    rows[0, :, B_RE], rows[0, :, B_IM] = whole.real, whole.imag
+    rows[0, :, B_RE], rows[0, :, B_IM] = integral.real, integral.imag
     return rows
 
 
@@ -279,17 +279,17 @@ def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
     polynomial of degree 2 about x, which gives the derivatives. Those of the values come first,
     then those of the slopes, (3, …, 2 · nodes).
     """
-    own = np.eye(len(nodes))
-    apart = nodes[:, None] - nodes + own
+    identity = np.eye(len(nodes))
+    gaps = nodes[:, None] - nodes + identity
     lagrange = _linear(np.ones((*x.shape, len(nodes))), np.zeros(len(nodes)))
     for j, node in enumerate(nodes):
         # a factor of every polynomial but that of this node
-        value = (x[..., None] - node) / apart[:, j]
+        value = (x[..., None] - node) / gaps[:, j]
         value[..., j] = 1.0
-        lagrange = _product(lagrange, _linear(value, (1.0 - own[j]) / apart[:, j]))
+        lagrange = _product(lagrange, _linear(value, (1.0 - identity[j]) / gaps[:, j]))
     square = _product(lagrange, lagrange)
     slope = _product(_linear(x[..., None] - nodes, np.ones(len(nodes))), square)
-    value = square - 2.0 * ((1.0 - own) / apart).sum(axis=1) * slope
+    value = square - 2.0 * ((1.0 - identity) / gaps).sum(axis=1) * slope
     taylor = np.concatenate([value, slope], axis=-1)
     taylor[2] *= 2.0
     return taylor
@@ -420,19 +420,19 @@ def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
     """
     if spans.u is None:
         return splat(0.0)
-    values, rates, first, fitted = spans.u
-    rows, width, begin = spans.responses.rows, spans.responses.rows.shape[1], first[k]
+    values, rates, sample, fitted = spans.u
+    rows, width, begin = spans.responses.rows, spans.responses.rows.shape[1], sample[k]
     row, points = which * width, width // 2
     # two sums, of which neither waits for the other
-    one, two = splat(0.0), splat(0.0)
+    by_values, by_rates = splat(0.0), splat(0.0)
     if begin >= 0:
         for i in range(points):
-            one = fma(row_of(rows, row + i), values[begin + i], one)
-            two = fma(row_of(rows, row + points + i), rates[begin + i], two)
+            by_values = fma(row_of(rows, row + i), values[begin + i], by_values)
+            by_rates = fma(row_of(rows, row + points + i), rates[begin + i], by_rates)
     else:
         for j in range(fitted.shape[1]):
-            one = fma(row_of(rows, row + j), fitted[-1 - begin, j], one)
-    return one + two
+            by_values = fma(row_of(rows, row + j), fitted[-1 - begin, j], by_values)
+    return by_values + by_rates
 
 
 @inlined
@@ -440,9 +440,9 @@ def _are_alike(spans: DrivenSpans, k: int) -> bool:
     """Return whether four spans from the k-th on have one shape and are determined by samples."""
     if spans.u is None:
         return False
-    shape, first = spans.shape, spans.u.first
-    same = shape[k] == shape[k + 1] == shape[k + 2] == shape[k + 3]
-    return same and min(first[k], first[k + 1], first[k + 2], first[k + 3]) >= 0
+    shape, sample = spans.shape, spans.u.sample
+    alike = shape[k] == shape[k + 1] == shape[k + 2] == shape[k + 3]
+    return alike and min(sample[k], sample[k + 1], sample[k + 2], sample[k + 3]) >= 0
 
 
 @inlined
@@ -454,10 +454,10 @@ def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
     """
     if spans.u is None:
         return
-    values, rates, first, _ = spans.u
+    values, rates, sample, _ = spans.u
     rows, points = spans.responses.rows, spans.responses.rows.shape[1] // 2
     row, zero = 2 * points * spans.shape[k], splat(0.0)
-    begins = first[k], first[k + 1], first[k + 2], first[k + 3]
+    begins = sample[k], sample[k + 1], sample[k + 2], sample[k + 3]
     of_values = of_rates = zero, zero, zero, zero
     for i in range(points):
         by_value, by_rate = row_of(rows, row + i), row_of(rows, row + points + i)

@@ -43,22 +43,22 @@ from tauto_core.motion.lanes import (
     with_lane,
 )
 from tauto_core.motion.lever import LeverNodes, SullyLever, arc_series, lever_now, lever_on_arc
-from tauto_core.motion.slack import LooseSystem, SlackThread, Tautened, rounding_of
+from tauto_core.motion.slack import LooseSystem, Retension, SlackThread, rounding_of
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
     ITERATION_SHARE,
     MIN_ANGLE,
     TOLERANCE_SHARE,
-    Moved,
+    Model,
     hot_pieces,
     tolerance_of,
 )
 from tauto_core.motion.system import (
-    Beyond,
+    Exits,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     StepPlace,
@@ -74,10 +74,10 @@ from tauto_core.motion.threads import (
     OnWheel,
     ThreadNodes,
     WithThread,
-    beside,
     drag_on_wheel,
     hot_on_wheel,
     thread_now,
+    transverse,
 )
 from tauto_core.motion.wells import REACH_PER_RELEASE, whole_turns_off
 from tauto_core.samples import FloatArray
@@ -126,7 +126,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
     )
 
 
-def _lever(machine: LeverMachine, settled: float, per_release: float) -> Moved:
+def _lever(machine: LeverMachine, settled: float, per_release: float) -> Model:
     """Return the lever, in a plane that turns with the free swing from the release angle."""
     try:
         omega = math.tau / machine.period(machine.release_angle)
@@ -138,19 +138,19 @@ def _lever(machine: LeverMachine, settled: float, per_release: float) -> Moved:
     on_wheel, mirrored = _on_wheel(machine, omega), True if side < 0.0 else None
     shape = arc_series(machine, settled, per_release)
     system = SullyLever(shape, root_j, kappa, on_wheel, mirrored)
-    return Moved(system, (omega,))
+    return Model(system, (omega,))
 
 
 def _pair(numbers: FloatArray) -> tuple[float, float]:
     return float(numbers[0]), float(numbers[1])
 
 
-def _hanging(machine: HangingMachine) -> Moved:
+def _hanging(machine: HangingMachine) -> Model:
     """Return the swinging thread, in the planes of its modes."""
     slow, fast, slow_share, fast_share = machine.modes
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
-    back = np.linalg.inv(columns)
+    inverse = np.linalg.inv(columns)
     system = Hanging(
         machine.base_radius,
         machine.length,
@@ -158,14 +158,14 @@ def _hanging(machine: HangingMachine) -> Moved:
         machine.mass * machine.base_radius / machine.inertia,
         _pair(columns[0]),
         _pair(columns[1]),
-        _pair(back[0]),
-        _pair(back[1]),
+        _pair(inverse[0]),
+        _pair(inverse[1]),
         _on_wheel(machine, machine.frequency),
         machine.damping / machine.mass if machine.damping else None,
         spring=machine.stiffness / machine.mass if machine.stiffness else None,
     )
     omega = math.sqrt(machine.gravity / slow), math.sqrt(machine.gravity / fast)
-    return Moved(system, omega)
+    return Model(system, omega)
 
 
 class RealThreads(SlackThread):
@@ -190,7 +190,7 @@ class RealThreads(SlackThread):
             self._model = _hanging(machine)
             nodes += threads.SPRING_NODES * bool(machine.stiffness)
         hot, planes = machine.heat.acts, len(self._model.omega)
-        rows, columns = (HotNumbers._fields, 2 * SIZE) if hot else ((), SIZE)
+        rows, columns = (HeatTerms._fields, 2 * SIZE) if hot else ((), SIZE)
         super().__init__(machine, planes, (*nodes, *rows, *constants), stages, allowed, columns)
         if hot:
             lasting = replace(machine, heat=NO_HEAT)
@@ -199,15 +199,15 @@ class RealThreads(SlackThread):
         else:
             self.longest_step_s = self._longest_step()
 
-    def _moved(self, forcing: Forcing) -> Moved:
+    def _model_of(self, forcing: Forcing) -> Model:
         return self._model
 
-    def _loosened(self, taut: Moved) -> Moved:
+    def _loose_model(self, taut: Model) -> Model:
         """Return the machine with a slack thread."""
         system, pace = taut.system, taut.system.pace
         if isinstance(system, Hanging):
-            return Moved(LooseThread(system), (pace, pace, pace))
-        return Moved(LooseLever(system), (pace, pace))
+            return Model(LooseThread(system), (pace, pace, pace))
+        return Model(LooseLever(system), (pace, pace))
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
@@ -223,11 +223,11 @@ class RealThreads(SlackThread):
             series = np.polynomial.Polynomial([0.0] if channel is None else channel[0])
             parts += [float(series(x)), float(series.deriv()(x)) * per_s]
         machine, case = self._machine, CaseAtStart(*parts)
-        felt = machine.felt_angle(machine.release_angle, case.tilt)
-        if not abs(felt) <= machine.range_rad:
+        sensed_angle = machine.sensed_angle(machine.release_angle, case.tilt)
+        if not abs(sensed_angle) <= machine.range_rad:
             raise PropagationError(
                 f'the release angle {machine.release_angle:.6g} rad and the motion at the start '
-                f'make the angle of the thread on the wheel {felt:.6g} rad, beyond '
+                f'make the angle of the thread on the wheel {sensed_angle:.6g} rad, beyond '
                 f'±{machine.range_rad:.6g} rad. Release at a smaller angle',
                 0.0,
             )
@@ -243,10 +243,10 @@ class RealThreads(SlackThread):
         Channels are constants on a ship that lies still. So are gravity and tilt for a force,
         which feels neither.
         """
-        still = np.zeros((len(forcing.length_s), 1))
+        zeros = np.zeros((len(forcing.length_s), 1))
         if forcing.neutral is None or forcing.tilt is None:
-            case = still if forcing.neutral is None else forcing.neutral
-            pieces = ForcingPieces(forcing.length_s, case, still, still + self._machine.gravity)
+            case = zeros if forcing.neutral is None else forcing.neutral
+            pieces = ForcingPieces(forcing.length_s, case, zeros, zeros + self._machine.gravity)
         else:
             pieces = super()._outside(forcing)
         heat, system = self._machine.heat, self._model.system
@@ -255,12 +255,12 @@ class RealThreads(SlackThread):
         # both draw by a weight, or the lever by a force: κ of the lever, m r/I of the thread
         swings = isinstance(system, Hanging)
         drawn, radius = (system.ratio, system.radius) if swings else (system.kappa, 0.0)
-        viscous, given = system.on_wheel.viscous, forcing.temperatures
-        widening = 0.0 if given is None else radius * heat.cam * given.per_s
+        viscous, temperatures = system.on_wheel.viscous, forcing.temperatures
+        widening = 0.0 if temperatures is None else radius * heat.cam * temperatures.per_s
 
-        def numbers(factors: HeatFactors, growth: FloatArray) -> HotNumbers:
+        def numbers(factors: HeatFactors, growth: FloatArray) -> HeatTerms:
             share = 1.0 / factors.inertia
-            return HotNumbers(
+            return HeatTerms(
                 carried=radius * np.sqrt(factors.carried),
                 force=widening,
                 stiffness=0.0,
@@ -283,9 +283,9 @@ class RealThreads(SlackThread):
         planes[:] = 0.0, 0.0, 0.0, 0.0
         if isinstance(system, Hanging):
             angles = machine.release_angle + case.vertical - case.tilt, case.vertical
-            for p, back in enumerate((system.to_first, system.to_second)):
-                planes['x'][p] = back[0] * angles[0] + back[1] * angles[1]
-                rate = back[0] * case_rate + back[1] * case.vertical_rate
+            for p, row in enumerate((system.to_first, system.to_second)):
+                planes['x'][p] = row[0] * angles[0] + row[1] * angles[1]
+                rate = row[0] * case_rate + row[1] * case.vertical_rate
                 planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
@@ -347,8 +347,8 @@ class RealThreads(SlackThread):
     def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
         """Return the phase within a turn, of s of the lever or u of the thread, and its rate."""
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
-        seen = x, speed, acceleration, self._machine.frequency
-        return polar(*seen), polar_rate(*seen)
+        arguments = x, speed, acceleration, self._machine.frequency
+        return polar(*arguments), polar_rate(*arguments)
 
 
 # -----------------------------------------------------------------------------
@@ -381,8 +381,8 @@ def thread_end_of(pace: float, sweeps: int) -> FreeEnd:
     """Return the settings for a lever or a swinging thread of a pace [rad/s]."""
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
     error, close = max(LEAST_ERROR_OF_THREAD, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
-    near = NEAR_ON_THREAD if sweeps <= MOST_IN_ONE else NEARER
-    return FreeEnd(sweeps, settled, error, near, close, math.pi / pace, 1.0, 0.0, 0.0, 0.0)
+    phase = NEAR_ON_THREAD if sweeps <= MOST_IN_ONE else NEARER
+    return FreeEnd(sweeps, settled, error, phase, close, math.pi / pace, 1.0, 0.0, 0.0, 0.0)
 
 
 class FreeEndThreads(FreeEnds, RealThreads):
@@ -406,8 +406,8 @@ class FreeEndThreads(FreeEnds, RealThreads):
 #
 # with the letters of `lever`, and is slack while it is higher than β(θ), at which the thread would
 # hold it. The weight of a swinging thread falls freely beside the axle, Ẅ = g_eff (sin β, −cos β)
-# with the direction β of the apparent vertical, and what acts beside it (`beside`). A thread that
-# leaves the cam for the weight at W has the lean δ of W · n = r u, u = ψ − δ, with
+# with the direction β of the apparent vertical, and what acts beside it (`transverse`). A thread
+# that leaves the cam for the weight at W has the lean δ of W · n = r u, u = ψ − δ, with
 # n = (cos δ, sin δ) and d = (sin δ, −cos δ). It has to reach W · d − r and has l₀ − ½ r u² left:
 # slack while that is more.
 #
@@ -423,7 +423,7 @@ class LooseOnWheel(WithThread, LooseSystem):
     """The base of a free wheel whose thread is slack."""
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum of the wheel alone: ½ I θ̇² grows by its energy."""
         on_wheel, plane = self.on_wheel, state.planes[0]
@@ -460,7 +460,7 @@ class _LooseThreadNumbers(NamedTuple):
     thread: Hanging
 
 
-class HangsAt(NamedTuple):
+class LooseThreadPose(NamedTuple):
     """A slack thread as it leaves the cam for the weight.
 
     Attributes:
@@ -495,12 +495,12 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
         scale = 1.0 / (self.thread.length * omega[1])
-        fall, aside = scale * row_of(nodes.gravity), scale * row_of(nodes.beside)
+        fall, aside = scale * row_of(nodes.gravity), scale * row_of(nodes.transverse)
         cosine = 1.0 - versine
         store(work.d2, 1, omega[1] * row_of(work.x, 1) + (fall * sine + aside * cosine))
         store(work.d2, 2, omega[2] * row_of(work.x, 2) - (fall * cosine - aside * sine))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the thread tautens in the step, or the weight comes up to the wheel."""
         gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
@@ -513,25 +513,25 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
             gap = with_lane(gap, i, _gap(self.thread, hangs))
             margin = with_lane(margin, i, _margin(self.thread, hangs))
         edge, slack = first_below(margin, work), first_below(gap, work)
-        return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
+        return Exits(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return u."""
         psi, x, y = planes[0].x, planes[1].x, planes[2].x
         return psi - _hangs_at(self.thread, self.thread.radius, psi, x, y).delta
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ = ψ − α."""
         return planes[0].x - (at.drive.value - at.tilt.value)
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and weight at an instant."""
         line, tilt, thread = at.drive, at.tilt, thread_now(self.thread, at)
         psi, psi_rate, length = planes[0].x, omega[0] * planes[0].y, thread.length
         rate = psi_rate - (line.rate - tilt.rate)
         psi_bend = -_against(thread.on_wheel, mode, rate, psi_rate)
         hangs = _hangs_at(thread, thread.radius, psi, planes[1].x, planes[2].x)
-        aside = beside(at.gravity, tilt.value)
+        aside = transverse(at.gravity, tilt.value)
         sine, cosine = math.sin(line.value), math.cos(line.value)
         across_bend = at.gravity * sine + aside * cosine
         up_bend = aside * sine - at.gravity * cosine
@@ -563,22 +563,22 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
             ),
         )
 
-    def let_go(self, taut: Hanging, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+    def let_go(self, taut: Hanging, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
         """Set wheel and weight to the motion of the taut thread."""
         alpha, alpha_rate = at.drive.value - at.tilt.value, at.drive.rate - at.tilt.rate
         thread, u = thread_now(taut, at), now.coordinate
         psi, psi_rate = now.angle + alpha, now.rate + alpha_rate
         delta, delta_rate = psi - u, psi_rate - now.speed
         radius, length = thread.radius, thread.length
-        left = length - 0.5 * radius * u * u
+        span = length - 0.5 * radius * u * u
         sine, cosine = math.sin(delta), math.cos(delta)
-        turn_rate, along_rate = radius * psi_rate + left * delta_rate, -radius * u * psi_rate
+        turn_rate, along_rate = (radius * psi_rate + span * delta_rate, -radius * u * psi_rate)
         planes = free.planes
         planes[0].x, planes[0].y = psi, psi_rate / omega[0]
         # W = r u n + (r + l) d; its height is counted from −(r + l₀), where nothing cancels
         low = math.sin(0.5 * delta)
-        planes[1].x = (radius * u * cosine + (radius + left) * sine) / length
-        raised = radius * u * sine + 2.0 * (radius + left) * low * low + (length - left)
+        planes[1].x = (radius * u * cosine + (radius + span) * sine) / length
+        raised = radius * u * sine + 2.0 * (radius + span) * low * low + (length - span)
         planes[2].x = raised / length
         planes[1].y = (turn_rate * cosine + along_rate * sine) / (length * omega[1])
         planes[2].y = (turn_rate * sine - along_rate * cosine) / (length * omega[2])
@@ -586,8 +586,8 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
             planes[p].x_rest = planes[p].y_rest = 0.0
 
     def tauten(
-        self, taut: Hanging, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
-    ) -> Tautened:
+        self, taut: Hanging, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
+    ) -> Retension:
         """Share the momentum along the thread; across it the weight keeps its velocity."""
         thread, planes = thread_now(taut, at), planes_of(omega, free.planes)
         psi, psi_rate = planes[0].x, omega[0] * planes[0].y
@@ -598,22 +598,22 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         lifted = up_rate * cosine - across_rate * sine
         turn_rate = across_rate * cosine + up_rate * sine
         arm, mu = thread.radius * u, thread.ratio / thread.radius
-        mass, apart = 1.0 + mu * arm * arm, arm * psi_rate - lifted
+        mass, gap_rate = 1.0 + mu * arm * arm, arm * psi_rate - lifted
         psi_rate = (psi_rate + mu * arm * lifted) / mass
         delta_rate = (turn_rate - thread.radius * psi_rate) / hangs.free
-        first, second = taut.to_first, taut.to_second
-        state.planes[0].x = first[0] * psi + first[1] * hangs.delta
+        to_first, second = taut.to_first, taut.to_second
+        state.planes[0].x = to_first[0] * psi + to_first[1] * hangs.delta
         state.planes[1].x = second[0] * psi + second[1] * hangs.delta
-        state.planes[0].y = (first[0] * psi_rate + first[1] * delta_rate) / taut_omega[0]
+        state.planes[0].y = (to_first[0] * psi_rate + to_first[1] * delta_rate) / taut_omega[0]
         state.planes[1].y = (second[0] * psi_rate + second[1] * delta_rate) / taut_omega[1]
         for p in range(2):
             state.planes[p].x_rest = state.planes[p].y_rest = 0.0
         rate = psi_rate - (at.drive.rate - at.tilt.rate)
-        return Tautened(rate, psi_rate - delta_rate, mu * apart * apart / mass)
+        return Retension(rate, psi_rate - delta_rate, mu * gap_rate * gap_rate / mass)
 
 
 @compiled
-def _hangs_at(thread: Hanging, radius: float, psi: float, x: float, y: float) -> HangsAt:
+def _hangs_at(thread: Hanging, radius: float, psi: float, x: float, y: float) -> LooseThreadPose:
     """Return how the thread hangs, by ψ and X of the weight's planes."""
     length = thread.length
     across, up = length * x, length * y - (radius + length)
@@ -629,17 +629,17 @@ def _hangs_at(thread: Hanging, radius: float, psi: float, x: float, y: float) ->
     sine, cosine = math.sin(delta), math.cos(delta)
     along = across * sine - up * cosine
     u = psi - delta
-    return HangsAt(delta, along - radius, length - 0.5 * radius * u * u)
+    return LooseThreadPose(delta, along - radius, length - 0.5 * radius * u * u)
 
 
 @inlined
-def _gap(thread: Hanging, hangs: HangsAt) -> float:
+def _gap(thread: Hanging, hangs: LooseThreadPose) -> float:
     """Return by how much the thread is longer than its way, over l₀."""
     return (hangs.free - hangs.reach) / thread.length + rounding_of(hangs.delta, 1.0)
 
 
 @inlined
-def _margin(thread: Hanging, hangs: HangsAt) -> float:
+def _margin(thread: Hanging, hangs: LooseThreadPose) -> float:
     """Return the shorter of the thread and its way, less the least of it [m]."""
     return min(hangs.free, hangs.reach) - thread.least
 
@@ -655,7 +655,7 @@ class _LooseLeverNumbers(NamedTuple):
     lever: SullyLever
 
 
-class HeldAt(NamedTuple):
+class TautLever(NamedTuple):
     """The taut lever at an angle of the wheel: s, n, w, χ′, and β of the series."""
 
     s: float
@@ -693,47 +693,47 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         store(work.d1, 1, -(root_j * alpha_rate))
         store(work.d2, 1, omega[1] * height - kappa * gravity * (1.0 / omega[1]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the thread tautens in the step, or the geometry ends."""
         gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
-            held = _held_at(self.lever, lane(row_of(work.x, 0), i))
+            pose = _pose_at(self.lever, lane(row_of(work.x, 0), i))
             height = lane(row_of(work.x, 1), i)
-            gap = with_lane(gap, i, _above(self.lever, held, height))
-            margin = with_lane(margin, i, _within(self.lever, held, height))
+            gap = with_lane(gap, i, _above(self.lever, pose, height))
+            margin = with_lane(margin, i, _within(self.lever, pose, height))
         edge, slack = first_below(margin, work), first_below(gap, work)
-        return Beyond(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
+        return Exits(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ."""
         return planes[0].x
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and lever at an instant."""
         tilt, lever, theta = at.tilt, lever_now(self.lever, at), planes[0].x
         alpha_rate, alpha_bend = at.drive.rate - tilt.rate, at.drive.bend - tilt.bend
         psi_rate, height = omega[0] * planes[0].y, planes[1].x
-        rate, held = psi_rate - alpha_rate, _held_at(lever, theta)
+        rate, pose = psi_rate - alpha_rate, _pose_at(lever, theta)
         psi_bend = -_against(lever.on_wheel, mode, rate, psi_rate)
-        bend, speed = psi_bend - alpha_bend, rate / held.n
-        above = height / lever.root_j - tilt.value
-        gravity = at.gravity * math.cos(above) + beside(at.gravity, tilt.value) * math.sin(above)
+        bend, speed = psi_bend - alpha_bend, rate / pose.n
+        lean = height / lever.root_j - tilt.value
+        gravity = at.gravity * math.cos(lean) + transverse(at.gravity, tilt.value) * math.sin(lean)
         fall = lever.kappa * gravity
         height_rate = omega[1] * planes[1].y - lever.root_j * alpha_rate
         return Instant(
             angle=theta,
             rate=rate,
             bend=bend,
-            tension=_above(lever, held, height),
-            margin=_within(lever, held, height),
+            tension=_above(lever, pose, height),
+            margin=_within(lever, pose, height),
             torque=0.0,
-            coordinate=held.s,
+            coordinate=pose.s,
             speed=speed,
-            acceleration=(bend + held.w * held.chi_slope * speed * speed) / held.n,
+            acceleration=(bend + pose.w * pose.chi_slope * speed * speed) / pose.n,
             drift=(Plane(rate, psi_bend), Plane(height_rate, -fall)),
         )
 
-    def let_go(self, taut: SullyLever, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+    def let_go(self, taut: SullyLever, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
         """Set wheel and lever to the motion of the taut thread."""
         alpha_rate, planes, root_j = at.drive.rate - at.tilt.rate, free.planes, taut.root_j
         arc, angle = lever_on_arc(taut.shape, now.coordinate)
@@ -744,50 +744,50 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
             planes[p].x_rest = planes[p].y_rest = 0.0
 
     def tauten(
-        self, taut: SullyLever, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
-    ) -> Tautened:
+        self, taut: SullyLever, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
+    ) -> Retension:
         """Share the momentum along the thread: ṡ⁺ = n θ̇ + w √j β̇, (n, w) being a unit vector."""
         planes, root_j = planes_of(omega, free.planes), taut.root_j
         alpha_rate, plane = at.drive.rate - at.tilt.rate, state.planes[0]
-        held = _held_at(taut, planes[0].x)
+        pose = _pose_at(taut, planes[0].x)
         rate = omega[0] * planes[0].y - alpha_rate
         height_rate = omega[1] * planes[1].y - root_j * alpha_rate
-        speed, apart = held.n * rate + held.w * height_rate, held.w * rate - held.n * height_rate
-        a = held.n + root_j * held.w
-        plane.x, plane.y = held.s, (speed + a * alpha_rate) / taut_omega[0]
+        speed, gap = pose.n * rate + pose.w * height_rate, pose.w * rate - pose.n * height_rate
+        a = pose.n + root_j * pose.w
+        plane.x, plane.y = pose.s, (speed + a * alpha_rate) / taut_omega[0]
         plane.x_rest = plane.y_rest = 0.0
-        return Tautened(held.n * speed, speed, apart * apart)
+        return Retension(pose.n * speed, speed, gap * gap)
 
 
 @compiled
-def _held_at(lever: SullyLever, theta: float) -> HeldAt:
+def _pose_at(lever: SullyLever, theta: float) -> TautLever:
     """Return the taut lever at θ, or at the end of the geometry if θ is beyond it."""
-    whole = lever.shape.whole
-    low, high = whole.middle - whole.half, whole.middle + whole.half
+    full = lever.shape.full
+    low, high = full.middle - full.half_width, full.middle + full.half_width
     s = min(max(theta, low), high)
     for _ in range(MOST_ITERATIONS):
         arc, angle = lever_on_arc(lever.shape, s)
         # n = dθ/ds is at most 1, so that the way is never shorter
-        moved = min(max(s + (theta - angle) / arc.n, low), high)
-        change = abs(moved - s)
-        s = moved
+        s_next = min(max(s + (theta - angle) / arc.n, low), high)
+        change = abs(s_next - s)
+        s = s_next
         if change <= SETTLED:
             break
     arc, _ = lever_on_arc(lever.shape, s)
-    return HeldAt(s, arc.n, arc.w, arc.chi_slope, math.atan2(arc.sine, arc.cosine))
+    return TautLever(s, arc.n, arc.w, arc.chi_slope, math.atan2(arc.sine, arc.cosine))
 
 
 @inlined
-def _above(lever: SullyLever, held: HeldAt, height: float) -> float:
+def _above(lever: SullyLever, pose: TautLever, height: float) -> float:
     """Return by how much the lever is higher than the thread would hold it, times √j."""
-    above = height - lever.root_j * held.beta
-    return (above if lever.mirrored is None else -above) + rounding_of(held.s, height)
+    above = height - lever.root_j * pose.beta
+    return (above if lever.mirrored is None else -above) + rounding_of(pose.s, height)
 
 
 @inlined
-def _within(lever: SullyLever, held: HeldAt, height: float) -> float:
+def _within(lever: SullyLever, pose: TautLever, height: float) -> float:
     """Return a margin: of the arc, and of a lever that is not thrown over."""
-    whole = lever.shape.whole
-    x = (held.s - whole.middle) / whole.half
-    over = 0.5 * math.pi - abs(height / lever.root_j - held.beta)
-    return min(1.0 - x * x, over)
+    full = lever.shape.full
+    x = (pose.s - full.middle) / full.half_width
+    tilt_margin = 0.5 * math.pi - abs(height / lever.root_j - pose.beta)
+    return min(1.0 - x * x, tilt_margin)

@@ -34,7 +34,7 @@ from tauto_core.motion.stepping import (
     SLACK,
     TOLERANCE,
     LoggedRow,
-    Moved,
+    Model,
     Stepped,
     ahead,
     restore_record,
@@ -46,9 +46,9 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     HEAT_POWERS,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     RunningState,
     SteppedRun,
     System,
@@ -86,7 +86,7 @@ def rounding_of(x: float, height: float) -> float:
     return ROUNDING * (1.0 + abs(x) + abs(height))
 
 
-class Tautened(NamedTuple):
+class Retension(NamedTuple):
     """The effect of the thread as it tautens.
 
     Attributes:
@@ -110,13 +110,13 @@ class LooseSystem(System):
         """Return False: passages are followed on the polynomials."""
         return False
 
-    def let_go(self, taut: Any, omega: Omega, at: Outside, now: Instant, free: Any) -> None:
+    def let_go(self, taut: Any, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
         """Set the planes of `free` to the motion of the taut system, which is `now`."""
         raise TypeError('nothing lets go of this system')
 
     def tauten(
-        self, taut: Any, omega: Omega, taut_omega: Omega, at: Outside, free: Any, state: Any
-    ) -> Tautened:
+        self, taut: Any, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
+    ) -> Retension:
         """Set the planes of the taut `state` to the motion after the thread has tautened."""
         raise TypeError('nothing tautens this system')
 
@@ -163,19 +163,19 @@ def tauten(
     Returns twice the energy lost over I.
     """
     at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
-    before = loose.instant(mode_of(free), omega, planes_of(omega, free.planes), at)
-    after = loose.tauten(taut, omega, taut_omega, at, free, state)
+    loose_instant = loose.instant(mode_of(free), omega, planes_of(omega, free.planes), at)
+    impulse = loose.tauten(taut, omega, taut_omega, at, free, state)
     # θ and ϑ are continuous, and so are the counts
-    angle, q = before.angle, before.coordinate
-    state.beats += ahead(q, before.speed, angle) - ahead(q, after.speed, angle)
-    direction = 1 if after.rate > 0.0 else -1
-    if after.rate == 0.0:
+    angle, q = loose_instant.angle, loose_instant.coordinate
+    state.beats += ahead(q, loose_instant.speed, angle) - ahead(q, impulse.speed, angle)
+    direction = 1 if impulse.rate > 0.0 else -1
+    if impulse.rate == 0.0:
         if taut.sticks:
             taut.set_off(taut_omega, angle, at, state)
     elif direction != state.direction:
         state.direction = direction
         state.armed = is_due(taut, state, float(direction), angle)
-    return after.lost
+    return impulse.lost
 
 
 @entry
@@ -230,10 +230,10 @@ def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
         parts[name] = None if rows is None else rows[k:]
     begin = parts['begin'].copy()
     begin[:1] = x
-    felt = forcing.temperatures
-    if felt is not None:
-        felt = replace(felt, interval=felt.interval[k:], place=felt.place[k:])
-    return replace(forcing, **{**parts, 'begin': begin, 'temperatures': felt})
+    climate = forcing.temperatures
+    if climate is not None:
+        climate = replace(climate, interval=climate.interval[k:], place=climate.place[k:])
+    return replace(forcing, **{**parts, 'begin': begin, 'temperatures': climate})
 
 
 class SlackThread(Stepped):
@@ -263,13 +263,13 @@ class SlackThread(Stepped):
         self._tautened: list[Tautening] = []
 
     @abstractmethod
-    def _loosened(self, taut: Moved) -> Moved | None:
+    def _loose_model(self, taut: Model) -> Model | None:
         """Return the system with a slack thread; None where the thread never lets go."""
 
     def tautened(self) -> list[Tautening]:
         """Return the tautenings since the last call."""
-        found, self._tautened = self._tautened, []
-        return found
+        tautenings, self._tautened = self._tautened, []
+        return tautenings
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
         self._is_slack, self._tautened = False, []
@@ -282,46 +282,46 @@ class SlackThread(Stepped):
         where the machine stops with it.
         """
         parts: list[NDArray[np.void]] = []
-        left, stays, went_s = forcing, 0, -math.inf
-        while len(left.begin):
-            moved = self._moved(left)
+        tail, stays, went_s = forcing, 0, -math.inf
+        while len(tail.begin):
+            model = self._model_of(tail)
             # made where it is needed
-            loose = self._loosened(moved) if self._is_slack else None
+            loose = self._loose_model(model) if self._is_slack else None
             if loose is not None:
                 # it tautens with the code SLACK
                 free, work = self._records(loose)
                 longest_s = min(_LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
                 rows, code, k, x = Stepped._run(
-                    self, left, loose, self._slack_tolerance, longest_s, free, work
+                    self, tail, loose, self._slack_tolerance, longest_s, free, work
                 )
             else:
-                rows, code, k, x = self._run(left, moved, self._tolerance, self.longest_step_s)
+                rows, code, k, x = self._run(tail, model, self._tolerance, self.longest_step_s)
             parts.append(rows)
             if code == OK:
                 break
-            behind_s = (left.end[k] - x) * left.length_s[k]
-            time_s = float(left.end_ns[k] * 1e-9 - behind_s)
+            behind_s = (tail.end[k] - x) * tail.length_s[k]
+            time_s = float(tail.end_ns[k] * 1e-9 - behind_s)
             stays = stays + 1 if time_s - went_s < IN_PLACE_S else 0
             went_s = time_s
             if code == SLACK and self._goes_on and loose is None:
-                loose = self._loosened(moved)
+                loose = self._loose_model(model)
             if code != SLACK or loose is None or stays > MOST_IN_PLACE:
                 raise self._failure(NO_CONVERGENCE if stays > MOST_IN_PLACE else code, time_s)
-            left = rest_of(left, k, x)
-            self._change(left, moved, loose, time_s)
-            if x >= left.end[0]:
+            tail = rest_of(tail, k, x)
+            self._change(tail, model, loose, time_s)
+            if x >= tail.end[0]:
                 # that is the end of the span; its row, if logged, is not written yet
-                row = np.empty(int(left.logged[0]), ROW)
+                row = np.empty(int(tail.logged[0]), ROW)
                 if len(row):
                     free, work = self._records(loose)
-                    now, state = (loose, free) if self._is_slack else (moved, self._state)
-                    write_one(*now, self._outside(left), x, state, work, row.reshape(()))
+                    now, state = (loose, free) if self._is_slack else (model, self._state)
+                    write_one(*now, self._outside(tail), x, state, work, row.reshape(()))
                 parts.append(row)
-                left = rest_of(left, 1, float(left.begin[1]) if len(left.begin) > 1 else 0.0)
+                tail = rest_of(tail, 1, float(tail.begin[1]) if len(tail.begin) > 1 else 0.0)
         rows = np.concatenate(parts) if parts else np.empty(0, ROW)
         return self._motion(rows) if len(rows) else no_motion()
 
-    def _change(self, forcing: Forcing, taut: Moved, loose: Moved, time_s: float) -> None:
+    def _change(self, forcing: Forcing, taut: Model, loose: Model, time_s: float) -> None:
         """Let the thread go slack or tauten where the forcing begins."""
         free, work = self._records(loose)
         pieces, x = self._outside(forcing), float(forcing.begin[0])
@@ -332,8 +332,8 @@ class SlackThread(Stepped):
             lost = tauten(*loose, *taut, pieces, x, free, self._state, work)
             inertia, hot = self._inertia, pieces.hot
             if hot is not None:
-                first, u = HEAT_POWERS * hot.interval[0], hot.begin[0] + hot.size[0] * x
-                share = hot.terms[first : first + HEAT_POWERS, HotNumbers._fields.index('share')]
+                row, u = HEAT_POWERS * hot.interval[0], hot.begin[0] + hot.size[0] * x
+                share = hot.terms[row : row + HEAT_POWERS, HeatTerms._fields.index('share')]
                 inertia = float(inertia / polyval(u, share))
             joule = 0.5 * inertia * lost
             slack_s = time_s - self._slack_since_s
@@ -344,7 +344,7 @@ class SlackThread(Stepped):
             self._slack_since_s = time_s
         self._is_slack = not self._is_slack
 
-    def _records(self, loose: Moved) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    def _records(self, loose: Model) -> tuple[NDArray[np.void], NDArray[np.void]]:
         """Return the running state of the slack motion and its workspace, made once."""
         if self._slack_state is None or self._slack_work is None:
             planes = len(loose.omega)

@@ -63,10 +63,10 @@ from tauto_core.motion.lanes import (
 from tauto_core.motion.system import (
     HEAT_POWERS,
     ForcingPieces,
-    HotNumbers,
-    HotPieces,
+    HeatPieces,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     RunningState,
     SteppedRun,
     StepPlace,
@@ -93,7 +93,7 @@ from tauto_core.scene.errors import PropagationError
 # An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less those by
 # which θ is `ahead` of ϑ, so that θ is not needed while the swing is clear of the tilt.
 
-APART = 0.1
+SEARCH_MARGIN = 0.1
 """Fraction of the step by which a node must precede an event to be looked at.
 
 The place of the event is known roughly when nodes are looked at, and what would pass zero after
@@ -121,8 +121,8 @@ TURNING_HALVINGS = 40
 class CountedAngles(NamedTuple):
     """The quantities that are counted, at an instant: ϑ or its coordinate, θ, and their rates."""
 
-    felt: float
-    felt_rate: float
+    coordinate: float
+    speed: float
     angle: float
     rate: float
 
@@ -159,7 +159,7 @@ class WatchRide(NamedTuple):
         return CountedAngles(self.angle - tilt.value, -tilt.rate, self.angle, 0.0)
 
 
-class Found(NamedTuple):
+class PassageCount(NamedTuple):
     """The passages of zero up to the last node looked at; `count_step` adds one after it.
 
     Attributes:
@@ -175,15 +175,15 @@ class Found(NamedTuple):
 
 
 @compiled
-def ahead(felt: float, rate: float, angle: float) -> int:
-    """Return by how many passages of zero θ is ahead of ϑ (`felt`, with its rate).
+def ahead(coordinate: float, rate: float, angle: float) -> int:
+    """Return by how many passages of zero θ is ahead of ϑ (`coordinate`, with its rate).
 
     0 if both are on the same side of zero. Otherwise 1 if ϑ moves towards the side of θ, which has
     then passed already, and −1 if ϑ comes from there.
     """
-    if (felt < 0.0) == (angle < 0.0):
+    if (coordinate < 0.0) == (angle < 0.0):
         return 0
-    return 1 if (felt < 0.0) == (rate > 0.0) else -1
+    return 1 if (coordinate < 0.0) == (rate > 0.0) else -1
 
 
 @compiled
@@ -195,12 +195,12 @@ def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s:
     side, or is too far from zero to reach it.
     """
     start = watch.angles(a)
-    below = (start.angle if of_wheel else start.felt) < 0.0
+    below = (start.angle if of_wheel else start.coordinate) < 0.0
     for _ in range(TURNING_HALVINGS):
         middle = 0.5 * (a + b)
         now = watch.angles(middle)
-        value = now.angle if of_wheel else now.felt
-        rate = now.rate if of_wheel else now.felt_rate
+        value = now.angle if of_wheel else now.coordinate
+        rate = now.rate if of_wheel else now.speed
         if (value < 0.0) != below:
             return True
         # on the way to its turning point it is nowhere steeper than here
@@ -215,60 +215,60 @@ def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s:
 
 @compiled
 def passages(
-    watch: WatchedAngles, length_s: float, before: float, stop: float, work: Work
-) -> Found:
+    watch: WatchedAngles, length_s: float, limit: float, stop: float, work: Work
+) -> PassageCount:
     """Return the passages of zero within a step, followed on its polynomials.
 
-    Nodes before the fraction `before` are looked at. The motion over this step ends at the
+    Nodes before the fraction `limit` are looked at. The motion over this step ends at the
     fraction `stop`; beyond 1: at its end. A change of side there is counted by `count_step`, when
     the place of the event is known exactly.
     """
     old = watch.angles(0.0)
-    below, behind = old.felt < 0.0, old.angle < 0.0
+    below, behind = old.coordinate < 0.0, old.angle < 0.0
     # a wheel at rest in the middle leaves it, and does not pass it
     leaving = abs(old.angle) < AT_REST and abs(old.rate) < AT_REST
-    turns, beats = 0, ahead(old.felt, old.felt_rate, old.angle)
-    last, fractions = 0.0, row_of(work.fractions)
+    turns, beats = 0, ahead(old.coordinate, old.speed, old.angle)
+    last_x, fractions = 0.0, row_of(work.fractions)
     for i in range(width(fractions) + 1):
         ends = i == width(fractions)
         xi = min(stop, 1.0) if ends else lane(fractions, min(i, width(fractions) - 1))
-        if not ends and xi >= before:
+        if not ends and xi >= limit:
             continue
         now = watch.angles(xi)
-        if (now.felt < 0.0) != below:
+        if (now.coordinate < 0.0) != below:
             turns += 1 if below and not ends else 0
-        elif (old.felt_rate < 0.0) != below and (now.felt_rate < 0.0) == below:
-            turns += 1 if _returns(watch, False, last, xi, length_s) else 0
+        elif (old.speed < 0.0) != below and (now.speed < 0.0) == below:
+            turns += 1 if _returns(watch, False, last_x, xi, length_s) else 0
         if (now.angle < 0.0) != behind:
             beats += 0 if ends or leaving else 1
         elif (old.rate < 0.0) != behind and (now.rate < 0.0) == behind and not leaving:
-            beats += 2 if _returns(watch, True, last, xi, length_s) else 0  # there and back
+            beats += 2 if _returns(watch, True, last_x, xi, length_s) else 0  # there and back
         if not ends:
-            below, behind = now.felt < 0.0, now.angle < 0.0
+            below, behind = now.coordinate < 0.0, now.angle < 0.0
             leaving = leaving and abs(now.angle) < AT_REST
-        old, last = now, xi
-    return Found(turns, beats, below, behind)
+        old, last_x = now, xi
+    return PassageCount(turns, beats, below, behind)
 
 
 @compiled
-def signs_at_nodes(coordinates: Lanes, below: bool, before: float, work: Work) -> Found:
+def signs_at_nodes(coordinates: Lanes, below: bool, limit: float, work: Work) -> PassageCount:
     """Return the passages of zero within a step by the signs at its nodes, for a clear swing.
 
     There the swing is clear of the tilt, so that `passages` would find the same. `below` says
     whether the coordinate was below zero at the beginning of the step.
     """
-    # bit i is node i; shifted by one, `less` has the sign at the node before
-    seen, less = negative(row_of(work.fractions) - before), negative(coordinates)
-    crossed = (less ^ (less << 1 | (1 if below else 0))) & seen
-    count_seen = ones(seen)
+    # bit i is node i; shifted by one, `signs` has the sign at the node before
+    mask, signs = negative(row_of(work.fractions) - limit), negative(coordinates)
+    crossed = (signs ^ (signs << 1 | (1 if below else 0))) & mask
+    count_seen = ones(mask)
     if count_seen > 0:
-        below = less >> (count_seen - 1) & 1 == 1
-    return Found(ones(crossed & ~less), ones(crossed), below, below)
+        below = signs >> (count_seen - 1) & 1 == 1
+    return PassageCount(ones(crossed & ~signs), ones(crossed), below, below)
 
 
 @compiled
 def bounds_of(
-    channel: FloatArray | None, k: int, per: float, less: FloatArray | None = None
+    channel: FloatArray | None, k: int, per: float, other_channel: FloatArray | None = None
 ) -> tuple[float, float]:
     """Return bounds of |f| and of `per`·|df/dx| over piece k of a channel f; 0 if it is absent.
 
@@ -283,13 +283,13 @@ def bounds_of(
     for i in EIGHT:  # both ends and six places between: a row of lanes costs as much as one
         x = with_lane(x, i, i / 7.0)
     value, slope = splat(0.0), splat(0.0)
-    own, count = channel.shape[1], channel.shape[1]
-    if less is not None:
-        count = max(own, less.shape[1])
+    powers, count = channel.shape[1], channel.shape[1]
+    if other_channel is not None:
+        count = max(powers, other_channel.shape[1])
     for j in range(count - 1, -1, -1):
-        coefficient = channel[k, j] if j < own else 0.0
-        if less is not None and j < less.shape[1]:
-            coefficient -= less[k, j]
+        coefficient = channel[k, j] if j < powers else 0.0
+        if other_channel is not None and j < other_channel.shape[1]:
+            coefficient -= other_channel[k, j]
         slope = fma(slope, x, value)
         value = fma(value, x, coefficient)
     return BOUND_PER_LARGEST * largest(value), BOUND_PER_LARGEST * per * largest(slope)
@@ -298,30 +298,30 @@ def bounds_of(
 @compiled
 def in_step(
     clear: bool,
-    before: float,
+    limit: float,
     stop: float,
     run: SteppedRun,
     mode: Mode,
     pieces: ForcingPieces,
     k: int,
     place: StepPlace,
-) -> Found:
+) -> PassageCount:
     """Return the passages of zero within the step last collocated.
 
-    `clear` says whether the swing is clear of the tilt; `before` and `stop` are as in `passages`.
+    `clear` says whether the swing is clear of the tilt; `limit` and `stop` are as in `passages`.
     """
     work = run.work
     if clear:
         below = run.system.coordinate(planes_of(run.omega, run.state.planes)) < 0.0
-        return signs_at_nodes(run.system.coordinates(work), below, before, work)
+        return signs_at_nodes(run.system.coordinates(work), below, limit, work)
     set_piece(pieces, k, True, work)
     fill_integrals(run.omega, work)
     watch = WatchAngles(StepWatch(run, mode, place))
-    return passages(watch, place.size * place.length, before, stop, work)
+    return passages(watch, place.size * place.length, limit, stop, work)
 
 
 @compiled
-def count_step(clear: bool, found: Found, run: SteppedRun, terms: int, x: float) -> None:
+def count_step(clear: bool, counts: PassageCount, run: SteppedRun, terms: int, x: float) -> None:
     """Add the passages of a step that ends at x to the state there, after any event.
 
     Where the swing is clear of the tilt, θ need not be followed.
@@ -330,14 +330,14 @@ def count_step(clear: bool, found: Found, run: SteppedRun, terms: int, x: float)
     planes = planes_of(run.omega, state.planes)
     if clear:
         now = system.coordinate(planes) < 0.0
-        state.turns += found.turns + (1 if found.below and not now else 0)
-        state.beats += found.beats + (1 if found.below != now else 0)
+        state.turns += counts.turns + (1 if counts.below and not now else 0)
+        state.beats += counts.beats + (1 if counts.below != now else 0)
     else:
         at = outside_at(terms, x, run.work)
         end = system.instant(mode_of(state), run.omega, planes, at)
         now = end.coordinate < 0.0
-        state.turns += found.turns + (1 if found.below and not now else 0)
-        state.beats += found.beats + (1 if found.behind != (end.angle < 0.0) else 0)
+        state.turns += counts.turns + (1 if counts.below and not now else 0)
+        state.beats += counts.beats + (1 if counts.behind != (end.angle < 0.0) else 0)
         state.beats -= ahead(end.coordinate, end.speed, end.angle)
 
 
@@ -369,13 +369,13 @@ spring that makes the well strongly anharmonic.
 
 
 @inlined
-def step_error(factor: float, last: float, newton: bool) -> float:
+def step_error(factor: float, last_term: float, newton: bool) -> float:
     """Return the error of a step relative to the state, from the result of `collocate`.
 
     The factor is that of `Tolerance`. Where Newton's method is needed the order falls to that of
     the polynomial.
     """
-    return last if newton or factor == 0.0 else factor * last * last
+    return last_term if newton or factor == 0.0 else factor * last_term * last_term
 
 
 # -----------------------------------------------------------------------------
@@ -465,21 +465,21 @@ def _move(
     system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
         # friction holds the wheel: it moves with the case, over the step or until it breaks loose
-        loose = system.ride_along(run, place)
+        loose = system.move_with_case(run, place)
         watch = WatchRide(state.held_angle, place, work)
-        found = passages(watch, place.size * place.length, loose, loose, work)
-        count_step(False, found, run, place.terms, place.begin + loose * place.size)
+        counts = passages(watch, place.size * place.length, loose, loose, work)
+        count_step(False, counts, run, place.terms, place.begin + loose * place.size)
         return StepResult(NO_EVENT, loose, 0.0)
     tolerance, mode, h = run.tolerance, mode_of(state), place.size * place.length
     expected = expects_events(system)
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
     system.at_nodes(place, work)
     step = Step(system, mode, omega, h, kind, state.planes, work)
-    last, newton = collocate(step, tolerance.settled)
-    error = step_error(tolerance.factor, last, newton)
-    beyond = system.beyond(mode, omega, work)
-    inside = min(beyond.edge, beyond.slack) > 1.0
-    if not inside and omega[0] * h > HALF_SWING:
+    last_term, newton = collocate(step, tolerance.settled)
+    error = step_error(tolerance.factor, last_term, newton)
+    exits = system.exits(mode, omega, work)
+    is_inside = min(exits.edge, exits.slack) > 1.0
+    if not is_inside and omega[0] * h > HALF_SWING:
         # the place where the motion ends is found within shorter steps
         error = math.inf
     if not error <= tolerance.step:
@@ -488,12 +488,12 @@ def _move(
     finish(step)
     clear = system.clear(clear_square, omega, work)
     event, xi = NO_EVENT, 1.0
-    if expected or not inside or beyond.near:
+    if expected or not is_inside or exits.is_near:
         at = outside_at(place.terms, place.begin + place.size, work)
-        after = system.instant(mode, omega, planes_of(omega, work.end), at)
-        event, xi = first_event(run, stalled, clear, place, after, beyond)
-    before = 2.0 if event == NO_EVENT else xi - APART
-    found = in_step(clear, before, xi, run, mode, pieces, k, place)
+        at_end = system.instant(mode, omega, planes_of(omega, work.end), at)
+        event, xi = first_event(run, stalled, clear, place, at_end, exits)
+    limit = 2.0 if event == NO_EVENT else xi - SEARCH_MARGIN
+    counts = in_step(clear, limit, xi, run, mode, pieces, k, place)
     if event != NO_EVENT:
         xi = step_to_event(event, xi, run, mode_of(state), place)
     copy_planes(omega, work.end, state.planes)
@@ -502,22 +502,22 @@ def _move(
         at = outside_at(place.terms, x, work)
         now = system.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         happen(event, run, at, now)
-    count_step(clear, found, run, place.terms, x)
+    count_step(clear, counts, run, place.terms, x)
     return StepResult(event, xi, error)
 
 
 @compiled
-def write_row(run: SteppedRun, at: Outside, row: LoggedRow) -> None:
+def write_row(run: SteppedRun, at: Inputs, row: LoggedRow) -> None:
     """Fill a row with the system at an instant."""
     state, mode = run.state, mode_of(run.state)
-    held = run.system.sticks and state.held
-    if held:
+    is_held = run.system.sticks and state.held
+    if is_held:
         mode = Mode(mode.side, 0.0, mode.pallet)
     planes = planes_of(run.omega, state.planes)
     now: Instant = run.system.instant(mode, run.omega, planes, at)
-    row.angle = state.held_angle if held else now.angle
-    row.rate = 0.0 if held else now.rate
-    row.acceleration = -at.tilt.bend if held else now.acceleration
+    row.angle = state.held_angle if is_held else now.angle
+    row.rate = 0.0 if is_held else now.rate
+    row.acceleration = -at.tilt.bend if is_held else now.acceleration
     row.torque, row.coordinate, row.speed = now.torque, now.coordinate, now.speed
     row.turns, row.beats = state.turns, state.beats + ahead(now.coordinate, now.speed, row.angle)
 
@@ -577,24 +577,24 @@ def over_span(
     # The place in the piece is  x = start + start_rest + (step + done)/steps · stretch:  where the
     # stretch begins, as two doubles, the number of the step in it, and the share done of that
     # step. One running sum would lose its digits in a span of a day.
-    start, start_rest, stretch, steps, step, done = begin, 0.0, 0.0, 0, 0, 0.0
+    start, start_rest, stretch, steps, step, fraction = begin, 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
     # worst: largest error so far; stalled, events: events in a row that made no way, or little
     worst, events, stalled = 0.0, 0, 0
     length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
-    per_s, last = 1.0 / length, False  # last: whether the stretch ends with the span
+    per_s, is_last = 1.0 / length, False  # is_last: whether the stretch ends with the span
     besides = abs(system.impulse) if system.feels_impulse else 0.0
     clear_square = system.clear_square(omega, pieces, k, besides)
-    while not last or step < steps:
+    while not is_last or step < steps:
         if step == steps:
             # the stretch is done, at the beginning an empty one: lay out the next from here
             start, start_rest = sum_exactly(start, start_rest + stretch)
             ahead_s = system.ahead_s(omega, length, terms, start, state, work)
-            left = (end - start) - start_rest
-            stretch, steps = lay_out(left, per_s, longest_s, ahead_s, state.level)
-            step, done, last = 0, 0.0, stretch == left
-        x = start + (start_rest + (step + done) / steps * stretch)
-        place = StepPlace(length, terms, x, (1.0 - done) / steps * stretch)
+            remaining = (end - start) - start_rest
+            stretch, steps = lay_out(remaining, per_s, longest_s, ahead_s, state.level)
+            step, fraction, is_last = 0, 0.0, stretch == remaining
+        x = start + (start_rest + (step + fraction) / steps * stretch)
+        place = StepPlace(length, terms, x, (1.0 - fraction) / steps * stretch)
         result = _move(run, place, stalled > MAX_STALLED, clear_square, pieces, k)
         if not result.error <= run.tolerance.step:
             # twice as many steps of half the length, from the place where this one began; they
@@ -602,26 +602,26 @@ def over_span(
             state.level += 1
             if state.level > MAX_LEVEL:
                 return NO_CONVERGENCE, place.begin, terms
-            half = 1 if done >= 0.5 else 0
-            step, steps, done = 2 * step + half, 2 * steps, 2.0 * done - half
+            second_half = 1 if fraction >= 0.5 else 0
+            step, steps, fraction = 2 * step + second_half, 2 * steps, 2.0 * fraction - second_half
             continue
         worst = max(worst, result.error)
         # the fraction is that of the rest of the step
-        reached = 1.0 if result.fraction >= 1.0 else done + result.fraction * (1.0 - done)
-        stalled = stalled + 1 if reached == done else 0
+        reached = 1.0 if result.fraction >= 1.0 else fraction + result.fraction * (1.0 - fraction)
+        stalled = stalled + 1 if reached == fraction else 0
         turned = result.fraction * place.size * length * system.pace
         events = events + 1 if reached < 1.0 and turned < CROWDED else 0
-        step, done = (step + 1, 0.0) if reached == 1.0 else (step, reached)
-        at_end = last and step == steps
-        x = end if at_end else start + (start_rest + (step + done) / steps * stretch)
+        step, fraction = (step + 1, 0.0) if reached == 1.0 else (step, reached)
+        at_end = is_last and step == steps
+        x = end if at_end else start + (start_rest + (step + fraction) / steps * stretch)
         if result.event >= AT_EDGE:
             return EDGE if result.event == AT_EDGE else SLACK, x, terms
         if to_impulse and result.event == IMPULSE:
             return STRUCK, x, terms
         if result.event != NO_EVENT and not at_end:
             # cut the stretch off here, so that the next round lays out another one
-            stretch *= (step + done) / steps
-            steps, step, last = 0, 0, False
+            stretch *= (step + fraction) / steps
+            steps, step, is_last = 0, 0, False
         if events > MAX_EVENTS:
             return NO_CONVERGENCE, x, terms
     if state.level > 0 and worst < run.tolerance.coarsen:
@@ -664,7 +664,7 @@ def advance(
 # The base class of the propagators that take steps.
 
 
-class Moved(NamedTuple):
+class Model(NamedTuple):
     """A moving system: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
 
     system: Any
@@ -701,40 +701,40 @@ HEAT_TO_POWERS = (
 
 
 def hot_pieces(
-    forcing: Forcing, heat: Heat, numbers: Callable[[HeatFactors, FloatArray], HotNumbers]
-) -> HotPieces:
+    forcing: Forcing, heat: Heat, numbers: Callable[[HeatFactors, FloatArray], HeatTerms]
+) -> HeatPieces:
     """Return the numbers of a machine over the log intervals of the forcing.
 
     `numbers` gives them of its factors and İ/I [1/s].
     """
-    given = forcing.temperatures
-    if given is None:
+    temperatures = forcing.temperatures
+    if temperatures is None:
         raise ValueError(
             'Forcing.temperatures is missing. Give them, or a machine whose heat does not act'
         )
     # the nodes of the cubic include both ends
-    first, last = given.celsius[:, 0], given.celsius[:, 1]
+    celsius_begin, celsius_end = temperatures.celsius[:, 0], temperatures.celsius[:, 1]
     at_nodes = []
     for node in HEAT_AT:
-        celsius = first + node * (last - first)
-        factors = heat.factors(celsius, given.begin_s + node * given.interval_s)
-        at_nodes.append(numbers(factors, heat.inertia_growth(celsius, given.per_s)))
-    terms = np.zeros((len(first), HEAT_POWERS, SIZE))
+        celsius = celsius_begin + node * (celsius_end - celsius_begin)
+        factors = heat.factors(celsius, temperatures.begin_s + node * temperatures.interval_s)
+        at_nodes.append(numbers(factors, heat.inertia_growth(celsius, temperatures.per_s)))
+    terms = np.zeros((len(celsius_begin), HEAT_POWERS, SIZE))
     for j, row in enumerate(HEAT_TO_POWERS):
         for i, values in enumerate(zip(*at_nodes, strict=True)):
             terms[:, j, i] = sum(weight * value for weight, value in zip(row, values, strict=True))
-    size = forcing.length_s / given.interval_s
-    return HotPieces(terms.reshape(-1, SIZE), given.interval, given.place, size)
+    size = forcing.length_s / temperatures.interval_s
+    return HeatPieces(terms.reshape(-1, SIZE), temperatures.interval, temperatures.place, size)
 
 
 def state_type(planes: int) -> np.dtype[Any]:
     """Return the type of the record `RunningState` for so many planes."""
-    whole = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
+    integers = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
     return np.dtype(
         [
             ('planes', PLANE, (planes,)),
             ('held_angle', 'f8'),
-            *((name, 'i8') for name in whole),
+            *((name, 'i8') for name in integers),
             ('armed', '?'),
             ('held', '?'),
         ],
@@ -779,7 +779,7 @@ class Stepped(ABC):
         self._start_angle = 0.0
 
     @abstractmethod
-    def _moved(self, forcing: Forcing) -> Moved:
+    def _model_of(self, forcing: Forcing) -> Model:
         """Return the system for the channels that the forcing has."""
 
     @abstractmethod
@@ -807,7 +807,7 @@ class Stepped(ABC):
         """Set the state; return the row at the start and the tension there."""
         row = np.empty(1, ROW)
         tension = release(
-            *self._moved(forcing),
+            *self._model_of(forcing),
             self._release_angle,
             self._outside(forcing),
             float(forcing.begin[0]),
@@ -821,7 +821,7 @@ class Stepped(ABC):
     def _run(
         self,
         forcing: Forcing,
-        moved: Moved,
+        model: Model,
         tolerance: Tolerance,
         longest_s: float,
         state: NDArray[np.void] | None = None,
@@ -833,7 +833,7 @@ class Stepped(ABC):
         """
         rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
         code, span, x = advance(
-            *moved,
+            *model,
             tolerance,
             longest_s,
             self._outside(forcing),

@@ -43,8 +43,8 @@ from tauto_core.motion.linear import (
     into_frame,
     oscillator,
     responses,
-    sorted_out,
     turns_at,
+    unique_rows,
 )
 from tauto_core.motion.stepping import (
     ITERATION_SHARE,
@@ -59,10 +59,10 @@ from tauto_core.motion.system import (
     DRIVE,
     NOWHERE,
     TILT_RATE,
-    Beyond,
+    Exits,
     ForcingPieces,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     SteppedRun,
@@ -111,9 +111,9 @@ class BearingMotion:
     @cached_property
     def end_ns(self) -> IntArray:
         """Time of each part's end from the start of the run [ns], (Σ parts,)."""
-        found = np.empty(int(self.parts.sum()), np.int64)
-        _end_parts(self.begin_ns, self.length_ns, self.parts, found)
-        return found
+        ends = np.empty(int(self.parts.sum()), np.int64)
+        _end_parts(self.begin_ns, self.length_ns, self.parts, ends)
+        return ends
 
     @cached_property
     def end(self) -> FloatArray:
@@ -124,9 +124,9 @@ class BearingMotion:
 
     def at_ends(self) -> FloatArray:
         """Return ÿ and g + z̈ at the ends of the parts [m/s2], (2, Σ parts)."""
-        found = np.empty((2, len(self.end)))
-        _at_ends(self.end, self.piece, self.sway, self.lift, found)
-        return found
+        rows = np.empty((2, len(self.end)))
+        _at_ends(self.end, self.piece, self.sway, self.lift, rows)
+        return rows
 
 
 @entry
@@ -141,7 +141,7 @@ def _end_parts(begin_ns: IntArray, length_ns: IntArray, parts: IntArray, end_ns:
 
 @entry
 def _at_ends(
-    end: FloatArray, piece: IntArray, sway: FloatArray, lift: FloatArray, found: FloatArray
+    end: FloatArray, piece: IntArray, sway: FloatArray, lift: FloatArray, rows: FloatArray
 ) -> None:
     """Fill in the polynomials of `BearingMotion` at the ends of the parts."""
     for k in range(len(end)):
@@ -150,7 +150,7 @@ def _at_ends(
             y = y * x + sway[p, j]
         for j in range(lift.shape[1] - 1, -1, -1):
             z = z * x + lift[p, j]
-        found[0, k], found[1, k] = y, z
+        rows[0, k], rows[1, k] = y, z
 
 
 def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: Any) -> Any:
@@ -277,10 +277,10 @@ class SuspendedCase(AxleNumbers, System):
         D = c (B − B′).
         """
         e, c, k, B, B_prime = self
-        q, other = row_of(work.x, 0), row_of(work.x, 1)
+        q, fast_q = row_of(work.x, 0), row_of(work.x, 1)
         nodes: CaseNodes = work.nodes
         rate, other_rate = row_of(work.y, 0), row_of(work.y, 1)
-        theta, delta = c * (q + other), fma(other, B_prime - c, (B - c) * q)
+        theta, delta = c * (q + fast_q), fma(fast_q, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
         sway, lift = row_of(nodes.sway), row_of(nodes.lift)
         contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
@@ -291,21 +291,21 @@ class SuspendedCase(AxleNumbers, System):
         phi_bend = contact * (sin_delta * (-c / (k * k)))
         e_theta_bend = fma(cos_delta * -c, phi_bend, free)
         per = 1.0 / (c * (B - B_prime))
-        first, second = per / omega[0], per / omega[1]
-        slow = fma(phi_bend, c * first, omega[0] * q)
-        fast = fma(phi_bend, -c * second, omega[1] * other)
-        store(work.d2, 0, fma(e_theta_bend, -B_prime * first / e, slow))
+        per_first, second = per / omega[0], per / omega[1]
+        slow = fma(phi_bend, c * per_first, omega[0] * q)
+        fast = fma(phi_bend, -c * second, omega[1] * fast_q)
+        store(work.d2, 0, fma(e_theta_bend, -B_prime * per_first / e, slow))
         store(work.d2, 1, fma(e_theta_bend, B * second / e, fast))
         store(nodes.contact, 0, contact)
         store(nodes.theta, 0, theta)
         store(nodes.delta, 0, delta)
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the case turns over, or its axle lifts off."""
         nodes: CaseNodes = work.nodes
         margin = OVER - larger(row_of(nodes.theta), row_of(nodes.delta))
         edge, slack = first_below(margin, work), first_below(row_of(nodes.contact), work)
-        return Beyond(edge, slack, edge > 1.0, OVER)
+        return Exits(edge, slack, edge > 1.0, OVER)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return φ at the nodes."""
@@ -315,7 +315,7 @@ class SuspendedCase(AxleNumbers, System):
         """Return φ."""
         return _angles(self, planes[0].x, planes[1].x)[1]
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the case at an instant, without θ̈ and φ̈, which no caller needs."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
@@ -336,9 +336,9 @@ class SuspendedCase(AxleNumbers, System):
 
 
 @inlined
-def _angles(system: SuspendedCase, q: Numeric, other: Numeric) -> NumericPair:
+def _angles(system: SuspendedCase, q: Numeric, q_prime: Numeric) -> NumericPair:
     """Return θ and φ of q and q′, or the rates of these of their rates."""
-    return system.c * (q + other), system.B * q + system.B_prime * other
+    return system.c * (q + q_prime), system.B * q + system.B_prime * q_prime
 
 
 @inlined
@@ -403,16 +403,16 @@ class SteppedSwing:
         # x counts the parts of a piece: equal ones then have equal lengths to the last bit, and
         # share the tables of their rotations
         piece, parts = bearing.piece, bearing.parts
-        passed = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
-        end = np.asarray(passed / bearing.length_ns[piece], np.float64)
+        elapsed_ns = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
+        end = np.asarray(elapsed_ns / bearing.length_ns[piece], np.float64)
         begin = np.roll(end, 1)
         begin[np.cumsum(parts) - parts] = 0.0
         length = np.asarray(bearing.length_ns * 1e-9 / parts, np.float64)[piece]
 
         def of_parts(channel: FloatArray) -> FloatArray:
             powers = np.arange(channel.shape[1], dtype=float)
-            found: FloatArray = (channel / np.power(parts[:, None], powers))[piece]
-            return found
+            coefficients: FloatArray = (channel / np.power(parts[:, None], powers))[piece]
+            return coefficients
 
         rows = np.empty(len(piece), stepping.ROW)
         code, part, x = stepping.advance(
@@ -477,9 +477,9 @@ class AxleSwing(SteppedSwing):
         tolerance: float | None = None,
         step_s: float = 0.0,
     ) -> None:
-        self._own, self._depth = modes(e, c, k * k), c
-        slow, fast = (square**0.5 for square in self._own.squared_frequencies(gravity))
-        system = SuspendedCase(e, c, k, self._own.B, self._own.B_prime)
+        self._mode_shapes, self._depth = modes(e, c, k * k), c
+        slow, fast = (square**0.5 for square in self._mode_shapes.squared_frequencies(gravity))
+        system = SuspendedCase(e, c, k, self._mode_shapes.B, self._mode_shapes.B_prime)
         stages = WIDE_SIZE if fast * step_s > LONG else SIZE
         super().__init__(system, (slow, fast), CASE_NODES, stages, tolerance)
 
@@ -490,7 +490,7 @@ class AxleSwing(SteppedSwing):
         del roll, roll_rate  # without friction they do not matter
         tilt = math.atan2(-sway, lift)
         self._state = np.zeros((), state_type(PLANES))
-        self._state['planes']['x'] = self._own.coordinates_at(tilt, self._depth)
+        self._state['planes']['x'] = self._mode_shapes.coordinates_at(tilt, self._depth)
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
@@ -533,12 +533,12 @@ class _Parts(NamedTuple):
     """The data of the parts of pieces, known before the bearing moves.
 
     Attributes:
-        first: index in `rows` of the first part of each piece, (n,).
+        first_row: index in `rows` of the first part of each piece, (n,).
         after_ns: when a part ends, from the beginning of its piece [ns].
         rows: factors of the coefficients in b of both modes and in the value at the end.
     """
 
-    first: IntArray
+    first_row: IntArray
     after_ns: IntArray
     rows: FloatArray
 
@@ -546,7 +546,7 @@ class _Parts(NamedTuple):
 @entry
 def _move_modes(
     c: float,
-    own: Modes,
+    mode_shapes: Modes,
     slow: Oscillator,
     fast: Oscillator,
     begin_ns: IntArray,
@@ -554,7 +554,7 @@ def _move_modes(
     sway: FloatArray,
     lift: FloatArray,
     table: _Parts,
-    first: Swing,
+    slow_swing: Swing,
     second: Swing,
     motion: CaseMotion,
 ) -> None:
@@ -562,50 +562,50 @@ def _move_modes(
 
     The bits of a part do not depend on how many pieces are moved together.
     """
-    most = 0
+    most_parts = 0
     for p in range(len(parts)):
-        most = max(most, parts[p])
-    rows, width, room = table.rows, table.rows.shape[1], STRIP * most + 1
-    turns, others = np.empty(room, np.uint64), np.empty(room, np.uint64)
-    frame, other = np.empty((2, room)), np.empty((2, room))
+        most_parts = max(most_parts, parts[p])
+    rows, width, room = table.rows, table.rows.shape[1], STRIP * most_parts + 1
+    turns, fast_turns = np.empty(room, np.uint64), np.empty(room, np.uint64)
+    frame, fast_frame = np.empty((2, room)), np.empty((2, room))
     k, per_slow, per_fast = 0, 1.0 / slow.omega, 1.0 / fast.omega
-    y = first.re, first.im, first.lost_re, first.lost_im
+    y = slow_swing.re, slow_swing.im, slow_swing.lost_re, slow_swing.lost_im
     z = second.re, second.im, second.lost_re, second.lost_im
     for begin in range(0, len(begin_ns), STRIP):
         end = min(begin + STRIP, len(begin_ns))
         turns[0] = turns_at(begin_ns[begin], slow.turns_per_ns, slow.turns_per_ns_low)
-        others[0] = turns_at(begin_ns[begin], fast.turns_per_ns, fast.turns_per_ns_low)
+        fast_turns[0] = turns_at(begin_ns[begin], fast.turns_per_ns, fast.turns_per_ns_low)
         m = 0
         for p in range(begin, end):
             for i in range(parts[p]):
                 m += 1
-                time_ns = begin_ns[p] + table.after_ns[table.first[p] + i]
+                time_ns = begin_ns[p] + table.after_ns[table.first_row[p] + i]
                 turns[m] = turns_at(time_ns, slow.turns_per_ns, slow.turns_per_ns_low)
-                others[m] = turns_at(time_ns, fast.turns_per_ns, fast.turns_per_ns_low)
+                fast_turns[m] = turns_at(time_ns, fast.turns_per_ns, fast.turns_per_ns_low)
         cosine_sine(turns, frame[0], frame[1])
-        cosine_sine(others, other[0], other[1])
+        cosine_sine(fast_turns, fast_frame[0], fast_frame[1])
         m = 0
         for p in range(begin, end):
             for i in range(parts[p]):
-                driven, lifted, row = splat(0.0), splat(0.0), (table.first[p] + i) * width
+                driven, lifted, row = splat(0.0), splat(0.0), (table.first_row[p] + i) * width
                 for j in range(sway.shape[1]):
                     driven = fma(row_of(rows, row + j), sway[p, j], driven)
                 for j in range(lift.shape[1]):
                     lifted = fma(row_of(rows, row + j), lift[p, j], lifted)
                 y = add_up(y, frame[0, m], frame[1, m], lane(driven, 0), lane(driven, 1))
-                z = add_up(z, other[0, m], other[1, m], lane(driven, 2), lane(driven, 3))
+                z = add_up(z, fast_frame[0, m], fast_frame[1, m], lane(driven, 2), lane(driven, 3))
                 m += 1
-                one, two = frame[0, m], frame[1, m]
-                q_rate, q = one * y[0] - two * y[1], per_slow * (one * y[1] + two * y[0])
-                one, two = other[0, m], other[1, m]
-                rate, fast_q = one * z[0] - two * z[1], per_fast * (one * z[1] + two * z[0])
+                cos, sin = frame[0, m], frame[1, m]
+                q_rate, q = cos * y[0] - sin * y[1], per_slow * (cos * y[1] + sin * y[0])
+                cos, sin = fast_frame[0, m], fast_frame[1, m]
+                rate, fast_q = (cos * z[0] - sin * z[1], per_fast * (cos * z[1] + sin * z[0]))
                 motion.theta[k] = c * (q + fast_q)
-                motion.phi[k] = own.B * q + own.B_prime * fast_q
+                motion.phi[k] = mode_shapes.B * q + mode_shapes.B_prime * fast_q
                 motion.theta_rate[k] = c * (q_rate + rate)
-                motion.phi_rate[k] = own.B * q_rate + own.B_prime * rate
+                motion.phi_rate[k] = mode_shapes.B * q_rate + mode_shapes.B_prime * rate
                 motion.sway[k], motion.lift[k] = lane(driven, AT_END), lane(lifted, AT_END)
                 k += 1
-    first.re, first.im, first.lost_re, first.lost_im = y
+    slow_swing.re, slow_swing.im, slow_swing.lost_re, slow_swing.lost_im = y
     second.re, second.im, second.lost_re, second.lost_im = z
 
 
@@ -626,16 +626,16 @@ class AxleModes(Stateful):
     kept = ('swings',)
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
-        self._own = modes(e, c, k * k)
+        self._mode_shapes = modes(e, c, k * k)
         with localcontext() as context:
             context.prec = PHASE_DIGITS
             lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
             slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
         # ec = −BB′, so that ec + B² = B (B − B′)
-        apart = self._own.B - self._own.B_prime
+        difference = self._mode_shapes.B - self._mode_shapes.B_prime
         self._modes = (
-            _Mode(oscillator(slow), 1.0 / (self._own.B * apart)),
-            _Mode(oscillator(fast), -1.0 / (self._own.B_prime * apart)),
+            _Mode(oscillator(slow), 1.0 / (self._mode_shapes.B * difference)),
+            _Mode(oscillator(fast), -1.0 / (self._mode_shapes.B_prime * difference)),
         )
         self._c, self._gravity = c, gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
@@ -647,19 +647,19 @@ class AxleModes(Stateful):
         del lift, roll, roll_rate
         tilt = -sway / self._gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
-        at_rest = self._own.coordinates_at(tilt, self._c)
+        at_rest = self._mode_shapes.coordinates_at(tilt, self._c)
         for swing, mode, q in zip(self._swings, self._modes, at_rest, strict=True):
             swing['im'] = mode.of.omega * q
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts; the lift does not matter."""
-        kind, kinds = sorted_out(bearing.length_ns, bearing.parts)
+        kind, kinds = unique_rows(bearing.length_ns, bearing.parts)
         shapes: list[SpanShape] = []
-        first: list[int] = []
+        first_rows: list[int] = []
         after_ns: list[int] = []
         for length_ns, parts in kinds:
-            first.append(len(shapes))
+            first_rows.append(len(shapes))
             ends = ends_of_parts(int(length_ns), int(parts), np.arange(int(parts) + 1))
             shapes += [
                 SpanShape(length_ns * 1e-9, *x) for x in pairwise((ends / length_ns).tolist())
@@ -668,13 +668,13 @@ class AxleModes(Stateful):
         rows = np.zeros((len(shapes), max(bearing.sway.shape[1], bearing.lift.shape[1]), SIZE))
         for m, mode in enumerate(self._modes):
             law = LinearLaw(mode.of.omega, 0.0, -mode.share, 0.0)
-            made = responses(law, shapes, (), rows.shape[1]).rows[: len(shapes)]
-            rows[..., 2 * m : 2 * m + 2], rows[..., AT_END] = made[..., :U], made[..., U]
+            basis = responses(law, shapes, (), rows.shape[1]).rows[: len(shapes)]
+            rows[..., 2 * m : 2 * m + 2], rows[..., AT_END] = (basis[..., :U], basis[..., U])
         motion = CaseMotion(*np.empty((6, int(bearing.parts.sum()))))
-        table = _Parts(np.array(first)[kind], np.array(after_ns), rows)
+        table = _Parts(np.array(first_rows)[kind], np.array(after_ns), rows)
         (slow, fast), begin_ns = (mode.of for mode in self._modes), bearing.begin_ns
         pieces = begin_ns, bearing.parts, bearing.sway, bearing.lift
-        _move_modes(self._c, self._own, slow, fast, *pieces, table, *self._swings, motion)
+        _move_modes(self._c, self._mode_shapes, slow, fast, *pieces, table, *self._swings, motion)
         return motion
 
     def bend_at_rest(self, roll_rate: float) -> float:
@@ -747,7 +747,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         return self.omega
 
     @property
-    def turns_abruptly(self) -> bool:
+    def drag_has_kink(self) -> bool:
         """Whether friction turns round with the sliding."""
         return self.law.friction is not None
 
@@ -778,13 +778,13 @@ class GimbalsCase(_GimbalsNumbers, System):
         # Ẏ = −ωX + d₂, so d₂ = φ̈/ω + ωX
         store(work.d2, 0, fma(bend, 1.0 / omega[0], omega[0] * phi))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the case turns over."""
         x = row_of(work.x)
         edge = first_below(OVER - larger(x, x), work)
-        return Beyond(edge, NOWHERE, edge > 1.0, OVER)
+        return Exits(edge, NOWHERE, edge > 1.0, OVER)
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the case at an instant; its angle is that in the ship, φ − ρ."""
         phi, rate = planes[0].x, omega[0] * planes[0].y
         sliding = rate + at.tilt.rate
@@ -801,11 +801,11 @@ class GimbalsCase(_GimbalsNumbers, System):
             acceleration=bend,
         )
 
-    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
         """Return φ̇ and φ̈."""
         return (Plane(now.speed, now.acceleration),)
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the case at φ − ρ = angle, at rest in the ship: held, or about to slide."""
         self.rest_at(omega, angle, at, state)
         needed = holding(self.law, angle, at)
@@ -816,15 +816,15 @@ class GimbalsCase(_GimbalsNumbers, System):
             # without the friction that would hold it, the case slides the other way
             state.direction = -1 if needed > 0.0 else 1
 
-    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
+    def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held case with the ship; return the fraction at which it breaks loose, or 1."""
         return ride_held(self, run, place, 2 * width(run.work.fractions))
 
-    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+    def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
         """Return whether the case needs more friction than there is to rest at φ − ρ = angle."""
         return abs(holding(self.law, angle, at)) > term(self.law.friction, 1.0)
 
-    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the case at rest in the ship at φ − ρ = angle."""
         plane = state.planes[0]
         plane.x, plane.x_rest = angle - at.tilt.value, 0.0
@@ -832,7 +832,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 
 
 @compiled
-def holding(law: GimbalsLaw, angle: float, at: Outside) -> float:
+def holding(law: GimbalsLaw, angle: float, at: Inputs) -> float:
     """Return the friction, over the moment of inertia, that holds φ = angle + ρ.
 
     There φ̈ = ρ̈, and the damping does nothing.

@@ -42,7 +42,7 @@ HEAT_POWERS = 4
 """Powers of x of a number of the machine over a log interval: a cubic."""
 
 
-class HotNumbers(NamedTuple):
+class HeatTerms(NamedTuple):
     """The numbers of a machine that heat changes, over its inertia I, as columns of a piece.
 
     Attributes:
@@ -63,14 +63,14 @@ class HotNumbers(NamedTuple):
 
 
 HOT, HOT_NUMBERS = SIZE, 7
-"""First column of `HotNumbers`, and how many; columns beyond `SIZE` are there where heat acts."""
+"""First column of `HeatTerms`, and how many; columns beyond `SIZE` are there where heat acts."""
 
 
-class HotPieces(NamedTuple):
+class HeatPieces(NamedTuple):
     """The numbers of the machine over log intervals, and where in them the pieces lie.
 
     Attributes:
-        terms: coefficients of u^j, u from 0 to 1 over an interval: a row of `HotNumbers` for each
+        terms: coefficients of u^j, u from 0 to 1 over an interval: a row of `HeatTerms` for each
             power of each interval, (intervals · HEAT_POWERS, SIZE).
         interval: the interval of each span, (n,).
         begin, size: u where the piece of a span begins, and its length in u, (n,).
@@ -87,7 +87,7 @@ class ForcingPieces(NamedTuple):
 
     Attributes:
         length_s: length of each piece [s], (n,).
-        drive, tilt, gravity, lean: coefficients of x^j of the channels of `Outside`, (n, powers).
+        drive, tilt, gravity, lean: coefficients of x^j of the channels of `Inputs`, (n, powers).
         hot: the numbers of the machine, where heat changes them.
     """
 
@@ -96,7 +96,7 @@ class ForcingPieces(NamedTuple):
     tilt: FloatArray | None
     gravity: FloatArray | None
     lean: FloatArray | None = None
-    hot: HotPieces | None = None
+    hot: HeatPieces | None = None
 
 
 class StepPlace(NamedTuple):
@@ -123,7 +123,7 @@ class ChannelAt(NamedTuple):
     bend: float
 
 
-class Outside(NamedTuple):
+class Inputs(NamedTuple):
     """The motion of the ship at an instant; zeros where a channel is absent.
 
     Attributes:
@@ -140,7 +140,7 @@ class Outside(NamedTuple):
     tilt: ChannelAt
     gravity: float
     lean: float = 0.0
-    hot: HotNumbers | None = None
+    hot: HeatTerms | None = None
 
 
 @compiled
@@ -151,23 +151,23 @@ def _terms(channel: FloatArray | None) -> int:
 
 @inlined
 def _set_channel(
-    channel: FloatArray | None, k: int, first: int, per_s: float, terms: int, work: Work
+    channel: FloatArray | None, k: int, column: int, per_s: float, terms: int, work: Work
 ) -> None:
     """Fill three columns with a channel and its first two time derivatives."""
     if channel is None:
         return
-    own, size = channel.shape[1], width(work.piece)
+    powers, size = channel.shape[1], width(work.piece)
     above = above_rate = 0.0
     for j in range(terms - 1, -1, -1):
-        coefficient = channel[k, j] if j < own else 0.0
+        coefficient = channel[k, j] if j < powers else 0.0
         rate, bend = (j + 1) * per_s * above, (j + 1) * per_s * above_rate
-        place = j * size + first
+        place = j * size + column
         work.piece[place], work.piece[place + 1], work.piece[place + 2] = coefficient, rate, bend
         above, above_rate = coefficient, rate
 
 
 @inlined
-def _set_hot(hot: HotPieces, k: int, work: Work) -> None:
+def _set_hot(hot: HeatPieces, k: int, work: Work) -> None:
     """Fill the columns of the machine's numbers: p(begin + size · x) of each polynomial p(u)."""
     row, b, s, size = hot.interval[k] * HEAT_POWERS, hot.begin[k], hot.size[k], width(work.piece)
     for i in range(HOT_NUMBERS):
@@ -198,62 +198,62 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
     if tilted:
         _set_channel(tilt, k, TILT, per_s, terms, work)
     if gravity is not None:
-        own, size = gravity.shape[1], width(work.piece)
+        powers, size = gravity.shape[1], width(work.piece)
         for j in range(terms):
-            work.piece[j * size + APPARENT_GRAVITY] = gravity[k, j] if j < own else 0.0
+            work.piece[j * size + APPARENT_GRAVITY] = gravity[k, j] if j < powers else 0.0
     if pieces.lean is not None:
-        own, size = pieces.lean.shape[1], width(work.piece)
+        powers, size = pieces.lean.shape[1], width(work.piece)
         for j in range(terms):
-            work.piece[j * size + LEAN] = pieces.lean[k, j] if j < own else 0.0
+            work.piece[j * size + LEAN] = pieces.lean[k, j] if j < powers else 0.0
     return pieces.length_s[k], terms
 
 
 @inlined
-def powers_at(rows: FloatArray, first: int, count: int, x: float) -> Lanes:
-    """Return Σ x^j · row (first + j).
+def powers_at(rows: FloatArray, first_row: int, count: int, x: float) -> Lanes:
+    """Return Σ x^j · row (first_row + j).
 
     Even and odd powers are summed apart, so that half as many operations wait for one another.
     """
     even, odd, square = filled(rows, 0.0), filled(rows, 0.0), x * x
     if count % 2 == 1:
-        even = row_of(rows, first + count - 1)
-    for j in range(first + count - 1 - count % 2, first, -2):
+        even = row_of(rows, first_row + count - 1)
+    for j in range(first_row + count - 1 - count % 2, first_row, -2):
         odd = fma(odd, square, row_of(rows, j))
         even = fma(even, square, row_of(rows, j - 1))
     return fma(odd, x, even)
 
 
 @inlined
-def hot_of(found: Lanes, first: int) -> HotNumbers:
+def hot_of(values: Lanes, first_lane: int) -> HeatTerms:
     """Return the machine's numbers, which lie side by side from a lane on."""
-    return HotNumbers(
-        lane(found, first),
-        lane(found, first + 1),
-        lane(found, first + 2),
-        lane(found, first + 3),
-        lane(found, first + 4),
-        lane(found, first + 5),
-        lane(found, first + 6),
+    return HeatTerms(
+        lane(values, first_lane),
+        lane(values, first_lane + 1),
+        lane(values, first_lane + 2),
+        lane(values, first_lane + 3),
+        lane(values, first_lane + 4),
+        lane(values, first_lane + 5),
+        lane(values, first_lane + 6),
     )
 
 
 @inlined
-def outside_of(found: Lanes, hot: HotNumbers | None) -> Outside:
+def outside_of(values: Lanes, hot: HeatTerms | None) -> Inputs:
     """Return the forcing by its columns at an instant."""
-    return Outside(
-        ChannelAt(lane(found, DRIVE), lane(found, DRIVE_RATE), lane(found, DRIVE_BEND)),
-        ChannelAt(lane(found, TILT), lane(found, TILT_RATE), lane(found, TILT_BEND)),
-        lane(found, APPARENT_GRAVITY),
-        lane(found, LEAN),
+    return Inputs(
+        ChannelAt(lane(values, DRIVE), lane(values, DRIVE_RATE), lane(values, DRIVE_BEND)),
+        ChannelAt(lane(values, TILT), lane(values, TILT_RATE), lane(values, TILT_BEND)),
+        lane(values, APPARENT_GRAVITY),
+        lane(values, LEAN),
         hot,
     )
 
 
 @compiled
-def outside_at(terms: int, x: float, work: Work) -> Outside:
+def outside_at(terms: int, x: float, work: Work) -> Inputs:
     """Return the forcing at x of the current piece."""
-    found = powers_at(work.piece, 0, terms, x)
-    return outside_of(found, hot_of(found, HOT) if width(work.piece) > SIZE else None)
+    values = powers_at(work.piece, 0, terms, x)
+    return outside_of(values, hot_of(values, HOT) if width(work.piece) > SIZE else None)
 
 
 @inlined
@@ -272,22 +272,22 @@ def column_at(which: int, terms: int, x: Lanes, work: Work) -> Lanes:
 
 
 @inlined
-def columns(first: int, terms: int, x: Lanes, work: Work) -> tuple[Lanes, Lanes]:
+def columns(column: int, terms: int, x: Lanes, work: Work) -> tuple[Lanes, Lanes]:
     """Return a column and the next one, side by side, at lanes of x."""
-    one, two, size = filled(x, 0.0), filled(x, 0.0), width(work.piece)
+    a, b, size = filled(x, 0.0), filled(x, 0.0), width(work.piece)
     for j in range(terms - 1, -1, -1):
-        place = j * size + first
-        one, two = fma(one, x, work.piece[place]), fma(two, x, work.piece[place + 1])
-    return one, two
+        place = j * size + column
+        a, b = fma(a, x, work.piece[place]), fma(b, x, work.piece[place + 1])
+    return a, b
 
 
 @inlined
-def difference(first: int, second: int, terms: int, x: Lanes, work: Work) -> Lanes:
+def difference(column: int, second: int, terms: int, x: Lanes, work: Work) -> Lanes:
     """Return the first column of the piece less the second at lanes of x."""
     value, size = filled(x, 0.0), width(work.piece)
     for j in range(terms - 1, -1, -1):
         place = j * size
-        value = fma(value, x, work.piece[place + first] - work.piece[place + second])
+        value = fma(value, x, work.piece[place + column] - work.piece[place + second])
     return value
 
 
@@ -305,18 +305,18 @@ def fill_hot(x: Lanes, work: Work) -> None:
 
 
 @inlined
-def keep(row: FloatArray, later: Lanes, first: bool, value: Lanes) -> None:
+def keep(row: FloatArray, times: Lanes, initial: bool, value: Lanes) -> None:
     """Store values at the nodes of the first span, or at those that come later."""
-    if not first:
-        value = chosen(later, row_of(row), value)
+    if not initial:
+        value = chosen(times, row_of(row), value)
     store(row, 0, value)
 
 
 @inlined
-def hot_at_nodes(work: Work) -> HotNumbers:
+def hot_at_nodes(work: Work) -> HeatTerms:
     """Return the machine's numbers at the nodes of a step, after `fill_hot`."""
     rows = work.nodes
-    return HotNumbers(
+    return HeatTerms(
         row_of(rows.carried),
         row_of(rows.force),
         row_of(rows.stiffness),
@@ -370,22 +370,22 @@ class Instant(NamedTuple):
     drift: tuple[Plane, ...] = ()
 
 
-class Beyond(NamedTuple):
+class Exits(NamedTuple):
     """Whether a step leaves the range, as seen at its nodes.
 
     Attributes:
         edge: first node past the range of the system, or NOWHERE.
         slack: first node with a slack thread, or NOWHERE.
-        within: whether all of the step surely lies within the range.
+        is_within: whether all of the step surely lies within the range.
         reach: largest coordinate at the nodes.
-        near: whether the thread may be slack at the end of the step, though not at its nodes.
+        is_near: whether the thread may be slack at the end of the step, though not at its nodes.
     """
 
     edge: float
     slack: float
-    within: bool
+    is_within: bool
     reach: float
-    near: bool = False
+    is_near: bool = False
 
 
 class Tolerance(NamedTuple):
@@ -395,14 +395,14 @@ class Tolerance(NamedTuple):
         step: error allowed in a step.
         factor: that error over the square of the last coefficient (`stepping.error_factor`).
         settled: error to which the stage equations are iterated.
-        near: phase from an event within which the midpoint rule carries the state to it [rad].
+        near_phase: phase from an event within which the midpoint rule leads the state to it [rad].
         coarsen: error of all steps of a span below which the next ones are twice as long.
     """
 
     step: float
     factor: float
     settled: float
-    near: float
+    near_phase: float
     coarsen: float
 
 
@@ -465,7 +465,7 @@ class System(Protocol):
         return False
 
     @property
-    def turns_abruptly(self) -> bool:
+    def drag_has_kink(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return False
 
@@ -495,7 +495,7 @@ class System(Protocol):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the rows d1 and d2 from x and y (stages)."""
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step last collocated leaves the range."""
 
     def coordinates(self, work: Work) -> Lanes:
@@ -519,22 +519,22 @@ class System(Protocol):
         """Return whether the swing is clear of the tilt at all nodes (`stepping.passages`)."""
         return True
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the system at an instant."""
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Set the state at θ = angle, θ̇ = 0: held by friction, or the direction it moves in."""
         raise TypeError('nothing happens to this system on its way')
 
-    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
+    def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case; return the fraction of the step where it goes."""
         raise TypeError('friction does not hold this system')
 
-    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+    def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
         """Return whether friction does not hold the system at rest at an angle (`ride_held`)."""
         raise TypeError('friction does not hold this system')
 
-    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the system at rest in the ship at an angle."""
         raise TypeError('friction does not hold this system')
 
@@ -542,16 +542,16 @@ class System(Protocol):
         """Return whether the motion surely leaves a kink from the beginning of the step on."""
         return True
 
-    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
         """Return the time derivatives of X and ωY of each plane, in the place of X and Y."""
         return now.drift
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ alone."""
         raise TypeError('nothing happens to this system on its way')
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let the escapement's impulse change the planes."""
         raise TypeError('nothing happens to this system on its way')
@@ -584,13 +584,13 @@ class StepWatch(NamedTuple):
         """Return X and Y of each plane at a fraction of the step, after `fill_integrals`."""
         omega, length = self.run.omega, self.place.size * self.place.length
         start, work = self.run.state.planes, self.run.work
-        found: tuple[Plane, ...] = ()
+        planes: tuple[Plane, ...] = ()
         for p in range(len(omega)):
             x, y = inside(omega, p, length, xi, start, work)
-            found = (*found, Plane(x, y))
-        return found
+            planes = (*planes, Plane(x, y))
+        return planes
 
-    def outside(self, xi: float) -> Outside:
+    def outside(self, xi: float) -> Inputs:
         """Return the motion of the ship at a fraction of the step."""
         place = self.place
         return outside_at(place.terms, place.begin + xi * place.size, self.run.work)
@@ -598,8 +598,8 @@ class StepWatch(NamedTuple):
     def instant(self, xi: float) -> Instant:
         """Return the system at a fraction of the step."""
         system, omega = self.run.system, self.run.omega
-        found: Instant = system.instant(self.mode, omega, self.planes(xi), self.outside(xi))
-        return found
+        now: Instant = system.instant(self.mode, omega, self.planes(xi), self.outside(xi))
+        return now
 
 
 @inlined
@@ -611,18 +611,18 @@ def mode_of(state: RunningState) -> Mode:
 @inlined
 def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
     """Return X and Y of each plane, rounded to one double each."""
-    found: tuple[Plane, ...] = ()
+    rounded: tuple[Plane, ...] = ()
     for p in range(len(omega)):
-        found = (*found, Plane(planes[p].x, planes[p].y))
-    return found
+        rounded = (*rounded, Plane(planes[p].x, planes[p].y))
+    return rounded
 
 
 @inlined
 def near_zero(values: Lanes) -> bool:
     """Return whether values fall so fast at the last nodes that they may be below zero after."""
-    last = width(values) - 1
-    fell = lane(values, last - 1) - lane(values, last)
-    return not lane(values, last) > fell
+    end = width(values) - 1
+    fell = lane(values, end - 1) - lane(values, end)
+    return not lane(values, end) > fell
 
 
 @compiled

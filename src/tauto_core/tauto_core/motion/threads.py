@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
-from tauto_core.motion.events import BEYOND, is_due, phase_to
+from tauto_core.motion.events import OVERSHOOT, is_due, phase_to
 from tauto_core.motion.forcing import LEAST_UPWARD
 from tauto_core.motion.gauss_step import Mode, Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
@@ -31,11 +31,11 @@ from tauto_core.motion.system import (
     DRIVE_RATE,
     TILT,
     TILT_RATE,
-    Beyond,
+    Exits,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     StepPlace,
@@ -120,7 +120,7 @@ class WithThread:
         return self.on_wheel.pace
 
     @property
-    def turns_abruptly(self) -> bool:
+    def drag_has_kink(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         return self.on_wheel.law is not None or self.on_wheel.quadratic > 0.0
 
@@ -131,7 +131,7 @@ class ThreadSystem(WithThread, System):
     Absent drag is zero, not None, so that machines with and without it share their kernels.
     """
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Set at θ = angle, θ̇ = 0 the direction in which the wheel starts."""
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         state.direction = -1 if now.bend < 0.0 else 1
@@ -157,7 +157,7 @@ class ThreadSystem(WithThread, System):
         if ahead < math.inf:
             then = outside_at(terms, min(x + ahead / (pace * length), 1.0), work)
             pace *= math.sqrt(0.5 * (1.0 + then.gravity / at.gravity))
-        return (ahead + BEYOND) / pace
+        return (ahead + OVERSHOOT) / pace
 
 
 @inlined
@@ -171,7 +171,7 @@ def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
 
 
 @inlined
-def hot_on_wheel(cold: OnWheel, hot: HotNumbers) -> OnWheel:
+def hot_on_wheel(cold: OnWheel, hot: HeatTerms) -> OnWheel:
     """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
     share = hot.share
     return OnWheel(
@@ -190,11 +190,11 @@ def hot_on_wheel(cold: OnWheel, hot: HotNumbers) -> OnWheel:
 
 
 @compiled
-def beyond_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> Beyond:
+def exits_by(tension: Lanes, margin: Lanes, coordinate: Lanes, work: Work) -> Exits:
     """Return whether a step leaves the range, from tension, margin and coordinate at its nodes."""
     edge, slack = first_below(margin, work), first_below(tension, work)
-    within = lowest(margin) > WELL_WITHIN and lowest(tension) > 0.0
-    return Beyond(edge, slack, within, largest(coordinate), near_zero(tension))
+    is_within = lowest(margin) > WELL_WITHIN and lowest(tension) > 0.0
+    return Exits(edge, slack, is_within, largest(coordinate), near_zero(tension))
 
 
 @compiled
@@ -204,7 +204,7 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
 
 
 @compiled
-def beside(gravity: float, tilt: float) -> float:
+def transverse(gravity: float, tilt: float) -> float:
     """Return what draws the weight across the apparent vertical, to port of it [m/s²]; mostly 0.
 
     Near weightlessness g_eff and β are those of a force that has z̃ upwards in the case in place
@@ -219,13 +219,13 @@ def beside(gravity: float, tilt: float) -> float:
     sine, cosine = math.sin(tilt), math.cos(tilt)
     if gravity * cosine >= LEAST_UPWARD:
         return 0.0
-    square, whole = (sine / cosine) ** 2, gravity / cosine
+    square, apparent_gravity = (sine / cosine) ** 2, gravity / cosine
     # convex and increasing in z, which is less than this start: Newton's method goes down to it
     z, upward = LEAST_UPWARD, LEAST_UPWARD
     for _ in range(MOST_ITERATIONS):
-        more = math.exp(2.0 * (z / LEAST_UPWARD - 1.0))
-        upward = 0.5 * LEAST_UPWARD * (1.0 + more)
-        change = (z + upward * square - whole) / (1.0 + more * square)
+        growth = math.exp(2.0 * (z / LEAST_UPWARD - 1.0))
+        upward = 0.5 * LEAST_UPWARD * (1.0 + growth)
+        change = (z + upward * square - apparent_gravity) / (1.0 + growth * square)
         z -= change
         if abs(change) <= SETTLED * (abs(z) + LEAST_UPWARD):
             break
@@ -234,15 +234,15 @@ def beside(gravity: float, tilt: float) -> float:
 
 
 @compiled
-def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
-    """Return `beside` at the nodes."""
-    found = filled(gravity, 0.0)
+def transverse_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
+    """Return `transverse` at the nodes."""
+    values = filled(gravity, 0.0)
     steepest = largest(tilt)
     if lowest(gravity) * (1.0 - 0.5 * steepest * steepest) >= LEAST_UPWARD:
-        return found
+        return values
     for i in range(width(work.fractions)):
-        found = with_lane(found, i, beside(lane(gravity, i), lane(tilt, i)))
-    return found
+        values = with_lane(values, i, transverse(lane(gravity, i), lane(tilt, i)))
+    return values
 
 
 # -----------------------------------------------------------------------------
@@ -253,7 +253,7 @@ def beside_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
 # The accelerated axle enters by the apparent gravity alone (machine_at_sea.md), so that no
 # derivative of the ship's motion is needed but α̇, the rate of the case, for the drag.
 
-THREAD_NODES = 'vertical', 'gravity', 'beside', 'alpha_rate'
+THREAD_NODES = 'vertical', 'gravity', 'transverse', 'alpha_rate'
 """Rows of β, g_eff, what acts beside it, and α̇ at the nodes."""
 
 SPRING_NODES = ('tilt',)
@@ -265,7 +265,7 @@ class ThreadNodes(Protocol):
 
     vertical: FloatArray
     gravity: FloatArray
-    beside: FloatArray
+    transverse: FloatArray
     alpha_rate: FloatArray
     tilt: FloatArray
 
@@ -312,7 +312,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         gravity = column_at(APPARENT_GRAVITY, place.terms, x, work)
         store(nodes.vertical, 0, column_at(DRIVE, place.terms, x, work))
         store(nodes.gravity, 0, gravity)
-        store(nodes.beside, 0, beside_at_nodes(gravity, tilt, work))
+        store(nodes.transverse, 0, transverse_at_nodes(gravity, tilt, work))
         store(nodes.alpha_rate, 0, difference(DRIVE_RATE, TILT_RATE, place.terms, x, work))
         if self.spring is not None:
             store(nodes.tilt, 0, tilt)
@@ -321,33 +321,33 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     @inlined
     def keep_case(
-        self, half: FreeHalfSwing, k: int, at: Lanes, later: Lanes, first: bool, work: Work
+        self, swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
     ) -> None:
         """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each."""
-        pieces, rates, nodes = half.pieces, half.rates, work.nodes
+        pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
         if pieces.drive is None or pieces.tilt is None or pieces.gravity is None:
             return
         if rates.line is None or rates.tilt is None:
             return
         vertical = gravity = rate = tilt = filled(work.fractions, 0.0)
-        for j in range(half.powers - 1, -1, -1):
+        for j in range(swing.powers - 1, -1, -1):
             vertical = fma(vertical, at, pieces.drive[k, j])
             gravity = fma(gravity, at, pieces.gravity[k, j])
             rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
             tilt = fma(tilt, at, pieces.tilt[k, j])
-        keep(nodes.vertical, later, first, vertical)
-        keep(nodes.gravity, later, first, gravity)
-        keep(nodes.alpha_rate, later, first, rate)
+        keep(nodes.vertical, times, initial, vertical)
+        keep(nodes.gravity, times, initial, gravity)
+        keep(nodes.alpha_rate, times, initial, rate)
         # the tilt until `complete_case`
-        keep(nodes.beside, later, first, tilt)
+        keep(nodes.transverse, times, initial, tilt)
 
     @inlined
     def complete_case(self, work: Work) -> None:
         """Turn the tilt at the nodes into what acts beside g_eff."""
-        nodes, tilt = work.nodes, row_of(work.nodes.beside)
+        nodes, tilt = work.nodes, row_of(work.nodes.transverse)
         if self.spring is not None:
             store(nodes.tilt, 0, tilt)
-        store(nodes.beside, 0, beside_at_nodes(row_of(nodes.gravity), tilt, work))
+        store(nodes.transverse, 0, transverse_at_nodes(row_of(nodes.gravity), tilt, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the planes by the accelerations; d1 stays zero."""
@@ -356,10 +356,10 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         for p in range(len(omega)):
             store(work.d2, p, omega[p] * row_of(work.x, p) + bends[p] * (1.0 / omega[p]))
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step winds up the whole thread, or the thread goes slack."""
         _, _, tension, free = _at_stages(self, mode, omega, work)
-        return beyond_by(tension, free - self.least, self.coordinates(work), work)
+        return exits_by(tension, free - self.least, self.coordinates(work), work)
 
     def coordinates(self, work: Work) -> Lanes:
         """Return u = ψ − δ at the nodes."""
@@ -382,8 +382,8 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         rate = rate / self.pace
         square = value * value + rate * rate
         if besides > 0.0:
-            apart = math.sqrt(square) + besides
-            square = apart * apart
+            reach = math.sqrt(square) + besides
+            square = reach * reach
         return square
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
@@ -394,10 +394,10 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
         inclined = largest(delta * delta + delta_rate * delta_rate * (1.0 / self.pace**2))
-        apart = math.sqrt(inclined) + math.sqrt(square)
-        return lowest(u * u + u_rate * u_rate) > CLEAR * (apart * apart)
+        bound = math.sqrt(inclined) + math.sqrt(square)
+        return lowest(u * u + u_rate * u_rate) > CLEAR * (bound * bound)
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and thread at an instant."""
         line, tilt, hot = at.drive, at.tilt, thread_now(self, at)
         psi, delta = _angles(self, planes[0].x, planes[1].x)
@@ -406,7 +406,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         drag = drag_on_wheel(hot.on_wheel, mode, rate)
         lean, turn = delta - line.value, line.rate - tilt.rate
         cosine, sine = math.cos(lean), math.sin(lean)
-        aside = beside(at.gravity, tilt.value)
+        aside = transverse(at.gravity, tilt.value)
         down, across = at.gravity * cosine + aside * sine, at.gravity * sine - aside * cosine
         if hot.spring is not None:
             in_case = lean + tilt.value
@@ -433,7 +433,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
             acceleration=psi_bend - delta_bend,
         )
 
-    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
         """Return Ẋ and ωẎ of each mode."""
         psi_rate = now.rate + (at.drive.rate - at.tilt.rate)
         psi_bend = now.bend + (at.drive.bend - at.tilt.bend)
@@ -441,13 +441,13 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         bends = _modes(self, psi_bend, psi_bend - now.acceleration)
         return Plane(rates[0], bends[0]), Plane(rates[1], bends[1])
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ = ψ − α."""
         psi, _ = _angles(self, planes[0].x, planes[1].x)
         return psi - (at.drive.value - at.tilt.value)
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change both rates: the taut thread by −r/l of the change of the wheel.
 
@@ -459,14 +459,14 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         struck = mode.direction * math.sqrt(now.rate * now.rate + hot.on_wheel.energy / mass)
         kick = struck - now.rate
         thread_kick = -radius / (self.length - 0.5 * radius * u * u) * kick
-        first, second = _modes(self, kick, thread_kick)
-        planes[0].y += first / omega[0]
+        first_mode, second = _modes(self, kick, thread_kick)
+        planes[0].y += first_mode / omega[0]
         planes[1].y += second / omega[1]
         planes[0].y_rest = planes[1].y_rest = 0.0
 
 
 @inlined
-def thread_now(system: Hanging, at: Outside) -> Hanging:
+def thread_now(system: Hanging, at: Inputs) -> Hanging:
     """Return the system with its numbers at an instant; as it is without heat."""
     if system.on_wheel.heat is None or at.hot is None:
         return system
@@ -474,7 +474,7 @@ def thread_now(system: Hanging, at: Outside) -> Hanging:
 
 
 @inlined
-def _with_numbers(cold: Hanging, hot: HotNumbers) -> Hanging:
+def _with_numbers(cold: Hanging, hot: HeatTerms) -> Hanging:
     return Hanging(
         hot.carried,
         cold.length,
@@ -492,10 +492,10 @@ def _with_numbers(cold: Hanging, hot: HotNumbers) -> Hanging:
 
 
 @inlined
-def _angles(system: Hanging, first: Numeric, second: Numeric) -> NumericPair:
+def _angles(system: Hanging, first_mode: Numeric, second: Numeric) -> NumericPair:
     """Return ψ and δ of the coordinates of the modes, or the rates of these of their rates."""
     wheel, thread = system.wheel, system.thread
-    return wheel[0] * first + wheel[1] * second, thread[0] * first + thread[1] * second
+    return wheel[0] * first_mode + wheel[1] * second, thread[0] * first_mode + thread[1] * second
 
 
 @inlined
@@ -550,8 +550,8 @@ def _pushed(
 @inlined
 def _modes(system: Hanging, psi: Numeric, delta: Numeric) -> NumericPair:
     """Return the coordinates of the modes of ψ and δ, or the rates of these of their rates."""
-    first, second = system.to_first, system.to_second
-    return first[0] * psi + first[1] * delta, second[0] * psi + second[1] * delta
+    to_first, second = system.to_first, system.to_second
+    return to_first[0] * psi + to_first[1] * delta, second[0] * psi + second[1] * delta
 
 
 @inlined
@@ -567,8 +567,8 @@ def _at_stages(
     sine, versine = sine_versine(lean)
     alpha_rate, gravity = row_of(nodes.alpha_rate), row_of(nodes.gravity)
     down, across = gravity * (1.0 - versine), gravity * sine
-    if largest(row_of(nodes.beside)) > 0.0:
-        aside = row_of(nodes.beside)
+    if largest(row_of(nodes.transverse)) > 0.0:
+        aside = row_of(nodes.transverse)
         down, across = down + aside * sine, across - aside * (1.0 - versine)
     if system.spring is not None:
         sine, versine = sine_versine(lean + row_of(nodes.tilt))

@@ -42,7 +42,7 @@ from tauto_core.curves.cam import (
 from tauto_core.curves.numerics import bracketed_newton, powers_on_unit
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine
-from tauto_core.machines.parts import DragLaw, Ebb
+from tauto_core.machines.parts import DragLaw, ImpulseDecline
 from tauto_core.motion.gauss_step import Mode, sine_versine
 from tauto_core.motion.lanes import (
     Lanes,
@@ -57,7 +57,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.system import HotNumbers
+from tauto_core.motion.system import HeatTerms
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -96,7 +96,7 @@ _CHECKED = (np.arange(64) + 0.5) / 64
 _AGREED = 4e-15
 
 
-WHOLE = 1.5 * 2.0**52
+ROUNDING_SHIFT = 1.5 * 2.0**52
 """Added and taken away again, it leaves a whole number."""
 
 ARC_SETTLED = 4e-16
@@ -149,13 +149,13 @@ def angle_of(arc: float, k: float) -> float:
 def angles_of(arcs: FloatArray, k: float) -> FloatArray:
     """Return the angles ϑ of many arcs s, as `angle_of`."""
     sizes = np.abs(arcs)
-    beyond = np.minimum(sizes, np.sqrt(2.0 * sizes / k))
+    upper = np.minimum(sizes, np.sqrt(2.0 * sizes / k))
 
     def excess(angles: FloatArray) -> tuple[FloatArray, FloatArray]:
         root = np.sqrt(1.0 + (k * angles) ** 2)
         return 0.5 * (angles * root + np.arcsinh(k * angles) / k) - sizes, root
 
-    angles = bracketed_newton(excess, beyond, (0.0, math.inf), absolute=ARC_SETTLED * sizes)
+    angles = bracketed_newton(excess, upper, (0.0, math.inf), absolute=ARC_SETTLED * sizes)
     return np.copysign(angles, arcs)
 
 
@@ -184,11 +184,11 @@ def _fitted(k: float, limit: float, rate: float) -> ArcShape | None:
             powers_on_unit(chebyshev.chebfit(2.0 * nodes - 1.0, values, terms - 1))
             for values in _functions(nodes, limit, k, rate)
         ]
-        found = [np.asarray(polyval(_CHECKED, row), np.float64) for row in rows]
+        fitted = [np.asarray(polyval(_CHECKED, row), np.float64) for row in rows]
         wanted = _functions(_CHECKED, limit, k, rate)
         if all(
             np.all(np.abs(a - b) <= _AGREED * np.max(np.abs(b)))
-            for a, b in zip(found, wanted, strict=True)
+            for a, b in zip(fitted, wanted, strict=True)
         ):
             slope = np.append(rows[0][1:] * np.arange(1, terms), 0.0) * (2.0 / limit)
             padded = np.pad([rows[0], slope, *rows[1:]], ((0, 0), (0, terms % 2)))
@@ -243,9 +243,9 @@ def angle_along(shape: ArcShape, arc: float) -> float:
     """Return ϑ at the arc s."""
     u = arc * arc / shape.limit
     if u <= 1.0:
-        terms, last = shape.terms, shape.terms.shape[1] - 1
-        value = fma(u, terms[ANGLE, last], terms[ANGLE, last - 1])
-        for j in range(last - 2, -1, -1):
+        terms, degree = shape.terms, shape.terms.shape[1] - 1
+        value = fma(u, terms[ANGLE, degree], terms[ANGLE, degree - 1])
+        for j in range(degree - 2, -1, -1):
             value = fma(value, u, terms[ANGLE, j])
         return arc * value
     return angle_of(arc, shape.k)
@@ -255,8 +255,8 @@ def angle_along(shape: ArcShape, arc: float) -> float:
 def shortening_and_angle(shape: ArcShape, s: Numeric) -> tuple[Numeric, Numeric]:
     """Return n and ϑ at the arc s; of one s, n by its definition."""
     if is_lanes(s):
-        found = on_arc(shape, s)
-        return found.n, found.angle
+        arc = on_arc(shape, s)
+        return arc.n, arc.angle
     q = angle_along(shape, s)
     return 1.0 / math.sqrt(1.0 + (shape.k * q) * (shape.k * q)), q
 
@@ -284,14 +284,14 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
     if negative(1.0 - u) != 0:
         return _on_arc_exactly(shape, s)
     terms, square = shape.terms, u * u
-    last = terms.shape[1] - 1
-    n, n_odd = _pair(terms, SHORTENING, last, s)
-    n_slope, n_slope_odd = _pair(terms, SHORTENING_SLOPE, last, s)
-    lever, lever_odd = _pair(terms, LEVER, last, s)
-    angle, angle_odd = _pair(terms, ANGLE, last, s)
+    degree = terms.shape[1] - 1
+    n, n_odd = _pair(terms, SHORTENING, degree, s)
+    n_slope, n_slope_odd = _pair(terms, SHORTENING_SLOPE, degree, s)
+    lever, lever_odd = _pair(terms, LEVER, degree, s)
+    angle, angle_odd = _pair(terms, ANGLE, degree, s)
     # four polynomials side by side, even and odd powers of each apart: eight chains of
     # multiplications, none of which waits for another
-    for j in range(last - 3, -1, -2):
+    for j in range(degree - 3, -1, -2):
         n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
         n_slope, n_slope_odd = _next(terms, SHORTENING_SLOPE, j, square, n_slope, n_slope_odd)
         lever, lever_odd = _next(terms, LEVER, j, square, lever, lever_odd)
@@ -303,9 +303,9 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
 
 
 @inlined
-def _pair(terms: FloatArray, row: int, last: int, like: Lanes) -> tuple[Lanes, Lanes]:
+def _pair(terms: FloatArray, row: int, degree: int, like: Lanes) -> tuple[Lanes, Lanes]:
     """Return the last even and the last odd coefficient as lanes."""
-    return filled(like, terms[row, last - 1]), filled(like, terms[row, last])
+    return filled(like, terms[row, degree - 1]), filled(like, terms[row, degree])
 
 
 @inlined
@@ -373,10 +373,10 @@ def _splines(lever: TableLever | SmoothLever, q: Lanes) -> Arm:
     """Return the arm of a law in pieces at the stages, each of which may lie in another piece."""
     t = t_prime = lift = filled(q, 0.0)
     for i in range(width(q)):
-        one = _spline(lever, lane(q, i))
-        t = with_lane(t, i, one.t)
-        t_prime = with_lane(t_prime, i, one.t_prime)
-        lift = with_lane(lift, i, one.lift)
+        arm = _spline(lever, lane(q, i))
+        t = with_lane(t, i, arm.t)
+        t_prime = with_lane(t_prime, i, arm.t_prime)
+        lift = with_lane(lift, i, arm.lift)
     return Arm(t, t_prime, lift)
 
 
@@ -388,10 +388,10 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
     middle = lever.middle
     u = q * (1.0 / lever.knots[1])
     u = u * u
-    last = middle.shape[1] - 1
-    t_over_q, t_prime = filled(q, middle[0, last]), filled(q, middle[1, last])
-    lift_over_square = filled(q, middle[2, last])
-    for j in range(last - 1, -1, -1):
+    degree = middle.shape[1] - 1
+    t_over_q, t_prime = filled(q, middle[0, degree]), filled(q, middle[1, degree])
+    lift_over_square = filled(q, middle[2, degree])
+    for j in range(degree - 1, -1, -1):
         t_over_q = fma(t_over_q, u, middle[0, j])
         t_prime = fma(t_prime, u, middle[1, j])
         lift_over_square = fma(lift_over_square, u, middle[2, j])
@@ -447,7 +447,7 @@ class Impulse(NamedTuple):
     """
 
     energy: float
-    ebb: Ebb | None
+    ebb: ImpulseDecline | None
 
 
 class UnbalancedWheel(NamedTuple):
@@ -497,7 +497,7 @@ class PerInertia(NamedTuple):
 
 
 @inlined
-def hot_numbers(cold: PerInertia, hot: HotNumbers) -> PerInertia:
+def hot_numbers(cold: PerInertia, hot: HeatTerms) -> PerInertia:
     """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
     share = hot.share
     impulse = cold.impulse
@@ -544,7 +544,7 @@ def pull_of(per_inertia: PerInertia, lift: Numeric, gravity: Numeric) -> Numeric
 def whole_turns_off(angle: Numeric) -> Numeric:
     """Return an angle between −π and π that differs by whole turns."""
     # by rounding: below 2⁵¹ the sum keeps no fraction
-    turns = (angle * (0.5 / math.pi) + WHOLE) - WHOLE
+    turns = (angle * (0.5 / math.pi) + ROUNDING_SHIFT) - ROUNDING_SHIFT
     return angle - turns * math.tau
 
 
@@ -597,9 +597,9 @@ def ride(mu: float | None, t: Numeric, t_prime: Numeric, speed: Numeric) -> Nume
 
 
 @inlined
-def given_energy(impulse: Impulse, given: int) -> float:
-    """Return twice the energy of an impulse over I [1/s2], after as many as were `given`."""
-    return impulse.energy * (1.0 if impulse.ebb is None else impulse.ebb.strength(given))
+def given_energy(impulse: Impulse, count: int) -> float:
+    """Return twice the energy of an impulse over I [1/s2], after `count` of them."""
+    return impulse.energy * (1.0 if impulse.ebb is None else impulse.ebb.strength(count))
 
 
 @inlined

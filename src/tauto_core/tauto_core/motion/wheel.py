@@ -11,7 +11,7 @@ import numpy as np
 from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines import Machine, SlackThreadError
-from tauto_core.motion.events import BEYOND, is_due, phase_to, ride_held
+from tauto_core.motion.events import OVERSHOOT, is_due, phase_to, ride_held
 from tauto_core.motion.gauss_step import Mode, Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
     SIZE,
@@ -41,11 +41,11 @@ from tauto_core.motion.system import (
     LEAN,
     NOWHERE,
     TILT_RATE,
-    Beyond,
+    Exits,
     ForcingPieces,
-    HotNumbers,
+    HeatTerms,
+    Inputs,
     Instant,
-    Outside,
     Plane,
     RunningState,
     SteppedRun,
@@ -92,11 +92,11 @@ from tauto_core.scene.errors import CamRangeError
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 """Rows of γ̇, γ̈, τ̇, g_eff and β − γ at the nodes."""
 
-HOT_NODES = *WHEEL_NODES, *HotNumbers._fields
+HOT_NODES = *WHEEL_NODES, *HeatTerms._fields
 """The rows where heat changes the wheel."""
 
 
-class FeltChannels(NamedTuple):
+class InputChannels(NamedTuple):
     """Which channels of the ship's motion act: True, or None, which is known when compiling.
 
     `heat` says whether the numbers of the wheel are to be taken from the forcing.
@@ -110,47 +110,47 @@ class FeltChannels(NamedTuple):
 
 
 @compiled
-def fill_nodes(felt: FeltChannels, drag: bool, place: StepPlace, work: Work) -> None:
-    """Fill the rows of the channels there are; τ̇ only if it is felt."""
+def fill_nodes(channels: InputChannels, drag: bool, place: StepPlace, work: Work) -> None:
+    """Fill the rows of the channels there are; τ̇ only for drag."""
     x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
-    if felt.line is not None:
+    if channels.line is not None:
         rate, bend = columns(DRIVE_RATE, terms, x, work)
         store(nodes.line_rate, 0, rate)
         store(nodes.line_bend, 0, bend)
-    if drag and felt.tilt is not None:
+    if drag and channels.tilt is not None:
         store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
-    if felt.gravity is not None:
+    if channels.gravity is not None:
         store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
-    if felt.lean is not None:
+    if channels.lean is not None:
         store(nodes.lean, 0, column_at(LEAN, terms, x, work))
-    if felt.heat is not None:
+    if channels.heat is not None:
         fill_hot(x, work)
 
 
 @inlined
 def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
     """Return the wheel with its numbers at the nodes of a step; as it is without heat."""
-    if wheel.felt.heat is None:
+    if wheel.channels.heat is None:
         return wheel
     return _with_numbers(wheel, hot_at_nodes(work))
 
 
 @inlined
-def wheel_now(wheel: Wheel, at: Outside) -> Wheel:
+def wheel_now(wheel: Wheel, at: Inputs) -> Wheel:
     """Return the wheel with its numbers at an instant; as it is without heat."""
-    if wheel.felt.heat is None or at.hot is None:
+    if wheel.channels.heat is None or at.hot is None:
         return wheel
     return _with_numbers(wheel, at.hot)
 
 
 @inlined
-def _with_numbers(wheel: Wheel, hot: HotNumbers) -> Wheel:
-    felt = wheel.felt
+def _with_numbers(wheel: Wheel, hot: HeatTerms) -> Wheel:
+    channels = wheel.channels
     return Wheel(
         hot_numbers(wheel.per_inertia, hot),
         wheel.lever,
         wheel.shape,
-        FeltChannels(felt.line, felt.tilt, felt.gravity, felt.lean),
+        InputChannels(channels.line, channels.tilt, channels.gravity, channels.lean),
         wheel.impulse,
         wheel.pace,
         wheel.range,
@@ -182,19 +182,19 @@ def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
     exceeds the largest μ|t|·(|γ̈| + resistance) and, where the lever arm shortens, μ|t′|ϑ̇². |ϑ| is
     at most the largest |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
     """
-    per_inertia, felt, x = wheel.per_inertia, wheel.felt, row_of(work.x)
+    per_inertia, channels, x = wheel.per_inertia, wheel.channels, row_of(work.x)
     zeros = 0.0 * x
     reach = largest(x)
-    line_rate = largest(zeros + row_or_zero(felt.line, work.nodes.line_rate))
-    line_bend = largest(zeros + row_or_zero(felt.line, work.nodes.line_bend))
-    tilt_rate = largest(zeros + row_or_zero(felt.tilt, work.nodes.tilt_rate))
+    line_rate = largest(zeros + row_or_zero(channels.line, work.nodes.line_rate))
+    line_bend = largest(zeros + row_or_zero(channels.line, work.nodes.line_bend))
+    tilt_rate = largest(zeros + row_or_zero(channels.tilt, work.nodes.tilt_rate))
     rate = omega[0] * largest(row_of(work.y)) + line_rate + tilt_rate
-    pull = pull_of(per_inertia, 0.0, row_or_zero(felt.gravity, work.nodes.gravity))
+    pull = pull_of(per_inertia, 0.0, row_or_zero(channels.gravity, work.nodes.gravity))
     against = line_bend + resistance(per_inertia, rate, ALL_AGAINST)
     if per_inertia.imbalance is not None:
-        weight = row_or_zero(felt.gravity, work.nodes.gravity)
-        most = term(per_inertia.imbalance.still, 1.0) + term(per_inertia.imbalance.weight, weight)
-        against = against + largest(zeros + most)
+        weight = row_or_zero(channels.gravity, work.nodes.gravity)
+        load = term(per_inertia.imbalance.still, 1.0) + term(per_inertia.imbalance.weight, weight)
+        against = against + largest(zeros + load)
     if isinstance(wheel.lever, LinearLever):
         lost = term(per_inertia.carried, wheel.lever.rate * reach * against)
     else:
@@ -208,16 +208,16 @@ def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
 
 
 @compiled
-def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
+def exits(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Exits:
     """Return whether the step leaves the range: by rough bounds if they are enough."""
-    edge, slack, near = NOWHERE, NOWHERE, False
+    edge, slack, is_near = NOWHERE, NOWHERE, False
     wheel = wheel_at_nodes(cold, work)
     reach = largest(row_of(work.x))
-    within = reach <= SURELY_WITHIN * wheel.range
+    is_within = reach <= SURELY_WITHIN * wheel.range
     if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
-        return Beyond(edge, slack, within, reach)
-    felt, nodes = wheel.felt, work.nodes
-    line_rate = row_or_zero(felt.line, nodes.line_rate)
+        return Exits(edge, slack, is_within, reach)
+    channels, nodes = wheel.channels, work.nodes
+    line_rate = row_or_zero(channels.line, nodes.line_rate)
     q, speed = angle_and_speed(
         wheel, row_of(work.x), omega[0] * row_of(work.y), line_rate, mode.side
     )
@@ -225,15 +225,15 @@ def beyond(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Beyond:
         edge = first_below(wheel.range - larger(q, q), work)
     if wheel.has_weight:
         arm = lever_arm(wheel.lever, mode.side, q)
-        rate = speed + row_or_zero(felt.tilt, nodes.tilt_rate)
-        line_bend = row_or_zero(felt.line, nodes.line_bend)
-        gravity = row_or_zero(felt.gravity, nodes.gravity)
-        aside = unbalanced(wheel.per_inertia, q - row_or_zero(felt.lean, nodes.lean), gravity)
+        rate = speed + row_or_zero(channels.tilt, nodes.tilt_rate)
+        line_bend = row_or_zero(channels.line, nodes.line_bend)
+        gravity = row_or_zero(channels.gravity, nodes.gravity)
+        aside = unbalanced(wheel.per_inertia, q - row_or_zero(channels.lean, nodes.lean), gravity)
         _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
         # adding 0·q makes lanes of a tension that is one number for all nodes
         tension = 0.0 * q + tension
-        slack, near = first_below(tension, work), near_zero(tension)
-    return Beyond(edge, slack, within, reach, near)
+        slack, is_near = first_below(tension, work), near_zero(tension)
+    return Exits(edge, slack, is_within, reach, is_near)
 
 
 # -----------------------------------------------------------------------------
@@ -257,7 +257,7 @@ class Wheel(NamedTuple):
         per_inertia: the terms on it.
         lever: law of the lever arm.
         shape: the functions of the arc, or None where the angle is the coordinate.
-        felt: the channels of the ship's motion that act.
+        channels: the channels of the ship's motion that act.
         impulse, pace: as in `System`.
         range: largest |ϑ| [rad].
         gravity: the acceleration of gravity at rest [m/s2].
@@ -266,7 +266,7 @@ class Wheel(NamedTuple):
     per_inertia: PerInertia
     lever: LeverArm
     shape: ArcShape | None
-    felt: FeltChannels
+    channels: InputChannels
     impulse: float
     pace: float
     range: float
@@ -283,7 +283,7 @@ class Wheel(NamedTuple):
         return self.per_inertia.recoil is not None
 
     @property
-    def turns_abruptly(self) -> bool:
+    def drag_has_kink(self) -> bool:
         """Whether the drag has a kink at the turning points."""
         on_wheel = self.per_inertia
         kinked = on_wheel.quadratic is not None or on_wheel.coulomb is not None
@@ -307,7 +307,7 @@ class Wheel(NamedTuple):
     @property
     def feels_drag(self) -> bool:
         """Whether drag acts, so that θ̇ matters within a step and not ϑ̇ alone."""
-        return self.per_inertia.viscous is not None or self.turns_abruptly
+        return self.per_inertia.viscous is not None or self.drag_has_kink
 
     @property
     def feels_tilt(self) -> bool:
@@ -316,18 +316,18 @@ class Wheel(NamedTuple):
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
-        fill_nodes(self.felt, self.feels_drag, place, work)
+        fill_nodes(self.channels, self.feels_drag, place, work)
 
     @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the plane."""
         per_inertia = wheel_at_nodes(self, work).per_inertia
-        felt, nodes = self.felt, work.nodes
+        channels, nodes = self.channels, work.nodes
         square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
         x, w = row_of(work.x), omega[0] * row_of(work.y)
-        line_rate = row_or_zero(felt.line, nodes.line_rate)
-        tilt_rate = row_or_zero(felt.tilt, nodes.tilt_rate)
-        gravity = row_or_zero(felt.gravity, nodes.gravity)
+        line_rate = row_or_zero(channels.line, nodes.line_rate)
+        tilt_rate = row_or_zero(channels.tilt, nodes.tilt_rate)
+        gravity = row_or_zero(channels.gravity, nodes.gravity)
         if self.shape is None:
             # d₁ = q̇ − w and d₂ = (ẇ + ω²q)/ω
             t, t_prime, lift = lever_arm(self.lever, mode.side, x)
@@ -337,7 +337,7 @@ class Wheel(NamedTuple):
             pushed = pushed + ride(per_inertia.carried, t, t_prime, speed)
             pushed = pushed - resistance(per_inertia, speed + tilt_rate, mode)
             if per_inertia.imbalance is not None:
-                lean = row_or_zero(felt.lean, nodes.lean)
+                lean = row_or_zero(channels.lean, nodes.lean)
                 pushed = pushed - unbalanced(per_inertia, x - lean, gravity)
             store(work.d1, 0, speed - w)
         else:
@@ -363,9 +363,9 @@ class Wheel(NamedTuple):
         """Return ϑ, or the arc."""
         return planes[0].x
 
-    def beyond(self, mode: Mode, omega: Omega, work: Work) -> Beyond:
+    def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step leaves the cam, or its thread goes slack."""
-        return beyond(self, mode, omega, work)
+        return exits(self, mode, omega, work)
 
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
@@ -392,7 +392,7 @@ class Wheel(NamedTuple):
         x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
-    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Outside) -> Instant:
+    def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the wheel at an instant."""
         wheel, tilt, w = wheel_now(self, at), at.tilt, omega[0] * planes[0].y
         q, speed = angle_and_speed(wheel, planes[0].x, w, at.drive.rate, mode.side)
@@ -421,7 +421,7 @@ class Wheel(NamedTuple):
             acceleration=acceleration,
         )
 
-    def drift(self, mode: Mode, omega: Omega, at: Outside, now: Instant) -> tuple[Plane, ...]:
+    def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
         """Return the time derivatives of coordinate and momentum: q̇ and ẇ, or ṡ and ṗ."""
         per_inertia, q, speed = wheel_now(self, at).per_inertia, now.coordinate, now.speed
         t, t_prime, lift = lever_arm(self.lever, mode.side, q)
@@ -438,30 +438,30 @@ class Wheel(NamedTuple):
         n_slope = -(k * k) * q * (n * n) * (n * n)
         return (Plane(speed / n, speed / n * at.drive.rate * n_slope - n * against),)
 
-    def wheel_angle(self, planes: tuple[Plane, ...], at: Outside) -> float:
+    def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ = ϑ + τ."""
         return angle_at(self, planes[0].x) + at.tilt.value
 
-    def set_off(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle, held by friction or about to go."""
         set_off_or_hold(wheel_now(self, at), omega, angle, at, state)
 
-    def ride_along(self, run: SteppedRun, place: StepPlace) -> float:
+    def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case; return the fraction at which it breaks loose, or 1.
 
         The torque is looked at twice as often as a step has nodes, or at the end alone where it is
         constant.
         """
-        felt = self.felt
-        steady = felt.line is None and felt.gravity is None and felt.heat is None
+        channels = self.channels
+        steady = channels.line is None and channels.gravity is None and channels.heat is None
         return ride_held(self, run, place, 1 if steady else 2 * width(run.work.fractions))
 
-    def breaks_loose(self, mode: Mode, angle: float, at: Outside) -> bool:
+    def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
         """Return whether the wheel needs more than c₀ to rest at θ = angle."""
         now = wheel_now(self, at)
         return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
 
-    def rest_at(self, omega: Omega, angle: float, at: Outside, state: RunningState) -> None:
+    def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the wheel at rest in the moving case at θ = angle."""
         _place_at_rest(wheel_now(self, at), omega, angle, at, state)
 
@@ -470,12 +470,12 @@ class Wheel(NamedTuple):
 
         Then ϑ̇ points away from the kink at the beginning, and passes zero once in a step at most.
         """
-        line_rate = row_or_zero(self.felt.line, work.nodes.line_rate)
+        line_rate = row_or_zero(self.channels.line, work.nodes.line_rate)
         fastest = largest(0.0 * row_of(work.x) + line_rate)
         return mode.side * (omega[0] * planes[0].y) > fastest
 
     def strike(
-        self, mode: Mode, omega: Omega, at: Outside, now: Instant, state: RunningState
+        self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse change the momentum."""
         wheel, q = wheel_now(self, at), now.coordinate
@@ -500,7 +500,7 @@ class Wheel(NamedTuple):
         ω√(g_eff/g), with the mean of g_eff between both times.
         """
         ahead, pace = math.inf, omega[0]
-        if not (self.turns_abruptly or self.feels_impulse or self.kinked) or state.held:
+        if not (self.drag_has_kink or self.feels_impulse or self.kinked) or state.held:
             return ahead
         at = outside_at(terms, x, work)
         line, tilt, gravity = at.drive, at.tilt, at.gravity
@@ -518,7 +518,7 @@ class Wheel(NamedTuple):
             ahead = min(ahead, phase_to(-float(state.side), q, y, 0.0))
         if gravity > 0.0:
             pace *= math.sqrt(gravity / self.gravity)
-        return (ahead + BEYOND) / pace
+        return (ahead + OVERSHOOT) / pace
 
 
 @inlined
@@ -576,7 +576,7 @@ def coordinate_and_momentum(
 
 
 @compiled
-def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Outside) -> float:
+def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Inputs) -> float:
     """Return the torque over I that keeps the wheel at θ = angle in the moving case.
 
     There ϑ̇ = −τ̇ and ϑ̈ = −τ̈: with ψ̈ = α̈ = γ̈ − τ̈ of the wheel and the acceleration
@@ -616,9 +616,9 @@ class WithWheel:
         return self.wheel.recoils
 
     @property
-    def turns_abruptly(self) -> bool:
+    def drag_has_kink(self) -> bool:
         """Whether the drag has a kink at the turning points."""
-        return self.wheel.turns_abruptly
+        return self.wheel.drag_has_kink
 
 
 # -----------------------------------------------------------------------------
@@ -627,7 +627,7 @@ class WithWheel:
 
 @compiled
 def set_off_or_hold(
-    wheel: Wheel, omega: Omega, angle: float, at: Outside, state: RunningState
+    wheel: Wheel, omega: Omega, angle: float, at: Inputs, state: RunningState
 ) -> None:
     """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
     coulomb = wheel.per_inertia.coulomb
@@ -646,7 +646,7 @@ def set_off_or_hold(
 
 @compiled
 def _place_at_rest(
-    wheel: Wheel, omega: Omega, angle: float, at: Outside, state: RunningState
+    wheel: Wheel, omega: Omega, angle: float, at: Inputs, state: RunningState
 ) -> None:
     """Put the wheel at rest in the moving case at θ = angle."""
     q, plane = angle - at.tilt.value, state.planes[0]
@@ -662,7 +662,7 @@ LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
 """Longest step by its number of stages, as the angle ωh [rad].
 
 `events.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
-`events.BEYOND`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
+`events.OVERSHOOT`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
 """
 
 WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
@@ -755,29 +755,29 @@ def longest_step(
         amplitude = arc_of(amplitude, shape.k)
     stages = stages_of(machine, shape)
     # an impulse may come every half swing
-    most = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
-    constants, angles = gauss_constants(stages), [most]
+    longest_angle = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
+    constants, angles = gauss_constants(stages), [longest_angle]
     while angles[-1] > MIN_ANGLE:  # so that the longest step is found to 3 %
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:
         # the largest last Legendre coefficient of steps of ωh = angle, relative to the state, at
         # all phases but those over a kink
-        last = 0.0
+        tail_size = 0.0
         if amplitude != 0.0:
             phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
             turned = constants.nodes * angle
             x, y = amplitude * np.cos(phase + turned), -amplitude * np.sin(phase + turned)
             if machine.cam.kinked:
-                within = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
-                x, y = x[within], y[within]
+                is_one_sided = np.min(x, axis=1) * np.max(x, axis=1) >= 0.0
+                x, y = x[is_one_sided], y[is_one_sided]
             d1, d2 = disturbance_on_land(machine, shape, omega, x, y)
             cosine, sine = np.cos(turned), np.sin(turned)
             slopes = cosine * d1 - sine * d2, sine * d1 + cosine * d2
             tail = constants.projection[-1]
             tails = [np.max(np.abs(slope @ tail), initial=0.0) for slope in slopes]
-            last = angle / omega * float(max(tails)) / abs(amplitude)
-        return step_error(factor, last, False) <= TOLERANCE_SHARE * tolerance
+            tail_size = angle / omega * float(max(tails)) / abs(amplitude)
+        return step_error(factor, tail_size, False) <= TOLERANCE_SHARE * tolerance
 
     # the coefficient falls with the length of the step; the shortest step is always taken
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega

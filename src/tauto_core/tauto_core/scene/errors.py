@@ -45,7 +45,7 @@ class ArgumentText(str):
     def __new__(cls, *parts: str | Argument) -> ArgumentText:
         """Join texts, such texts too, and arguments."""
         text = super().__new__(cls, ''.join(map(str, parts)))
-        flat = (each.parts if isinstance(each, ArgumentText) else (each,) for each in parts)
+        flat = (item.parts if isinstance(item, ArgumentText) else (item,) for item in parts)
         text.parts = tuple(part for group in flat for part in group)
         return text
 
@@ -122,14 +122,14 @@ class Problem:
     @property
     def text(self) -> ArgumentText:
         """The problem as a message."""
-        found = '' if self.value is ABSENT else f' = {_SHORT.repr(self.value)}'
-        where = f'{self.key}{found}: ' if self.key else ''
+        value_text = '' if self.value is ABSENT else f' = {_SHORT.repr(self.value)}'
+        where = f'{self.key}{value_text}: ' if self.key else ''
         return ArgumentText(where, self.problem, '. ', self.remedy)
 
 
 def problems_where(*rows: tuple[object, str, object, str, str]) -> Iterator[Problem]:
     """Yield the problems of those rows whose condition, which comes first, holds."""
-    return (Problem(key, value, *said) for holds, key, value, *said in rows if holds)
+    return (Problem(key, value, *words) for holds, key, value, *words in rows if holds)
 
 
 class SceneError(TautoError):
@@ -162,14 +162,14 @@ class SceneError(TautoError):
         self.problem = problem
         self.remedy = remedy
         self.problems = (Problem(key, value, problem, remedy), *further)
-        lines = [part for each in self.problems for part in ('\n', f'{file}: ', each.text)]
+        lines = [part for item in self.problems for part in ('\n', f'{file}: ', item.text)]
         super().__init__(*lines[1:])
 
     @classmethod
     def of(cls, file: str, problems: Iterable[Problem]) -> SceneError:
         """Return the error of all problems of a scene, of which there is one at least."""
-        first, *further = problems
-        return cls(file, first.key, first.value, first.problem, first.remedy, further=further)
+        head, *further = problems
+        return cls(file, head.key, head.value, head.problem, head.remedy, further=further)
 
 
 @contextmanager

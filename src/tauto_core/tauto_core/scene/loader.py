@@ -53,12 +53,7 @@ from tauto_core.ship.airs import AirKind, RecordAir
 from tauto_core.ship.motions import FOLDER as SHIPS
 from tauto_core.ship.motions import ShipKind, StillShip
 from tauto_core.ship.passage import normal_gravity
-from tauto_core.ship.sampling import (
-    LARGEST_SLOW_TURN,
-    MOST_STEP_PARTS,
-    largest_turn,
-    rate_for,
-)
+from tauto_core.ship.sampling import LARGEST_SLOW_TURN, MOST_STEP_PARTS, largest_turn, rate_for
 from tauto_core.ship.sections import names_hindcast
 from tauto_core.ship.suspensions import FOLDER as SUSPENSIONS
 from tauto_core.ship.suspensions import SuspensionKind
@@ -143,10 +138,10 @@ class Scene(Section):
 
     @model_validator(mode='after')
     def _refuse_impossible_combinations(self) -> Scene:
-        found = tuple(self._problems())
-        if found:
+        problems = tuple(self._problems())
+        if problems:
             raise PydanticCustomError(
-                'combination', '{summary}', {'summary': str(found[0]), 'problems': found}
+                'combination', '{summary}', {'summary': str(problems[0]), 'problems': problems}
             )
         accuracy, ship = self.accuracy, self.ship
         if accuracy is not None and 'rate' not in ship.model_fields_set and not ship.lies_still:
@@ -189,9 +184,9 @@ class Scene(Section):
         The machine and gravity are always used. How the clock is observed, logged and computed
         (drift, log, solver) changes no rate.
         """
-        others = 'drag', 'escapement', 'ship', 'suspension', 'air', 'clock', 'voyage'
+        sections = 'drag', 'escapement', 'ship', 'suspension', 'air', 'clock', 'voyage'
         fields = type(self).model_fields
-        is_set = (name for name in others if getattr(self, name) != fields[name].default)
+        is_set = (name for name in sections if getattr(self, name) != fields[name].default)
         return tuple(name for name in is_set if name not in used)
 
     @property
@@ -328,12 +323,12 @@ class Scene(Section):
                 'midnight when the scene starts',
                 f'Leave it out, or write {DAY_S + begins!r}.',
             )
-        last, interval = voyage.log.at[-1], self.log.interval
-        if self.duration > last + 2.0 * interval:
+        end, interval = voyage.log.at[-1], self.log.interval
+        if self.duration > end + 2.0 * interval:
             yield Problem(
                 'duration',
                 self.duration,
-                f'is longer than the log, whose last entry is {last!r} s after the start',
+                f'is longer than the log, whose last entry is {end!r} s after the start',
                 'Leave it out, or make it shorter.',
             )
 
@@ -355,13 +350,13 @@ class Scene(Section):
     def _regulator_problems(self) -> Iterator[Problem]:
         """Yield the problems of the trochlea, or of the regulator in its place."""
         if self.regulator is not None:
-            others = {
+            sections = {
                 'trochlea': self.trochlea,
                 'drag': self.drag,
                 'escapement': self.escapement,
                 'suspension': self.suspension,
             }
-            yield from self.regulator.problems(others, self.ship.kind, still=self.lies_still)
+            yield from self.regulator.problems(sections, self.ship.kind, still=self.lies_still)
             if self.drift.covariates:
                 yield Problem(
                     'drift.covariates',
@@ -387,9 +382,9 @@ class Scene(Section):
 
 def _since_midnight(log: VoyageLog) -> float:
     """Return the time of day at Greenwich at which the scene of a log starts [s]."""
-    first = log.begins
-    midnight = first.replace(hour=0, minute=0, second=0, microsecond=0)
-    return ((first - midnight).total_seconds() - log.harbour_days * DAY_S) % DAY_S
+    begins = log.begins
+    midnight = begins.replace(hour=0, minute=0, second=0, microsecond=0)
+    return ((begins - midnight).total_seconds() - log.harbour_days * DAY_S) % DAY_S
 
 
 # -----------------------------------------------------------------------------
@@ -412,14 +407,14 @@ def unit_at(scene: Scene, path: str) -> str | None:
 
     Paths are those of `value_at`. An item of a list has the unit of the list's key.
     """
-    here: Any = scene
+    node: Any = scene
     unit = None
     for name in path.split('.'):
-        if isinstance(here, list | tuple) and name.isdecimal() and int(name) < len(here):
-            here = here[int(name)]
-        elif isinstance(here, Section) and name in type(here).model_fields:
-            unit = declared(type(here).model_fields[name].description)
-            here = getattr(here, name)
+        if isinstance(node, list | tuple) and name.isdecimal() and int(name) < len(node):
+            node = node[int(name)]
+        elif isinstance(node, Section) and name in type(node).model_fields:
+            unit = declared(type(node).model_fields[name].description)
+            node = getattr(node, name)
         else:
             return None
     return unit
@@ -427,11 +422,11 @@ def unit_at(scene: Scene, path: str) -> str | None:
 
 def remove_at(content: dict[str, Any], path: str) -> None:
     """Remove the key or item at a path, in place; where there is none, nothing happens."""
-    section, _, last = path.rpartition('.')
-    here: Any = value_at(content, section) if section else content
-    key = _key_in(here, last)
+    section, _, name = path.rpartition('.')
+    node: Any = value_at(content, section) if section else content
+    key = _key_in(node, name)
     if key is not None:
-        del here[key]
+        del node[key]
 
 
 def put_at(content: dict[str, Any], path: str, value: object) -> None:
@@ -440,16 +435,16 @@ def put_at(content: dict[str, Any], path: str, value: object) -> None:
     A KeyError where the path leads through something that is neither a mapping nor a list with
     such an item.
     """
-    *sections, last = path.split('.')
-    here: Any = content
+    *sections, leaf = path.split('.')
+    node: Any = content
     for name in sections:
-        if isinstance(here, dict) and here.get(name) is None:
-            here[name] = {}
-        here = value_at(here, name)
-    key = last if isinstance(here, dict) else _key_in(here, last)
+        if isinstance(node, dict) and node.get(name) is None:
+            node[name] = {}
+        node = value_at(node, name)
+    key = leaf if isinstance(node, dict) else _key_in(node, leaf)
     if key is None:
         raise KeyError(path)
-    here[key] = value
+    node[key] = value
 
 
 def _key_in(content: Any, name: str) -> str | int | None:
@@ -468,8 +463,8 @@ class _Dumper(yaml.SafeDumper):
 
 
 for _kind, (_pattern, _first_characters) in SCALARS.items():
-    _whole = re.compile(f'(?:{_pattern.pattern})$')
-    _Dumper.add_implicit_resolver(YAML_TAG + _kind, _whole, [*_first_characters, ''])
+    _full = re.compile(f'(?:{_pattern.pattern})$')
+    _Dumper.add_implicit_resolver(YAML_TAG + _kind, _full, [*_first_characters, ''])
 
 
 # A key at the left, or the path of one.
@@ -484,8 +479,8 @@ def read_mapping(text: str, origin: str) -> dict[str, Any]:
         raise SceneError(origin, '', text, error.problem, error.remedy) from None
     if not isinstance(content, dict):
         names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
-        found = 'nothing' if content is None else f'a {names[type(content)]}'
-        problem = f'holds {found}, but a scene is a mapping of keys to values'
+        kind = 'nothing' if content is None else f'a {names[type(content)]}'
+        problem = f'holds {kind}, but a scene is a mapping of keys to values'
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
     if any(not _WORD.fullmatch(key) for key in content):
         # its content is not repeated: a file named by mistake may be confidential
@@ -552,13 +547,13 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
         SceneError: all problems of the scene, with file, key, value and remedy.
         UsageError: neither a name nor a file.
     """
-    given = {key: value for key, value in overrides.items() if value is not None}
+    values = {key: value for key, value in overrides.items() if value is not None}
     if isinstance(scene, Scene):
-        if not given:
+        if not values:
             return scene
         content = read_mapping(scene_yaml(scene), scene.name)
-        set_values(content, given, scene.name)
-        return checked_scene(content, scene.name, given)
+        set_values(content, values, scene.name)
+        return checked_scene(content, scene.name, values)
     if scene == '':
         raise UsageError('scene: is empty. Give a built-in name or a YAML file')
     if not isinstance(scene, str | Path):
@@ -570,22 +565,22 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
     content = read_mapping(_read(file, origin), origin)
     content = {'name': file.stem} | content
     _resolve_paths(content, file.parent)
-    set_values(content, given, origin)
-    loaded = checked_scene(content, origin, given)
-    found = []
+    set_values(content, values, origin)
+    loaded = checked_scene(content, origin, values)
+    problems = []
     if loaded.trochlea is not None:
         for key, path in loaded.trochlea.cam.files():
-            found += missing_file(key, path)
+            problems += missing_file(key, path)
     for key, path, folders in loaded.ship.files():
-        found += missing_file(key, path, folders=folders)
+        problems += missing_file(key, path, folders=folders)
     voyage = loaded.voyage
     # a voyage may be cut short
-    if voyage is not None and voyage.sails_at > loaded.duration and 'duration' not in given:
-        said = f'lies beyond the end of the scene, duration {loaded.duration!r} s: she never sails'
+    if voyage is not None and voyage.sails_at > loaded.duration and 'duration' not in values:
+        why = f'lies beyond the end of the scene, duration {loaded.duration!r} s: she never sails'
         remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
-        found.append(Problem('voyage.sails_at', voyage.sails_at, said, remedy))
-    if found:
-        raise SceneError.of(origin, tuple(found))
+        problems.append(Problem('voyage.sails_at', voyage.sails_at, why, remedy))
+    if problems:
+        raise SceneError.of(origin, tuple(problems))
     return loaded
 
 
@@ -594,21 +589,21 @@ def origin_of(scene: str | Path | Scene) -> str:
     return scene.name if isinstance(scene, Scene) else str(scene)
 
 
-def set_values(content: dict[str, Any], given: Mapping[str, object], origin: str) -> None:
+def set_values(content: dict[str, Any], values: Mapping[str, object], origin: str) -> None:
     """Set values in the mapping of a scene by key or path, in place; `ABSENT` removes a key.
 
     Data paths are relative to the working directory. Refuses paths that no scene can have, and
     keys to remove that are none.
     """
-    section = given.get('solver')
-    asked = given.get('solver.accuracy') or (
+    section = values.get('solver')
+    accuracy = values.get('solver.accuracy') or (
         isinstance(section, Mapping) and section.get('accuracy')
     )
-    if asked and asked is not ABSENT:  # it replaces the scene's value
+    if accuracy and accuracy is not ABSENT:  # it replaces the scene's value
         remove_at(content, 'solver.tolerance')
-        if 'ship' not in given:
+        if 'ship' not in values:
             remove_at(content, 'ship.rate')
-    for path, value in given.items():
+    for path, value in values.items():
         if value is ABSENT:
             check_key(content, path, origin)
             remove_at(content, path)
@@ -626,7 +621,7 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
 
     A `SceneError` where the path has an empty name, or leads through something without keys.
     """
-    said, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
+    problem, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
     names = path.split('.')
     if all(names):
         try:
@@ -636,12 +631,12 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
         parent = '.'.join(names[:-1])
         named = value_at(content, parent)
         if isinstance(named, str) and parent.endswith(NAMED_SECTIONS):
-            said = f'{said}, whose {parent} is {named!r}'
+            problem = f'{problem}, whose {parent} is {named!r}'
             remedy = f'Write {parent} as a mapping, with {names[-1]} and all else in it.'
     else:
-        said = 'has an empty name'
+        problem = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'
-    raise SceneError(origin, path or "''", ABSENT, said, remedy)
+    raise SceneError(origin, path or "''", ABSENT, problem, remedy)
 
 
 def _plain(value: object) -> object:
@@ -649,9 +644,9 @@ def _plain(value: object) -> object:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
-        return {key: _plain(each) for key, each in value.items()}
+        return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
+        return [_plain(item) for item in value]
     return copy.deepcopy(value)
 
 
@@ -662,19 +657,19 @@ def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
     """
     if value_at(content, path) is not None:
         return
-    tried = copy.deepcopy(dict(content))
-    put_value(tried, path, 0.0, origin)
+    trial = copy.deepcopy(dict(content))
+    put_value(trial, path, 0.0, origin)
     try:
-        checked_scene(tried, origin)
+        checked_scene(trial, origin)
     except SceneError as error:
         unknown = [
-            each
-            for each in error.problems
-            if each.problem.startswith(NO_KEY) and f'{path}.'.startswith(f'{each.key}.')
+            item
+            for item in error.problems
+            if item.problem.startswith(NO_KEY) and f'{path}.'.startswith(f'{item.key}.')
         ]
         if unknown:
-            said, remedy = unknown[0].problem, unknown[0].remedy
-            raise SceneError(origin, path, ABSENT, said, remedy) from None
+            problem, remedy = unknown[0].problem, unknown[0].remedy
+            raise SceneError(origin, path, ABSENT, problem, remedy) from None
 
 
 def parse_scene(text: str, origin: str) -> Scene:
@@ -699,11 +694,11 @@ def scene_yaml(scene: Scene) -> str:
 
 
 def checked_scene(
-    content: dict[str, Any], origin: str, given: Mapping[str, object] = MappingProxyType({})
+    content: dict[str, Any], origin: str, overrides: Mapping[str, object] = MappingProxyType({})
 ) -> Scene:
     """Return the scene of a mapping as it stands in a YAML file; refuses as `parse_scene`.
 
-    `given` are the values in it that replace those of the file, by path, for errors.
+    `overrides` are the values in it that replace those of the file, by path, for errors.
     """
     ship = content.get('ship')
     if isinstance(ship, dict):
@@ -730,14 +725,14 @@ def checked_scene(
             content = with_hindcast_read(content, Scene.model_validate(bare), origin)
         return Scene.model_validate(content)
     except ValidationError as error:
-        found = list(explain(error, Scene))
-    for index, each in enumerate(found):
-        place = each.key.replace('[', '.').replace(']', '') + '.'
-        path = next((path for path in given if place.startswith(f'{path}.')), None)
+        problems = list(explain(error, Scene))
+    for index, item in enumerate(problems):
+        place = item.key.replace('[', '.').replace(']', '') + '.'
+        path = next((path for path in overrides if place.startswith(f'{path}.')), None)
         if path is not None:
-            said = f"{each.problem} ({path} is given, in place of the scene's)"
-            found[index] = Problem(each.key, each.value, said, each.remedy)
-    raise SceneError.of(origin, found)
+            text = f"{item.problem} ({path} is given, in place of the scene's)"
+            problems[index] = Problem(item.key, item.value, text, item.remedy)
+    raise SceneError.of(origin, problems)
 
 
 def _read(file: Path, origin: str) -> str:
@@ -745,9 +740,9 @@ def _read(file: Path, origin: str) -> str:
         raw = read_data(file, _LARGEST_FILE)
     except (FileNotFoundError, NotADirectoryError):
         shipped = shipped_scenes()
-        near = difflib.get_close_matches(origin, shipped, 1)
-        near = near or [each for each in shipped if origin in each][:1]
-        guess = f'Did you mean {near[0]}? ' if near else 'Check its path and name. '
+        matches = difflib.get_close_matches(origin, shipped, 1)
+        matches = matches or [name for name in shipped if origin in name][:1]
+        guess = f'Did you mean {matches[0]}? ' if matches else 'Check its path and name. '
         problem = 'there is no such file or built-in scene'
         remedy = f'{guess}`tauto scenes` lists the built-in scenes.'
     except IsADirectoryError:

@@ -70,11 +70,7 @@ and 0.4 s to read its definitions, a warm scene 0.8 s in all.
 """
 
 # The form of each section, of a sea's ship or of the scene, whose values are in a file.
-_FROM_FILES: dict[str, type[Section]] = {
-    **FILE_FORMS,
-    'air': AirRecordFile,
-    'voyage.log': LogFile,
-}
+_FROM_FILES: dict[str, type[Section]] = {**FILE_FORMS, 'air': AirRecordFile, 'voyage.log': LogFile}
 
 # The form of those whose values a hindcast has along the voyage.
 _FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
@@ -134,8 +130,8 @@ def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[typ
         if models:
             key = f'{path}.{name}' if path else name
             yield key, models
-            for each in models:
-                yield from _sections(each, key)
+            for section in models:
+                yield from _sections(section, key)
 
 
 def _of_kinds(title: str, models: tuple[type[BaseModel], ...]) -> str:
@@ -211,8 +207,8 @@ _ONE_LINE = (r'\p{Cc}\p{Zl}\p{Zp}', r'\u0000-\u001f\u007f-\u009f\u2028\u2029')
 
 def schema() -> dict[str, Any]:
     """Return the schema, of JSON Schema 2020-12."""
-    found = Scene.model_json_schema(ref_template=_REF + '{model}')
-    definitions = found['$defs']
+    content = Scene.model_json_schema(ref_template=_REF + '{model}')
+    definitions = content['$defs']
     for form in (*_FROM_FILES.values(), *_FROM_HINDCASTS.values()):
         of_file = form.model_json_schema(ref_template=_REF + '{model}')
         definitions |= of_file.pop('$defs', {})
@@ -225,7 +221,7 @@ def schema() -> dict[str, Any]:
     ship['weather']['anyOf'][0]['oneOf'].extend(
         {'$ref': f'{_REF}{form.__name__}'} for form in (RecordFile, HindcastFile)
     )
-    air = found['properties']['air']['anyOf'][0]
+    air = content['properties']['air']['anyOf'][0]
     air['oneOf'] += [
         {'$ref': f'{_REF}{form.__name__}'} for form in (AirRecordFile, AirHindcastFile)
     ]
@@ -239,45 +235,45 @@ def schema() -> dict[str, Any]:
     definitions['Waypoint'] = {'anyOf': [{'$ref': f'{_REF}Landfall'}, place]}
     # a section without `kind` is of the default kind, if there is one
     defaults = {folder.default for folder in _folders(Scene)}
-    names = [each.__name__ for each in all_kinds() if kind_of(each) not in defaults]
+    names = [kind.__name__ for kind in all_kinds() if kind_of(kind) not in defaults]
     forms = (RecordFile, HindcastFile, AirRecordFile, AirHindcastFile)
     for name in (*names, *(form.__name__ for form in forms)):
         definitions[name].setdefault('required', []).insert(0, 'kind')
-    found['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
-    found['allOf'] = [{'anyOf': [{'required': found.pop('required')}, by_log]}]
+    content['anyOf'] = [{'required': ['trochlea']}, {'required': ['regulator']}]
+    content['allOf'] = [{'anyOf': [{'required': content.pop('required')}, by_log]}]
     head = {'$schema': 'https://json-schema.org/draft/2020-12/schema', 'title': 'Scene of Tauto'}
-    cleaned: dict[str, Any] = _cleaned({**head, **found, 'title': head['title']})
+    cleaned: dict[str, Any] = _cleaned({**head, **content, 'title': head['title']})
     return cleaned
 
 
 def _cleaned(part: Any) -> Any:
     """Return a part without pydantic's discriminators and without titles that only repeat keys."""
     if isinstance(part, list):
-        return [_cleaned(each) for each in part]
+        return [_cleaned(item) for item in part]
     if isinstance(part, str):
         return part.replace(*_ONE_LINE)
     if not isinstance(part, dict):
         return part
-    kept = {key: value for key, value in part.items() if key != 'discriminator'}
-    if 'properties' in kept:
-        kept['properties'] = {
-            name: _or_with_unit(each) if declared(each.get('description')) else each
-            for name, each in (
-                (name, {key: value for key, value in each.items() if key != 'title'})
-                for name, each in kept['properties'].items()
+    content = {key: value for key, value in part.items() if key != 'discriminator'}
+    if 'properties' in content:
+        content['properties'] = {
+            name: _or_with_unit(item) if declared(item.get('description')) else item
+            for name, item in (
+                (name, {key: value for key, value in item.items() if key != 'title'})
+                for name, item in content['properties'].items()
             )
         }
-    return {key: _cleaned(value) for key, value in kept.items()}
+    return {key: _cleaned(value) for key, value in content.items()}
 
 
 def _or_with_unit(part: Any) -> Any:
     """Return a part in which a text with a unit may stand for each number."""
     if isinstance(part, list):
-        return [_or_with_unit(each) for each in part]
+        return [_or_with_unit(item) for item in part]
     if not isinstance(part, dict):
         return part
     if part.get('type') != 'number':
-        return {key: _or_with_unit(each) for key, each in part.items()}
+        return {key: _or_with_unit(item) for key, item in part.items()}
     # the limits are for numbers alone, the pattern for texts
     return {**part, 'type': ['number', 'string'], 'pattern': f'^{NUMBER} *[^ 0-9.,]'}
 
@@ -301,7 +297,7 @@ ENDINGS = ('.yaml', '.yml')
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
 """The sections that must be compatible, and the folders of their kinds."""
 
-ASKED = {'ship': SHIPS, **FOLDERS}
+CHOICES = {'ship': SHIPS, **FOLDERS}
 """The sections of a new scene whose kind can be chosen."""
 
 # Text that YAML reads as nothing but text.
@@ -362,19 +358,19 @@ _LEFT_OUT: dict[str, Any] = {
 def new_scene(name: str, kinds: Mapping[str, str]) -> str:
     """Return the text of a scene with comments, which runs as it is.
 
-    `kinds` are those of `ASKED` that are wanted; the others are chosen to be compatible. A
+    `kinds` are those of `CHOICES` that are wanted; the others are chosen to be compatible. A
     `UsageError` where one is not known, or they are not compatible.
     """
     wanted = {'ship': 'sea', **kinds}
     for key, kind in wanted.items():
-        known = [kind_of(model) for model in kinds_in(ASKED[key])]
-        if kind not in known:
-            near = get_close_matches(kind, known, 1)
-            guess = f'Did you mean {near[0]}? ' if near else ''
-            said = f': unknown kind. {guess}Use one of {", ".join(known)}'
-            raise UsageError(Argument(key, kind), said)
-    found = fitting({key: kind for key, kind in wanted.items() if key in FOLDERS})
-    content = _content(name, wanted['ship'], found)
+        names = [kind_of(model) for model in kinds_in(CHOICES[key])]
+        if kind not in names:
+            matches = get_close_matches(kind, names, 1)
+            guess = f'Did you mean {matches[0]}? ' if matches else ''
+            text = f': unknown kind. {guess}Use one of {", ".join(names)}'
+            raise UsageError(Argument(key, kind), text)
+    pairs = fitting({key: kind for key, kind in wanted.items() if key in FOLDERS})
+    content = _content(name, wanted['ship'], pairs)
     head = [
         f'# yaml-language-server: $schema={FILE.as_uri()}',
         '#',
@@ -394,21 +390,21 @@ def write_scene(file: str | None, text_of: Callable[[str], str]) -> str:
     """
     if file is None:
         return text_of('new_scene')
-    given, place = Argument('file', file), Path(file)
+    argument, place = Argument('file', file), Path(file)
     if file.endswith(os.sep) or place.is_dir():  # a Path drops the slash of a folder
-        raise UsageError(given, ': is a folder. Name a file in it, such as new.yaml')
+        raise UsageError(argument, ': is a folder. Name a file in it, such as new.yaml')
     if place.exists():
-        raise UsageError(given, ': exists, and is not replaced. Name another file')
+        raise UsageError(argument, ': exists, and is not replaced. Name another file')
     if not file.endswith(ENDINGS):
-        near = place.with_suffix(ENDINGS[0])
-        raise UsageError(given, f': must end in {" or ".join(ENDINGS)}. Use {near}')
+        example = place.with_suffix(ENDINGS[0])
+        raise UsageError(argument, f': must end in {" or ".join(ENDINGS)}. Use {example}')
     # the name of a file need not be text, that of a scene is
     text = text_of(place.stem.encode('utf-8', 'replace').decode())
     try:
         write_whole(place, text.encode())
     except OSError as error:
-        said = f': cannot be written: {error.strerror}. Name another file'
-        raise UsageError(given, said) from None
+        why = f': cannot be written: {error.strerror}. Name another file'
+        raise UsageError(argument, why) from None
     return text
 
 
@@ -426,8 +422,8 @@ def scene_of_design(design: WheelDesign, name: str) -> str:
         'power': {'kind': 'force', 'force': design.pull_n},
         'release_angle': 1.0,
     }
-    whole = {'name': name, 'duration': 3600.0, 'gravity': design.gravity_m_s2}
-    text = head + write_mapping({**whole, 'trochlea': trochlea})
+    settings = {'name': name, 'duration': 3600.0, 'gravity': design.gravity_m_s2}
+    text = head + write_mapping({**settings, 'trochlea': trochlea})
     parse_scene(text, name)
     return text
 
@@ -437,24 +433,24 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
 
     Kinds wanted that are not compatible are a `UsageError`, with kinds that are.
     """
-    found = _completed(wanted)
-    if found is not None:
-        return found
+    usual = _completed(wanted)
+    if usual is not None:
+        return usual
     # the smallest set of options that are not compatible
-    for key, other in product(wanted, wanted):
-        pair = {each: wanted[each] for each in (key, other)}
-        if key != other and _completed(pair) is None:
+    for key, second in product(wanted, wanted):
+        pair = {name: wanted[name] for name in (key, second)}
+        if key != second and _completed(pair) is None:
             wanted = pair
             break
-    others: list[str | Argument] = []
+    advice: list[str | Argument] = []
     for key in wanted:
-        rest = {each: kind for each, kind in wanted.items() if each != key}
-        fits = {row[key] for row in all_that_go() if rest.items() <= row.items()}
+        remainder = {name: kind for name, kind in wanted.items() if name != key}
+        fits = {row[key] for row in all_that_go() if remainder.items() <= row.items()}
         kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
         if kinds:
-            others += ['; or ', Argument(key, ' or '.join(kinds))]
+            advice += ['; or ', Argument(key, ' or '.join(kinds))]
     typed = [part for key, kind in wanted.items() for part in (' and ', Argument(key, kind))]
-    raise UsageError(*typed[1:], ': do not go together. Use ', *others[1:])
+    raise UsageError(*typed[1:], ': do not go together. Use ', *advice[1:])
 
 
 def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
@@ -502,7 +498,7 @@ def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
 
 
 def _model(key: str, kind: str) -> type[Kind]:
-    folder = ASKED[key]
+    folder = CHOICES[key]
     return next(model for model in kinds_in(folder) if kind_of(model) == kind)
 
 
@@ -531,30 +527,30 @@ def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
     }
 
 
-def _lines(model: type[BaseModel], given: Mapping[str, Any], path: str, edge: str) -> list[str]:
+def _lines(model: type[BaseModel], stated: Mapping[str, Any], path: str, edge: str) -> list[str]:
     """Return the keys of a model as lines of YAML, each after `edge`.
 
-    A key missing in `given` has its default or is commented out; `path` is that of the section.
+    A key missing in `stated` has its default or is commented out; `path` is that of the section.
     """
     lines: list[str] = []
     # the key of the kind first; keys that do not apply to the kind are left out
     for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind'):
-        if field.exclude or (name == 'gamma' and given.get('spectrum') != 'jonswap'):
+        if field.exclude or (name == 'gamma' and stated.get('spectrum') != 'jonswap'):
             continue
         key = f'{path}.{name}' if path else name
         # a section of which nothing is set is left out, too
         empty = isinstance(field.default, BaseModel) and not field.default.model_dump(
             exclude_none=True
         )
-        out = name not in given and (empty or field.default is None or field.is_required())
-        value = _LEFT_OUT.get(key) if out else given.get(name, field.default)
+        out = name not in stated and (empty or field.default is None or field.is_required())
+        value = _LEFT_OUT.get(key) if out else stated.get(name, field.default)
         section = _section(field, value, out=out)
         if section is None:
-            said = field.description or ''
+            text = field.description or ''
             if name == 'kind' and issubclass(model, Kind):
                 siblings = next(kinds.models for kinds in _folders(Scene) if model in kinds.models)
-                said = f'one of {", ".join(map(kind_of, siblings))}'
-            lines += _entry(edge, name, value, said, out=out)
+                text = f'one of {", ".join(map(kind_of, siblings))}'
+            lines += _entry(edge, name, value, text, out=out)
             continue
         if not path:
             lines.append(edge.rstrip())
@@ -582,22 +578,22 @@ def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] |
         kinds = one_of(field)
         if kinds is not None:
             tag = value.get('kind', kinds.default)
-            model = next(each for each in models if kind_of(cast(type[Kind], each)) == tag)
+            model = next(m for m in models if kind_of(cast(type[Kind], m)) == tag)
     return _FORMS.get(model, model)
 
 
-def _entry(edge: str, name: str, value: Any, said: str, *, out: bool) -> list[str]:
+def _entry(edge: str, name: str, value: Any, text: str, *, out: bool) -> list[str]:
     """Return a key with its value, and its meaning behind it, or above where the line is long."""
     key = f'{edge}{"#" if out else ""}{name}: {_yaml(value)}'.rstrip()
-    if not said:
+    if not text:
         return [key]
-    line = f'{key:<34}  # {said}'
+    line = f'{key:<34}  # {text}'
     if len(line) <= WIDTH:
         return [line]
     if len(key) > WIDTH:  # a list of mappings
-        key, *items = f'{edge}{name}:', *(f'{edge}  - {_yaml(each)}' for each in value)
-        return [*_prose(said, edge), key, *items]
-    return [*_prose(said, edge), key]
+        key, *items = f'{edge}{name}:', *(f'{edge}  - {_yaml(item)}' for item in value)
+        return [*_prose(text, edge), key, *items]
+    return [*_prose(text, edge), key]
 
 
 def _prose(text: str, edge: str = '') -> list[str]:
@@ -611,7 +607,7 @@ def _yaml(value: Any) -> str:
     if isinstance(value, list | tuple):
         return f'[{", ".join(map(_yaml, value))}]'
     if isinstance(value, dict):
-        return '{' + ', '.join(f'{key}: {_yaml(each)}' for key, each in value.items()) + '}'
+        return '{' + ', '.join(f'{key}: {_yaml(item)}' for key, item in value.items()) + '}'
     if isinstance(value, str):
         return value if _PLAIN.fullmatch(value) else json.dumps(value, ensure_ascii=False)
     return json.dumps(value)

@@ -81,19 +81,19 @@ def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...
 
     Of a file with thousands, which is no scene, they are the first hundred.
     """
-    found: list[Problem] = []
+    problems: list[Problem] = []
     details = error.errors(include_url=False)
     for detail in details[:_MOST_TOLD]:
         place = detail['loc']
         if detail['type'] == 'too_short' and any(
-            each['loc'][: len(place)] == place for each in details if each is not detail
+            item['loc'][: len(place)] == place for item in details if item is not detail
         ):
             continue  # its items were refused, so that none is counted
         if detail['type'] == 'combination':
-            found += detail['ctx']['problems']
+            problems += detail['ctx']['problems']
         else:
-            found.append(_problem(detail, root))
-    return tuple(found)
+            problems.append(_problem(detail, root))
+    return tuple(problems)
 
 
 def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
@@ -114,19 +114,19 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     elif kind == 'float_type' and isinstance(value, str) and (why := _misfit(value, field)):
         return Problem(key, value, why[0], f'{_give(key, field)} {why[1]}'.strip())
     elif kind in _KINDS:
-        found = '' if kind in _OF_TEXT else _found(value)
-        problem = f'must be {_KINDS[kind]}{found}'
+        suffix = '' if kind in _OF_TEXT else _found(value)
+        problem = f'must be {_KINDS[kind]}{suffix}'
     elif kind == 'literal_error':
         words = context['expected']
-        near = difflib.get_close_matches(str(value), re.findall(r"'(\w+)'", words), 1)
+        matches = difflib.get_close_matches(str(value), re.findall(r"'(\w+)'", words), 1)
         problem = f'must be {words}'
-        if near:
-            problem += f'; did you mean {near[0]}?'
+        if matches:
+            problem += f'; did you mean {matches[0]}?'
         elif not (isinstance(value, str) and "'" in words):
             problem += _found(value)
     elif kind in ('too_long', 'too_short'):
-        least, most = context.get('min_length'), context.get('max_length')
-        limit = f'at most {most}' if least is None else f'at least {least}'
+        low, high = context.get('min_length'), context.get('max_length')
+        limit = f'at most {high}' if low is None else f'at least {low}'
         problem = f'has {context["actual_length"]} items, the limit is {limit}'
     else:
         problem = detail['msg'][:1].lower() + detail['msg'][1:]
@@ -175,9 +175,9 @@ def _give(key: str, field: FieldInfo | None) -> str:
 
 def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tuple[str, str]:
     keys = list(owner.model_fields)
-    near = difflib.get_close_matches(name, keys, 1)
-    remedy = f'Did you mean `{near[0]}`? ' if near else ''
-    elsewhere = [_kinds(other) for other in _siblings(owner, root) if name in other.model_fields]
+    matches = difflib.get_close_matches(name, keys, 1)
+    remedy = f'Did you mean `{matches[0]}`? ' if matches else ''
+    elsewhere = [_kinds(kind) for kind in _siblings(owner, root) if name in kind.model_fields]
     tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
     if elsewhere:
         remedy += f'`{name}` is a key of {tag} {" or ".join(chain(*elsewhere))}. '
@@ -188,10 +188,10 @@ def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tu
 def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
     models = models_of(field)
     tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
-    kinds += [] if field is None else [str(each) for each in field.examples or ()]
-    given = value.get(tag) if isinstance(value, dict) else None
-    near = difflib.get_close_matches(str(given), kinds, 1)
-    guess = f'Did you mean {near[0]}? ' if near else ''
+    kinds += [] if field is None else [str(item) for item in field.examples or ()]
+    choice = value.get(tag) if isinstance(value, dict) else None
+    matches = difflib.get_close_matches(str(choice), kinds, 1)
+    guess = f'Did you mean {matches[0]}? ' if matches else ''
     remedy = f'{guess}Use one of {", ".join(kinds)}.'
     if not isinstance(value, dict) or tag not in value:
         return Problem(f'{key}.{tag}', ABSENT, 'is missing', remedy)
@@ -222,8 +222,8 @@ def one_of(field: FieldInfo) -> KindIn | None:
         for part in (*getattr(annotation, '__metadata__', ()), *get_args(annotation)):
             yield from walk(part)
 
-    said = (each for each in field.metadata if isinstance(each, KindIn))
-    return next(chain(said, walk(field.annotation)), None)
+    markers = (item for item in field.metadata if isinstance(item, KindIn))
+    return next(chain(markers, walk(field.annotation)), None)
 
 
 def _tag(model: type[BaseModel]) -> str:
@@ -249,9 +249,9 @@ def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseMo
         if owner in models:
             return [model for model in models if model is not owner]
         for model in models:
-            found = _siblings(owner, model)
-            if found:
-                return found
+            kinds = _siblings(owner, model)
+            if kinds:
+                return kinds
     return []
 
 
@@ -278,8 +278,8 @@ def _locate(
             continue
         if models:
             owner = models[0]
-        shown = part[:_LONGEST_KEY]
-        key = f'{key}.{shown}' if key else shown
+        text = part[:_LONGEST_KEY]
+        key = f'{key}.{text}' if key else text
         field = owner.model_fields.get(part)
     return key, field, owner
 
@@ -323,8 +323,8 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
     """Yield the numbers in the `SECTIONS` of a scene, other than 0, beyond these limits."""
     for key, value in _numbers('', content):
         size, remedy = abs(value), 'Check its unit.'
-        last = key.rpartition('.')[2].partition('[')[0]
-        may_vanish = last not in _OF_SHIPS if key.startswith('ship.') else key in _MAY_VANISH
+        name = key.rpartition('.')[2].partition('[')[0]
+        may_vanish = name not in _OF_SHIPS if key.startswith('ship.') else key in _MAY_VANISH
         if key == 'trochlea.release_angle' and size > LARGEST_TURNS * math.tau:
             end = '.'
             if size <= 360.0:
@@ -374,7 +374,7 @@ class GivenTimes:
         shortest_wave_s: shortest period of the given waves [s]; inf where there are none.
         still: whether the ship lies still; then the rate does not matter.
         step_ns: time between samples of the ship's motion [ns].
-        beyond: number of steps that are sent beyond the end.
+        overrun: number of steps that are sent beyond the end.
     """
 
     starts_at: float
@@ -386,7 +386,7 @@ class GivenTimes:
     shortest_wave_s: float
     still: bool
     step_ns: int
-    beyond: int
+    overrun: int
 
     def problems(self) -> Iterator[Problem]:
         """Yield the problems of them."""
@@ -395,13 +395,13 @@ class GivenTimes:
         if grid:
             return
         yield from _log_grid(self)
-        beyond_ns = self.beyond * self.step_ns
+        beyond_ns = self.overrun * self.step_ns
         end_ns = nanoseconds(self.starts_at) + nanoseconds(self.duration) + beyond_ns
         if end_ns > LAST_STAMP_S * 10**9:
             yield Problem(
                 'duration',
                 self.duration,
-                f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {self.beyond} steps beyond '
+                f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {self.overrun} steps beyond '
                 f'the end; ROS stamps end at {LAST_STAMP_S} s',
                 'Shorten it, or let starts_at be earlier.',
             )
@@ -453,9 +453,9 @@ def _near_rate(times: GivenTimes) -> float:
     common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
     fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
     least_hz, log_ns = 2.0 / times.shortest_wave_s, nanoseconds(times.log_interval)
-    enough = [near for near in (*common, *fast) if near > least_hz] or [fast[-1]]
-    fitting = [near for near in enough if log_ns % exact_step(near) == 0]
-    return min(fitting or enough, key=lambda near: abs(math.log(near / times.rate)))
+    enough = [rate for rate in (*common, *fast) if rate > least_hz] or [fast[-1]]
+    fitting = [rate for rate in enough if log_ns % exact_step(rate) == 0]
+    return min(fitting or enough, key=lambda rate: abs(math.log(rate / times.rate)))
 
 
 def _log_grid(times: GivenTimes) -> Iterator[Problem]:
@@ -467,22 +467,22 @@ def _log_grid(times: GivenTimes) -> Iterator[Problem]:
         'drift.observation_interval': times.observation_interval,
         **_of_lunars(times),
     }
-    apart = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
+    odd = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
     off_steps = interval_ns % step_ns
     # lengths in whole seconds fit a log as it is by default
-    if off_steps or (apart == lengths and all(each.is_integer() for each in lengths.values())):
-        said = (
+    if off_steps or (odd == lengths and all(size.is_integer() for size in lengths.values())):
+        text = (
             f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
         )
-        each = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
+        words = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
         yield Problem(
             'log.interval',
             interval,
-            said if off_steps else f'does not divide {each}',
+            text if off_steps else f'does not divide {words}',
             f'Use {_fitting(interval_ns, step_ns, map(nanoseconds, lengths.values()))}.',
         )
         return
-    for key, value in apart.items():
+    for key, value in odd.items():
         yield Problem(
             key,
             value,
@@ -495,17 +495,17 @@ def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
     """Return the nearest log intervals that are whole steps and, if there are such, divide all
     lengths.
     """
-    steps, rest = divmod(math.gcd(*lengths_ns), step_ns)
-    if rest:
+    steps, remainder = divmod(math.gcd(*lengths_ns), step_ns)
+    if remainder:
         return _multiple(interval_ns, step_ns)
     parts = steps * step_ns / interval_ns
-    more, fewer = count(math.ceil(parts)), range(math.floor(parts), 0, -1)
-    near = [
+    up, fewer = count(math.ceil(parts)), range(math.floor(parts), 0, -1)
+    divisors = [
         next((steps // n for n in islice(counts, _MOST_TRIED) if steps % n == 0), None)
-        for counts in (more, fewer)
+        for counts in (up, fewer)
     ]
-    found = dict.fromkeys(_digits(each * step_ns) for each in near if each)
-    return ' or '.join(found) + ' s' if found else _multiple(interval_ns, step_ns)
+    values = dict.fromkeys(_digits(n * step_ns) for n in divisors if n)
+    return ' or '.join(values) + ' s' if values else _multiple(interval_ns, step_ns)
 
 
 def _of_lunars(times: GivenTimes) -> dict[str, float]:

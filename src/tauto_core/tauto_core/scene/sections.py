@@ -100,12 +100,12 @@ class Section(BaseModel):
     def _numbers_of_units(cls, keys: Any) -> Any:
         if not isinstance(keys, dict):
             return keys
-        found = {}
+        numbers = {}
         for key, value in keys.items():
             if key in cls.model_fields and in_words(value):
                 unit = declared(cls.model_fields[key].description)
-                found[key] = value if unit is None else in_unit(value, unit)
-        return {**keys, **found} if found else keys
+                numbers[key] = value if unit is None else in_unit(value, unit)
+        return {**keys, **numbers} if numbers else keys
 
 
 # -----------------------------------------------------------------------------
@@ -139,7 +139,7 @@ def kinds_in(folder: str) -> tuple[type[Kind], ...]:
     """
     package = import_module(folder)
     kinds: list[type[Kind]] = list(getattr(package, 'KINDS', ()))
-    for name in sorted(each.name for each in pkgutil.iter_modules(package.__path__)):
+    for name in sorted(item.name for item in pkgutil.iter_modules(package.__path__)):
         module = import_module(f'{folder}.{name}')
         kinds += getattr(module, 'KINDS', None) or [module.KIND]
     return tuple(sorted(kinds, key=lambda kind: kind.rank))
@@ -376,11 +376,11 @@ class DriftSettings(Section):
                 yield Problem(
                     'drift.covariates', named, f'names {name} twice', 'Name each of them once.'
                 )
-        given = {} if self.coefficients is None else self.coefficients.model_dump()
-        for key in (key for key, stated in given.items() if stated and key not in named):
+        values = {} if self.coefficients is None else self.coefficients.model_dump()
+        for key in (key for key, stated in values.items() if stated and key not in named):
             yield Problem(
                 f'drift.coefficients.{key}',
-                given[key],
+                values[key],
                 f'has no use: drift.covariates does not name {key}',
                 f'Write covariates: [{", ".join([*named, key])}], or leave the coefficient out.',
             )
@@ -413,7 +413,7 @@ class Solver(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the problems of the accuracy or the tolerance."""
-        for name, least, most, low, high in (
+        for name, floor, top, low, high in (
             (
                 'accuracy',
                 LEAST_ACCURACY,
@@ -430,13 +430,13 @@ class Solver(Section):
             ),
         ):
             value = getattr(self, name)
-            if value is None or least <= value <= most:
+            if value is None or floor <= value <= top:
                 continue
             yield Problem(
                 f'solver.{name}',
                 value,
-                f'is below {least:g}{low}' if value < least else f'must be at most {most:g}{high}',
-                f'Leave it out, or use {least if value < least else most:g}.',
+                f'is below {floor:g}{low}' if value < floor else f'must be at most {top:g}{high}',
+                f'Leave it out, or use {floor if value < floor else top:g}.',
             )
         if self.accuracy is not None and self.tolerance is not None:
             yield Problem(
@@ -531,8 +531,8 @@ temperature of the air [°C]."""
 def has_wind(entry: LogEntry) -> bool:
     """Return whether an entry says enough of the wind for a sea to grow, or not to grow."""
     wind_from, wind = entry[3:5]
-    known = wind_from is not None and wind_from not in VARIABLE_WINDS
-    return wind is not None and (wind < LEAST_WIND or known)
+    has_direction = wind_from is not None and wind_from not in VARIABLE_WINDS
+    return wind is not None and (wind < LEAST_WIND or has_direction)
 
 
 class EntryProblem(NamedTuple):
@@ -553,14 +553,14 @@ def log_time(text: str) -> datetime.datetime:
 @lru_cache(maxsize=64)
 def _days(texts: tuple[str, ...]) -> tuple[float, ...]:
     """Return the times of entries since the first one [days], parsed once a passage."""
-    times = [log_time(each) for each in texts]
-    return tuple((each - times[0]).total_seconds() / DAY_S for each in times)
+    times = [log_time(text) for text in texts]
+    return tuple((time - times[0]).total_seconds() / DAY_S for time in times)
 
 
-def nautical_miles(one: Position, other: Position) -> float:
+def nautical_miles(a: Position, b: Position) -> float:
     """Return the distance between two places on a sphere [nmi], good to half a per cent."""
-    south, north = math.radians(one[0]), math.radians(other[0])
-    east = math.radians(other[1] - one[1])
+    south, north = math.radians(a[0]), math.radians(b[0])
+    east = math.radians(b[1] - a[1])
     part = math.sin(0.5 * (north - south)) ** 2
     part += math.cos(south) * math.cos(north) * math.sin(0.5 * east) ** 2
     return 10_800.0 / math.pi * 2.0 * math.asin(math.sqrt(min(part, 1.0)))
@@ -569,8 +569,8 @@ def nautical_miles(one: Position, other: Position) -> float:
 def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iterator[EntryProblem]:
     """Yield the problems of the entries of a log: times, jumps, winds and temperatures."""
     if len(entries) < 2:
-        said = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
-        yield EntryProblem(0, '', ABSENT, f'{said}: she sails from one to the next', 'Add more.')
+        why = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
+        yield EntryProblem(0, '', ABSENT, f'{why}: she sails from one to the next', 'Add more.')
     times: list[datetime.datetime] = []
     for number, (utc, latitude, longitude, *_) in enumerate(entries):
         try:
@@ -584,22 +584,22 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
         took_s = (times[-1] - times[-2]).total_seconds()
         miles = nautical_miles(entries[number - 1][1:3], (latitude, longitude))
         if took_s < NEAREST_ENTRIES_S:
-            said = 'is the time of the entry before, too'
+            why = 'is the time of the entry before, too'
             if took_s < 0.0:
-                said = f'is earlier than the entry before, {entries[number - 1][0]}'
+                why = f'is earlier than the entry before, {entries[number - 1][0]}'
             elif took_s > 0.0:
-                said = f'comes {took_s / 60.0:.3g} minutes after the entry before'
+                why = f'comes {took_s / 60.0:.3g} minutes after the entry before'
             remedy = 'Sort the entries, and keep one of two that are less than an hour apart.'
-            yield EntryProblem(number, 'utc', utc, said, remedy)
+            yield EntryProblem(number, 'utc', utc, why, remedy)
         elif took_s > longest_gap_days * DAY_S:
-            said = f'comes {took_s / DAY_S:.3g} days after the entry before; more than '
-            said += f'{longest_gap_days:g} (longest_gap_days) are not bridged'
-            yield EntryProblem(number, 'utc', utc, said, 'Cut the passage there, or fill the gap.')
+            why = f'comes {took_s / DAY_S:.3g} days after the entry before; more than '
+            why += f'{longest_gap_days:g} (longest_gap_days) are not bridged'
+            yield EntryProblem(number, 'utc', utc, why, 'Cut the passage there, or fill the gap.')
         elif miles > FASTEST_KNOTS * took_s / 3600.0:
-            said = f'is {miles:.0f} nautical miles from the entry before, {took_s / 3600.0:.3g} '
-            said += f'hours earlier; she makes at most {FASTEST_KNOTS:g} knots'
+            why = f'is {miles:.0f} nautical miles from the entry before, {took_s / 3600.0:.3g} '
+            why += f'hours earlier; she makes at most {FASTEST_KNOTS:g} knots'
             remedy = 'Correct the place, or cut the passage where the reckoning was corrected.'
-            yield EntryProblem(number, 'latitude', [latitude, longitude], said, remedy)
+            yield EntryProblem(number, 'latitude', [latitude, longitude], why, remedy)
 
 
 def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
@@ -608,18 +608,18 @@ def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
     if abs(latitude) > HIGHEST_LATITUDE_DEG:
         yield EntryProblem(number, 'latitude', latitude, _NEAR_A_POLE, 'Correct it.')
     if wind_from is not None and not 0.0 <= wind_from <= 360.0 and wind_from not in VARIABLE_WINDS:
-        said = 'must lie between 0 and 360 degrees from true north'
+        why = 'must lie between 0 and 360 degrees from true north'
         remedy = 'Leave it empty if the wind was variable.'
-        yield EntryProblem(number, 'wind_from_deg', wind_from, said, remedy)
+        yield EntryProblem(number, 'wind_from_deg', wind_from, why, remedy)
     if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
-        said = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
+        why = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
         remedy = 'Leave it empty where there is none.'
         if wind > 0.0:
             remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
-        yield EntryProblem(number, 'wind_mps', wind, said, remedy)
+        yield EntryProblem(number, 'wind_mps', wind, why, remedy)
     if celsius is not None and not AIR_CELSIUS[0] <= celsius <= AIR_CELSIUS[1]:
-        said = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
-        yield EntryProblem(number, 'air_celsius', celsius, said, 'Give it in °C.')
+        why = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
+        yield EntryProblem(number, 'air_celsius', celsius, why, 'Give it in °C.')
 
 
 # Keys of a log-book, whether its entries are in the scene or in a file.
@@ -657,7 +657,7 @@ class VoyageLog(Section):
     @property
     def days(self) -> tuple[float, ...]:
         """Times of the entries since the first one [days]."""
-        return _days(tuple(each[0] for each in self.entries))
+        return _days(tuple(entry[0] for entry in self.entries))
 
     @property
     def at(self) -> tuple[float, ...]:
@@ -671,25 +671,25 @@ class VoyageLog(Section):
 
     def problems(self) -> Iterator[Problem]:
         """Yield the problems of its entries."""
-        for each in entry_problems(self.entries, self.longest_gap_days):
+        for item in entry_problems(self.entries, self.longest_gap_days):
             yield Problem(
-                f'voyage.log.entries[{each.entry}]',
-                each.value,
-                f'{each.column} {each.problem}'.lstrip(),
-                each.remedy,
+                f'voyage.log.entries[{item.entry}]',
+                item.value,
+                f'{item.column} {item.problem}'.lstrip(),
+                item.remedy,
             )
 
     def itinerary(self) -> dict[str, Any]:
         """Return the keys of the voyage that follow from the log."""
-        first, *between, last = (each[1:3] for each in self.entries)
-        sails_at, *passed, arrives_at = self.at
+        start, *between, end = (entry[1:3] for entry in self.entries)
+        sails_at, *times, arrives_at = self.at
         return {
-            'departure': first,
+            'departure': start,
             'waypoints': [
-                {'place': place, 'at': at} for place, at in zip(between, passed, strict=True)
+                {'place': place, 'at': at} for place, at in zip(between, times, strict=True)
             ]
             or None,
-            'arrival': last,
+            'arrival': end,
             'date': self.begins.date(),
             'sails_at': sails_at,
             'arrives_at': arrives_at,
@@ -770,7 +770,7 @@ class Itinerary(Section):
         follows: dict[str, Any] = {'departure': (0.0, 0.0), 'arrival': (0.0, 0.0), 'sails_at': 0.0}
         if log is not None:
             follows = log.itinerary()
-        given = tuple(
+        problems = tuple(
             Problem(
                 f'voyage.{key}',
                 keys[key],
@@ -780,9 +780,9 @@ class Itinerary(Section):
             for key in _BY_LOG
             if keys.get(key) is not None
         )
-        if given:
+        if problems:
             raise PydanticCustomError(
-                'combination', '{summary}', {'summary': str(given[0]), 'problems': given}
+                'combination', '{summary}', {'summary': str(problems[0]), 'problems': problems}
             )
         return {**keys, **follows}
 
@@ -796,13 +796,13 @@ class Itinerary(Section):
     @property
     def places(self) -> tuple[Position, ...]:
         """Departure, waypoints, arrival."""
-        between = (each.place for each in self.waypoints or ())
+        between = (point.place for point in self.waypoints or ())
         return (self.departure, *between, self.arrival)
 
     @property
     def times(self) -> tuple[float | None, ...]:
         """When she is at each of the places [s]; None where it follows from the way."""
-        between = (each.at for each in self.waypoints or ())
+        between = (point.at for point in self.waypoints or ())
         return (self.sails_at, *between, self.arrives_at)
 
     def day_at(self, stamp_s: float, starts_at: float) -> float:
@@ -863,24 +863,24 @@ class Itinerary(Section):
                     _NEAR_A_POLE,
                     'Choose a place farther from the pole.',
                 )
-        for index, (one, other) in enumerate(pairwise(self.places), 1):
-            apart = abs(math.remainder(other[1] - one[1], 360.0))
-            same = max(abs(other[0] - one[0]), apart) < SAME_PLACE_DEG
+        for index, (a, b) in enumerate(pairwise(self.places), 1):
+            turn = abs(math.remainder(b[1] - a[1], 360.0))
+            is_same = max(abs(b[0] - a[0]), turn) < SAME_PLACE_DEG
             lies_there = None not in self.times[index - 1 : index + 1]
             # a ship may lie in port throughout, but then a time of arrival is needed
-            if same and not lies_there and (self.waypoints or self.speed is not None):
+            if is_same and not lies_there and (self.waypoints or self.speed is not None):
                 yield Problem(
                     key_of_place(self, index),
-                    list(other),
+                    list(b),
                     f'is the same place as {key_of_place(self, index - 1)}, before it',
                     'Leave one of them out, correct it, or say by `at` how long she lies there.'
                     if self.waypoints
                     else 'Give arrives_at in place of speed, or another place.',
                 )
-            elif self.track == 'rhumb' and apart == 180.0:
+            elif self.track == 'rhumb' and turn == 180.0:
                 yield Problem(
                     key_of_place(self, index),
-                    list(other),
+                    list(b),
                     f'is 180° of longitude from {key_of_place(self, index - 1)}: the rhumb lines '
                     'to the east and to the west are equally long',
                     'Put a waypoint on the side that is meant.',
@@ -898,14 +898,14 @@ class Itinerary(Section):
                 'Give arrives_at in place of speed.',
             )
             return
-        for (before, earlier), (index, at) in pairwise(timed):
-            first_to_last = before == 0 and index == len(self.places) - 1
+        for (prior, earlier), (index, at) in pairwise(timed):
+            first_to_last = prior == 0 and index == len(self.places) - 1
             if not first_to_last and nanoseconds(at) <= nanoseconds(earlier):
                 key = key_of_place(self, index)
                 yield Problem(
                     'voyage.arrives_at' if key == 'voyage.arrival' else f'{key}.at',
                     at,
-                    f'must be later than the time of {key_of_place(self, before)}, {earlier!r} s',
+                    f'must be later than the time of {key_of_place(self, prior)}, {earlier!r} s',
                     'Give the places in the order of the voyage, from the start of the scene.',
                 )
 
@@ -920,5 +920,5 @@ def key_of_place(voyage: Itinerary, index: int) -> str:
         return f'voyage.log.entries[{index}]'
     if index == 0:
         return 'voyage.departure'
-    last = len(voyage.places) - 1
-    return 'voyage.arrival' if index == last else f'voyage.waypoints[{index - 1}]'
+    arrival = len(voyage.places) - 1
+    return 'voyage.arrival' if index == arrival else f'voyage.waypoints[{index - 1}]'

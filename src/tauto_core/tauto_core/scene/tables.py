@@ -114,8 +114,8 @@ def missing_file(
     except (FileNotFoundError, NotADirectoryError):
         return [Problem(key, path, 'there is no such file', remedy)]
     except (OSError, ValueError) as error:
-        said = f'cannot be read: {getattr(error, "strerror", None) or error}'
-        return [Problem(key, path, said, remedy)]
+        problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
+        return [Problem(key, path, problem, remedy)]
     if file.is_dir() and not folders:
         bag = '; for a bag give ship.recorded.topic' if key == 'ship.recorded.path' else ''
         remedy = f'Name the file in it{bag}.'
@@ -133,19 +133,19 @@ def why_unreadable(file: Path, *, bag: bool = False) -> str:
     writer blocks, and a device such as /dev/zero has no end. A bag may be a folder, of any size.
     """
     try:
-        found = file.stat()
+        status = file.stat()
     except OSError as error:
         return f'cannot be read: {error.strerror}'
-    if bag and stat.S_ISDIR(found.st_mode):
+    if bag and stat.S_ISDIR(status.st_mode):
         return ''
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(status.st_mode):
         return 'is not a regular file; pipes, devices and folders are not read'
-    if found.st_size > LARGEST_BYTES and not bag:
-        return f'has {found.st_size} bytes; a data file may have at most {LARGEST_BYTES}'
+    if status.st_size > LARGEST_BYTES and not bag:
+        return f'has {status.st_size} bytes; a data file may have at most {LARGEST_BYTES}'
     return ''
 
 
-def read_data(file: Path, most: int = LARGEST_BYTES) -> bytes:
+def read_data(file: Path, limit: int = LARGEST_BYTES) -> bytes:
     """Return the content of a regular file of at most so many bytes; another is an OSError.
 
     What grows while it is read, or states no size (`/proc`), ends at the limit as well.
@@ -155,9 +155,9 @@ def read_data(file: Path, most: int = LARGEST_BYTES) -> bytes:
     if reason := why_unreadable(file):
         raise OSError(errno.EINVAL, reason)
     with file.open('rb') as stream:
-        content = stream.read(most + 1)
-    if len(content) > most:
-        raise OSError(errno.EFBIG, f'it has more than {most} bytes')
+        content = stream.read(limit + 1)
+    if len(content) > limit:
+        raise OSError(errno.EFBIG, f'it has more than {limit} bytes')
     return content
 
 
@@ -177,8 +177,8 @@ def header_words(cells: Sequence[str]) -> str:
 
 def words_of(error: Exception) -> str:
     """Return the first words of a library's error, without its quotations of a file."""
-    said = re.split('[\'"`\\n]', str(error))[0].strip()
-    return f'{type(error).__name__}: {said}' if said else type(error).__name__
+    words = re.split('[\'"`\\n]', str(error))[0].strip()
+    return f'{type(error).__name__}: {words}' if words else type(error).__name__
 
 
 # -----------------------------------------------------------------------------
@@ -299,16 +299,16 @@ class Columns:
                 (column.least, values < column.least, 'at least'),
                 (column.most, values > column.most, 'at most'),
             )
-            wrong = np.flatnonzero(np.logical_or.reduce([beyond for _, beyond, _ in limits]))
+            wrong = np.flatnonzero(np.logical_or.reduce([mask for _, mask, _ in limits]))
             if wrong.size:
-                said = [f'{word} {limit:g}' for limit, _, word in limits if math.isfinite(limit)]
-                problem = f'must be {" and ".join(said)}{unit}'
+                words = [f'{word} {limit:g}' for limit, _, word in limits if math.isfinite(limit)]
+                problem = f'must be {" and ".join(words)}{unit}'
                 problem += f': {column.why}' if column.why else ''
                 raise self.refusal(int(wrong[0]), column.name, problem, column.remedy)
             wrong = np.flatnonzero(values[1:] <= values[:-1]) if column.rising else wrong
             if wrong.size:
-                before = float(values[wrong[0]])
-                problem = f'must be {column.rising}, {before!r}{unit}'
+                previous = float(values[wrong[0]])
+                problem = f'must be {column.rising}, {previous!r}{unit}'
                 raise self.refusal(int(wrong[0]) + 1, column.name, problem, column.remedy)
 
     def gaps(
@@ -360,7 +360,7 @@ def read_table(
                 raise SceneError(path, f'line 1, column {column.name}', ABSENT, problem, remedy)
             if column.name in header:
                 wanted.append((column, header.index(column.name), array('d')))
-        wanted.sort(key=lambda each: each[0].gaps != 'skip')
+        wanted.sort(key=lambda item: item[0].gaps != 'skip')
         places = array('q')
         for line, cells in rows:
             if not ''.join(cells).strip():
@@ -368,15 +368,15 @@ def read_table(
             if len(cells) != len(header):
                 problem = f'has {len(cells)} cells, the header {len(header)}'
                 raise SceneError(path, f'line {line}', ABSENT, problem, CORRECT)
-            found = []
+            row = []
             for column, place, _ in wanted:
                 number = column.number(path, line, cells[place])
                 if column.gaps == 'skip' and math.isnan(number):
                     break
-                found.append(number)
+                row.append(number)
             else:
                 places.append(line)
-                for (_, _, numbers), number in zip(wanted, found, strict=True):
+                for (_, _, numbers), number in zip(wanted, row, strict=True):
                     numbers.append(number)
     if not places and not any(column.gaps == 'skip' for column in columns):
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', remedy)

@@ -49,14 +49,14 @@ class Unit(NamedTuple):
 
     def to(self, power: int) -> Unit:
         """Return a power of the unit."""
-        powers = tuple(power * each for each in self.powers)
+        powers = tuple(power * p for p in self.powers)
         return Unit(self.scale**power, powers, power * self.degrees)  # type: ignore[arg-type]
 
-    def by(self, other: Unit) -> Unit:
+    def by(self, unit: Unit) -> Unit:
         """Return the product of two units."""
-        powers = tuple(map(sum, zip(self.powers, other.powers, strict=True)))
-        degrees = self.degrees + other.degrees
-        return Unit(self.scale * other.scale, powers, degrees)  # type: ignore[arg-type]
+        powers = tuple(map(sum, zip(self.powers, unit.powers, strict=True)))
+        degrees = self.degrees + unit.degrees
+        return Unit(self.scale * unit.scale, powers, degrees)  # type: ignore[arg-type]
 
 
 _KINDS = {
@@ -78,7 +78,7 @@ _KINDS = {
 def unit_table() -> dict[str, Unit]:
     """Return all units by name; those with prefixes and plurals among them."""
     kinds = {kind: powers for powers, kind in _KINDS.items()}
-    found: dict[str, Unit] = {}
+    table: dict[str, Unit] = {}
     for kind, units in {
         'length': 'm 1, ft 0.3048, in 0.0254, yd 0.9144, fathom 1.8288, nmi 1852, '
         f'rhenish_foot {RHENISH_FOOT_M}, paris_foot {PARIS_FOOT_M}',
@@ -90,9 +90,9 @@ def unit_table() -> dict[str, Unit]:
         'force': 'N 1',
         'energy or torque': 'J 1',
     }.items():
-        for name, size in (each.split() for each in units.split(', ')):
-            found[name] = Unit(Fraction(size), kinds[kind])
-    found |= {
+        for name, size in (item.split() for item in units.split(', ')):
+            table[name] = Unit(Fraction(size), kinds[kind])
+    table |= {
         'scruple': Unit(Fraction(str(RHENISH_FOOT_M)) / 1000, kinds['length']),
         'paris_inch': Unit(Fraction(str(PARIS_FOOT_M)) / 12, kinds['length']),
         'paris_line': Unit(Fraction(str(PARIS_FOOT_M)) / 144, kinds['length']),
@@ -109,8 +109,8 @@ def unit_table() -> dict[str, Unit]:
         for name in ('m', 'g', 's', 'rad', 'Hz', 'N', 'J'):
             # nm is left out, since sailors mean nautical miles; cs or km of these are not in use
             if prefix + name != 'nm' and (prefix != 'c' or name == 'm'):
-                found[prefix + name] = Unit(factor * found[name].scale, found[name].powers)
-    for name, others in {
+                table[prefix + name] = Unit(factor * table[name].scale, table[name].powers)
+    for name, aliases in {
         'm': 'metre metres meter meters',
         'ft': 'foot feet',
         'in': 'inch inches',
@@ -132,14 +132,14 @@ def unit_table() -> dict[str, Unit]:
         'degF': '°F fahrenheit',
         'K': 'kelvin',
     }.items():
-        found |= dict.fromkeys(others.split(), found[name])
-    return found
+        table |= dict.fromkeys(aliases.split(), table[name])
+    return table
 
 
 NUMBER = r'[-+−]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?'
 """The number in front of a unit, as a regular expression."""
 _MEASURE = rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})'
-_FIRST = frozenset('+-−.0123456789')
+_BEGINNINGS = frozenset('+-−.0123456789')
 _FACTOR = r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?'
 # Characters of a text that are read.
 _LONGEST = 80
@@ -153,8 +153,8 @@ def unit_of(text: str) -> Unit | None:
     if text in table:
         return table[text]
     product, *divisors = text.split('/')
-    found = Unit(Fraction(1), (0, 0, 0, 0, 0))
-    for sign, part in ((1, product), *((-1, each) for each in divisors)):
+    result = Unit(Fraction(1), (0, 0, 0, 0, 0))
+    for sign, part in ((1, product), *((-1, divisor) for divisor in divisors)):
         factors = re.split(r'\s*[·*]\s*|\s+', part.strip().replace('**', '^'))
         if sign < 0 and len(factors) > 1:
             return None  # m/s kg is ambiguous
@@ -165,16 +165,16 @@ def unit_of(text: str) -> Unit | None:
             unit = table.get(match[1]) if match else None
             if match is None or unit is None or unit.zero:
                 return None
-            found = found.by(unit.to(sign * int(match[2] or 1)))
-    return found
+            result = result.by(unit.to(sign * int(match[2] or 1)))
+    return result
 
 
 @cache
 def declared(description: str | None) -> str | None:
     """Return the unit in brackets that a description of a key or an option declares; or None."""
-    for said in re.findall(r'\[([^\[\]]+)\]', description or ''):
-        if unit_of(said) is not None:
-            return str(said)
+    for text in re.findall(r'\[([^\[\]]+)\]', description or ''):
+        if unit_of(text) is not None:
+            return str(text)
     return 'deg' if 'in degrees' in (description or '') else None
 
 
@@ -183,39 +183,39 @@ def in_words(value: object) -> bool:
     if isinstance(value, str):
         text = value.strip()[: _LONGEST + 1]
         # most texts are words, for which no expression need be compiled
-        return text[:1] in _FIRST and re.fullmatch(_MEASURE, text) is not None
+        return text[:1] in _BEGINNINGS and re.fullmatch(_MEASURE, text) is not None
     if isinstance(value, list | tuple) and not {str, list, tuple}.isdisjoint(map(type, value)):
         return any(map(in_words, value))
     return False
 
 
-def in_unit(value: object, asked: str) -> object:
-    """Return the number in the unit `asked` of a text with a number and a unit.
+def in_unit(value: object, unit: str) -> object:
+    """Return the number in a unit of a text with a number and a unit.
 
     Texts in lists become numbers, too. Other values are returned unchanged.
     """
     if isinstance(value, str):
-        number = _number(value, asked)
+        number = _number(value, unit)
         return value if number is None else number
     if isinstance(value, list | tuple) and in_words(value):
-        return [in_unit(each, asked) for each in value]
+        return [in_unit(item, unit) for item in value]
     return value
 
 
-def _number(text: str, asked: str) -> float | None:
+def _number(text: str, unit: str) -> float | None:
     """Return the number in a unit; None where the text is none of its kind."""
     match = re.fullmatch(_MEASURE, text.strip()[: _LONGEST + 1])
-    given, wanted = unit_of(match[2]) if match else None, unit_of(asked)
-    if match is None or given is None or wanted is None or given.powers != wanted.powers:
+    source, wanted = unit_of(match[2]) if match else None, unit_of(unit)
+    if match is None or source is None or wanted is None or source.powers != wanted.powers:
         return None
-    if given.zero and not wanted.zero:
+    if source.zero and not wanted.zero:
         return None  # a temperature is not a difference of temperatures
-    size = Fraction(match[1].replace('−', '-')) * given.scale + given.zero - wanted.zero
+    size = Fraction(match[1].replace('−', '-')) * source.scale + source.zero - wanted.zero
     try:
         number = float(size / wanted.scale)
     except OverflowError:
         return None
-    return number * math.radians(1.0) ** (given.degrees - wanted.degrees)
+    return number * math.radians(1.0) ** (source.degrees - wanted.degrees)
 
 
 def has_unit(text: str) -> bool:
@@ -224,31 +224,31 @@ def has_unit(text: str) -> bool:
     return match is not None and unit_of(match[2]) is not None
 
 
-def misfit(value: str, asked: str) -> tuple[str, str] | None:
+def misfit(value: str, unit: str) -> tuple[str, str] | None:
     """Return why a text is not a number in a unit, with the remedy; None without number and unit.
 
     Args:
         value: a text that `in_unit` left as it was.
-        asked: the unit.
+        unit: the unit.
     """
     point = value.replace(',', '.', 1)
-    if point != value and not isinstance(in_unit(point, asked), str):
+    if point != value and not isinstance(in_unit(point, unit), str):
         return 'has a decimal comma', f'Write {point}.'
-    match, wanted = re.fullmatch(_MEASURE, value.strip()[: _LONGEST + 1]), unit_of(asked)
+    match, wanted = re.fullmatch(_MEASURE, value.strip()[: _LONGEST + 1]), unit_of(unit)
     if match is None or wanted is None:
         return None
-    given, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), fitting(wanted)
+    source, kind, fit = unit_of(match[2]), _KINDS.get(wanted.powers, 'number'), fitting(wanted)
     if wanted.powers == (0, 0, 0, 1, 0) and not wanted.zero:
         kind, fit = 'difference of temperatures', ['K']
-    remedy = f'Units that fit: {", ".join(dict.fromkeys([asked, *fit]))}.'
-    if given is None:
-        near = difflib.get_close_matches(match[2], fit, 1, cutoff=0.5)
-        guess = f'; did you mean {near[0]}?' if near else ''
+    remedy = f'Units that fit: {", ".join(dict.fromkeys([unit, *fit]))}.'
+    if source is None:
+        matches = difflib.get_close_matches(match[2], fit, 1, cutoff=0.5)
+        guess = f'; did you mean {matches[0]}?' if matches else ''
         return f'{match[2]!r} is not a known unit{guess}', remedy
-    if given.powers == wanted.powers and not given.zero:
-        return f'is beyond what a number can hold in {asked}', remedy
-    what = _KINDS.get(given.powers, f'number in {match[2]}')
-    return f'must be {_a(kind)} [{asked}], not {_a(what)}', remedy
+    if source.powers == wanted.powers and not source.zero:
+        return f'is beyond what a number can hold in {unit}', remedy
+    what = _KINDS.get(source.powers, f'number in {match[2]}')
+    return f'must be {_a(kind)} [{unit}], not {_a(what)}', remedy
 
 
 def measure(value: float | str, unit: str) -> float:
@@ -261,9 +261,9 @@ def measure(value: float | str, unit: str) -> float:
     try:
         return float(value)
     except ValueError:
-        found = in_unit(value, unit)
-    if isinstance(found, float):
-        return found
+        number = in_unit(value, unit)
+    if isinstance(number, float):
+        return number
     problem, remedy = misfit(str(value), unit) or (f'must be a number [{unit}]', '')
     raise ValueError(f'{problem}. {remedy}'.rstrip('. '))
 
@@ -277,7 +277,7 @@ def quantity(value: float | str, unit: str, *named: str | Argument) -> float:
 
 
 # Units that messages and the reference name; all others follow from their factors.
-_SHOWN = (
+_COMMON = (
     *('mm', 'cm', 'm', 'km', 'in', 'ft', 'fathom', 'nmi', 'paris_line', 'paris_inch'),
     *('paris_foot', 'scruple', 'rhenish_foot', 'g', 'kg', 'lb', 'oz', 'paris_pound', 'ms', 's'),
     *('min', 'h', 'd', 'week', 'rad', 'mrad', 'deg', 'arcmin', 'arcsec', 'turn', 'degC', 'degF'),
@@ -289,13 +289,13 @@ _SHOWN = (
 
 def fitting(wanted: Unit | None) -> list[str]:
     """Return the units of the same kind that are named."""
-    found = ((name, unit_of(name)) for name in _SHOWN)
-    return [name for name, unit in found if unit and wanted and unit.powers == wanted.powers]
+    units = ((name, unit_of(name)) for name in _COMMON)
+    return [name for name, unit in units if unit and wanted and unit.powers == wanted.powers]
 
 
 def units_table() -> str:
     """Return the named units by kind as a table of Markdown."""
-    kinds = (fitting(unit) for unit in map(unit_of, _SHOWN))
+    kinds = (fitting(unit) for unit in map(unit_of, _COMMON))
     rows = dict.fromkeys(', '.join(f'`{name}`' for name in names) for names in kinds)
     return '\n'.join(['| units |', '|---|', *(f'| {row} |' for row in rows)])
 

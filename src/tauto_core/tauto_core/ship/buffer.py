@@ -91,25 +91,25 @@ class SamplePieces:
         return SamplePieces(self.begin[which], self.end[which], self.regular[which])
 
 
-def _conditions(stride: int, before: int, *, slopes: bool) -> int:
-    return (stride + 1 + 2 * before) * (2 if slopes else 1)
+def _conditions(stride: int, margin: int, *, slopes: bool) -> int:
+    return (stride + 1 + 2 * margin) * (2 if slopes else 1)
 
 
 @lru_cache(maxsize=64)
-def newton_basis(stride: int, before: int, *, slopes: bool) -> FloatArray:
+def newton_basis(stride: int, margin: int, *, slopes: bool) -> FloatArray:
     """Return the powers of x of Newton's basis over a piece of `stride` evenly spaced samples.
 
-    Column k has the coefficients of Π_{i<k} (stride·x + before − z_i), with z = 0, 1, 2, … and a
-    factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. The window has `before`
+    Column k has the coefficients of Π_{i<k} (stride·x + margin − z_i), with z = 0, 1, 2, … and a
+    factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. The window has `margin`
     samples before the piece and after it. Exact up to the rounding of each number.
     """
-    size = _conditions(stride, before, slopes=slopes)
+    size = _conditions(stride, margin, slopes=slopes)
     basis = np.zeros((-(-size // 2) * 2,) * 2)
     row = [Fraction(1)]
     for k in range(size):
         scale = 1 if slopes else math.factorial(k)
         basis[: k + 1, k] = [float(value / scale) for value in row]
-        shift = before - (k // 2 if slopes else k)
+        shift = margin - (k // 2 if slopes else k)
         row = [
             shift * low + stride * high
             for low, high in zip([*row, Fraction(0)], [Fraction(0), *row], strict=True)
@@ -138,39 +138,39 @@ def polynomials(
     from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports kernels
 
     slopes = rates is not None
-    before, points = (ROLL_BEFORE, ROLL_POINTS) if slopes else (FORCE_BEFORE, FORCE_POINTS)
-    around = before if wide is None else wide
-    size = _conditions(stride, around, slopes=slopes)
+    margin, points = (ROLL_BEFORE, ROLL_POINTS) if slopes else (FORCE_BEFORE, FORCE_POINTS)
+    wide_margin = margin if wide is None else wide
+    size = _conditions(stride, wide_margin, slopes=slopes)
     result = np.empty((len(pieces.begin), size))
     if not len(result):
         return result
     rows = np.flatnonzero(pieces.regular)
     if len(rows):
-        basis = newton_basis(stride, around, slopes=slopes)
-        first = pieces.begin[rows] - around
+        basis = newton_basis(stride, wide_margin, slopes=slopes)
+        begins = pieces.begin[rows] - wide_margin
         if rates is None:
-            fit_values(basis, size, values, first, rows, result)
+            fit_values(basis, size, values, begins, rows, result)
         else:
-            step_s = np.asarray((stamps_ns[first + 1] - stamps_ns[first]) * 1e-9, np.float64)
-            fit_hermite(basis, size, values, rates, step_s, first, rows, result)
+            step_s = np.asarray((stamps_ns[begins + 1] - stamps_ns[begins]) * 1e-9, np.float64)
+            fit_hermite(basis, size, values, rates, step_s, begins, rows, result)
     if len(rows) < len(result):
         long = pieces.end - pieces.begin > 1
-        kinds = (long, around, stride + 1 + 2 * around), (~long, before, points)
+        kinds = (long, wide_margin, stride + 1 + 2 * wide_margin), (~long, margin, points)
         for which, earlier, wanted in kinds:
             rows = np.flatnonzero(which & ~pieces.regular)
             begin, end = pieces.begin[rows], pieces.end[rows]
-            many = min(wanted, offset + len(stamps_ns))
-            first = np.maximum(begin + offset - earlier, 0) - offset
-            first = np.minimum(first, len(stamps_ns) - many)
-            fit_windows(stamps_ns, values, rates, (begin, end), first, many, rows, result)
+            count = min(wanted, offset + len(stamps_ns))
+            begins = np.maximum(begin + offset - earlier, 0) - offset
+            begins = np.minimum(begins, len(stamps_ns) - count)
+            fit_windows(stamps_ns, values, rates, (begin, end), begins, count, rows, result)
     return result
 
 
 @lru_cache(maxsize=2 * MAX_STRIDE)
-def window_nodes(stride: int, before: int) -> tuple[float, ...]:
+def window_nodes(stride: int, margin: int) -> tuple[float, ...]:
     """Return x at the samples of a window of a regular piece, with so many before it."""
-    points = _conditions(stride, before, slopes=False)
-    return tuple((i - before) / stride for i in range(points))
+    points = _conditions(stride, margin, slopes=False)
+    return tuple((i - margin) / stride for i in range(points))
 
 
 # -----------------------------------------------------------------------------
@@ -266,13 +266,13 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
         return 1
     step_ns = felt_step_ns(scene)
     logs = scene.log_interval_ns // step_ns
-    most, *fewer = (n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
+    largest, *fewer = (n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
 
     def cost(samples: int) -> float:
         return (PIECE_COST + steps_in(samples * step_ns * 1e-9)) / samples
 
-    best = min(fewer, key=cost, default=most)
-    return best if cost(best) < WORTH * cost(most) else most
+    best = min(fewer, key=cost, default=largest)
+    return best if cost(best) < WORTH * cost(largest) else largest
 
 
 class MotionBuffer(Stateful):
@@ -326,7 +326,7 @@ class MotionBuffer(Stateful):
         self._smooth = smooth
         self._by_samples = by_samples and not self._apparent_vertical
         wide = self._by_samples and step_ns > COARSE_NS
-        self._before = COARSE_BEFORE if wide else ROLL_BEFORE
+        self._margin = COARSE_BEFORE if wide else ROLL_BEFORE
         self._times: IntArray = np.empty(0, np.int64)
         self._data: dict[str, FloatArray] = {name: np.empty(0) for name in self.channel_names()}
         self._first = self._next = self._turns = 0
@@ -336,21 +336,21 @@ class MotionBuffer(Stateful):
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
         """Take screened samples; times are counted from the origin."""
         if isinstance(imu, ImuSamples):
-            kept = self._spaced(imu.stamp_ns - origin_ns)
-            if kept is not None:
-                self.crowded += len(kept) - int(np.count_nonzero(kept))
-                imu = take(imu, kept)
+            is_spaced = self._spaced(imu.stamp_ns - origin_ns)
+            if is_spaced is not None:
+                self.crowded += len(is_spaced) - int(np.count_nonzero(is_spaced))
+                imu = take(imu, is_spaced)
         if not len(imu.stamp_ns):
             return
-        known, n = len(self._times), len(self._times) + len(imu.stamp_ns)
+        old, n = len(self._times), len(self._times) + len(imu.stamp_ns)
         times = np.empty(n, np.int64)
-        times[:known] = self._times
-        np.subtract(imu.stamp_ns, origin_ns, out=times[known:])
+        times[:old] = self._times
+        np.subtract(imu.stamp_ns, origin_ns, out=times[old:])
         joined = {name: np.empty(n) for name in self._data}
         for name, values in self._data.items():
-            joined[name][:known] = values
+            joined[name][:old] = values
         if joined:
-            self.fill(imu, {name: values[known:] for name, values in joined.items()})
+            self.fill(imu, {name: values[old:] for name, values in joined.items()})
         self._times, self._data = times, joined
 
     @property
@@ -363,8 +363,8 @@ class MotionBuffer(Stateful):
         if self._still:
             return ()
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
-        felt = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
-        return (*line, *felt)
+        extra = ('gravity',) * self._apparent_gravity + ('lean',) * self._leans
+        return (*line, *extra)
 
     def fill(self, imu: Sensed | HungImu, new: dict[str, FloatArray]) -> None:
         """Fill the channels of new samples."""
@@ -375,14 +375,14 @@ class MotionBuffer(Stateful):
         lean = new.get('lean', tilt)
         force = lean is not None or gravity is not None
         if isinstance(imu, HungImu):
-            felt = (roll, imu.tilt), (rate, imu.rate), (lean, imu.lean), (gravity, imu.pull)
-            for channel, values in felt:
+            channels = (roll, imu.tilt), (rate, imu.rate), (lean, imu.lean), (gravity, imu.pull)
+            for channel, values in channels:
                 if channel is not None:
                     channel[:] = values
         else:
             for rows, part in in_parts(imu, rate is not None, force):
-                others = (None if each is None else each[rows] for each in (rate, lean, gravity))
-                self._read(part, roll[rows], *others)
+                parts = (None if array is None else array[rows] for array in (rate, lean, gravity))
+                self._read(part, roll[rows], *parts)
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
@@ -405,22 +405,22 @@ class MotionBuffer(Stateful):
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
         """Return which samples are far enough from the one before; None if all are."""
-        least = -(-self._step_ns // CROWDED_PART)
+        least_ns = -(-self._step_ns // CROWDED_PART)
         if self._still:
             return None
         from tauto_core.ship import kernels  # kernels
 
-        new = len(self._times) == 0 or times[0] - self._times[-1] >= least
-        if new and kernels.spaced(times, least):
+        new = len(self._times) == 0 or times[0] - self._times[-1] >= least_ns
+        if new and kernels.spaced(times, least_ns):
             return None
         past = [int(time) for time in self._times[-2:]]
-        kept = np.ones(len(times), np.bool_)
+        is_spaced = np.ones(len(times), np.bool_)
         for i, time in enumerate(times.tolist()):
             step = min(self._step_ns, past[-1] - past[-2]) if len(past) == 2 else self._step_ns
-            kept[i] = not past or CROWDED_PART * (time - past[-1]) >= step
-            if kept[i]:
+            is_spaced[i] = not past or CROWDED_PART * (time - past[-1]) >= step
+            if is_spaced[i]:
                 past = [*past[-1:], time]
-        return kept
+        return is_spaced
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
         """Return the forcing over the pieces that are complete, None where there is none.
@@ -465,8 +465,8 @@ class MotionBuffer(Stateful):
         if force:
             widths = Widths(FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS)
         else:
-            widths = Widths(self._before, ROLL_BEFORE, ROLL_POINTS)
-        first, last, regular, bridged, gap = choose_pieces(
+            widths = Widths(self._margin, ROLL_BEFORE, ROLL_POINTS)
+        begins, ends, regular, bridged, gap = choose_pieces(
             times,
             self._first,
             begin,
@@ -478,7 +478,7 @@ class MotionBuffer(Stateful):
             self._smooth,
             final,
         )
-        if gap and not len(first):
+        if gap and not len(begins):
             raise PropagationError(
                 f'no ship motion for {(times[begin + 1] - times[begin]) * 1e-9:.6g} s; at most '
                 f'{self._max_gap_ns * 1e-9:g} s are interpolated. Repair the source of ship/imu '
@@ -486,27 +486,27 @@ class MotionBuffer(Stateful):
                 float(times[begin] * 1e-9),
             )
         self.bridged += bridged
-        return SamplePieces(first, last, regular)
+        return SamplePieces(begins, ends, regular)
 
     def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
         """Return the polynomials of the motion over each span."""
         if self._by_samples:
             values, rates = self._data['line'], self._data['line_rate']
             # a regular piece is given by its samples, another, −1 less its row, by a polynomial
-            others = np.flatnonzero(~pieces.regular)
-            first = pieces.begin - self._before
-            first[others] = -1 - np.arange(len(others))
-            fitted = self.fitted('line', pieces.part(others), rates, wide=self._before)
+            irregular = np.flatnonzero(~pieces.regular)
+            samples = pieces.begin - self._margin
+            samples[irregular] = -1 - np.arange(len(irregular))
+            fitted = self.fitted('line', pieces.part(irregular), rates, wide=self._margin)
             if piece is not None:
-                first = first[piece]
-            nodes = window_nodes(self._stride, self._before)
-            return {'window': Window(nodes, Polynomials(values, rates, first, fitted))}
-        felt = [name for name in ('tilt', 'gravity', 'lean') if name in self._data]
-        found: dict[str, Any] = {name: self.fitted(name, pieces) for name in felt}
-        found['neutral'] = self.fitted('line', pieces, self._data.get('line_rate'))
+                samples = samples[piece]
+            nodes = window_nodes(self._stride, self._margin)
+            return {'window': Window(nodes, Polynomials(values, rates, samples, fitted))}
+        names = [name for name in ('tilt', 'gravity', 'lean') if name in self._data]
+        channels: dict[str, Any] = {name: self.fitted(name, pieces) for name in names}
+        channels['neutral'] = self.fitted('line', pieces, self._data.get('line_rate'))
         if piece is not None:
-            found = {name: coefficients[piece] for name, coefficients in found.items()}
-        return found
+            channels = {name: coefficients[piece] for name, coefficients in channels.items()}
+        return channels
 
     def fitted(
         self,
@@ -546,7 +546,7 @@ class _Shared:
     part: Any
     turns: int = 0
     last_ns: int = -1
-    said: deque[tuple[Any, TautoError | None]] = field(default_factory=lambda: deque(maxlen=TURNS))
+    log: deque[tuple[Any, TautoError | None]] = field(default_factory=lambda: deque(maxlen=TURNS))
 
 
 class SharedBuffers:
@@ -587,16 +587,16 @@ class InCommon:
         if self._turn > shared.turns:
             shared.turns = self._turn
             try:
-                shared.said.append((compute(), None))
+                shared.log.append((compute(), None))
             except TautoError as error:
-                shared.said.append((None, error))
+                shared.log.append((None, error))
         self.bridged, self.crowded = self.part.bridged, self.part.crowded
-        if shared.turns - self._turn >= len(shared.said):
+        if shared.turns - self._turn >= len(shared.log):
             raise RuntimeError('a clock is fed behind the others in its sea')
-        found, failed = shared.said[self._turn - shared.turns - 1]
+        answer, failed = shared.log[self._turn - shared.turns - 1]
         if failed is not None:
             raise failed
-        return cast(T, found)
+        return cast(T, answer)
 
     def state(self) -> State:
         """Refuse: what clocks share is not saved with one of them."""
@@ -627,11 +627,11 @@ class BufferInCommon(InCommon):
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:
     """Return pieces cut at logged instants and at the end, and the piece of each span."""
     until = np.minimum(stops, end_ns)
-    passed = starts // log_ns
-    inside = (until - 1) // log_ns - passed
-    piece = np.repeat(np.arange(len(starts)), inside + 1)
-    to_last = np.arange(1, len(piece) + 1) - np.cumsum(inside + 1)[piece]
-    logs = (passed + inside + 1)[piece] + to_last
+    log_begin = starts // log_ns
+    cuts = (until - 1) // log_ns - log_begin
+    piece = np.repeat(np.arange(len(starts)), cuts + 1)
+    to_last = np.arange(1, len(piece) + 1) - np.cumsum(cuts + 1)[piece]
+    logs = (log_begin + cuts + 1)[piece] + to_last
     ends = np.where(to_last < 0, logs * log_ns, until[piece])
     begins = np.concatenate([starts[:1], ends[:-1]])
     start, length = starts[piece], (stops - starts)[piece]

@@ -56,7 +56,7 @@ def map_frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -
     """
     finite = np.isfinite(longitude) & np.isfinite(latitude)
     x, y = longitude[finite], latitude[finite]
-    west, east, south, north = (float(each) for each in (x.min(), x.max(), y.min(), y.max()))
+    west, east, south, north = (float(bound) for bound in (x.min(), x.max(), y.min(), y.max()))
     stretch = MapFrame(west, south, east, north).stretch
     # sides in degrees of latitude
     wide, high = (east - west) / stretch, north - south
@@ -80,31 +80,31 @@ def land(of: MapFrame) -> list[FloatArray]:
     """
     west, south, east, north = of
     finest = max(max(east - west, north - south) / FINEST, HUNDREDTH_DEG)
-    found = []
+    outlines = []
     for outline in _outlines():
         low, high = outline.min(axis=1), outline.max(axis=1)
         if high[1] < south or low[1] > north:
             continue
-        first = math.ceil((west - high[0]) / 360.0)
-        last = math.floor((east - low[0]) / 360.0)
+        west_turn = math.ceil((west - high[0]) / 360.0)
+        east_turn = math.floor((east - low[0]) / 360.0)
         # of points that fall on one square of a grid the first; an island smaller than the grid
         # keeps its points: St Helena is a destination
         cell = np.floor(outline / finest)
-        kept = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
-        kept[-1] = True
-        thinned = outline[:, kept] if kept.sum() > 8 else outline
-        for turn in range(first, last + 1):
-            shown = _cut(thinned + np.array([[360.0 * turn], [0.0]]), of)
-            if shown.shape[1] > 3:
-                found.append(shown)
-    return found
+        mask = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
+        mask[-1] = True
+        thinned = outline[:, mask] if mask.sum() > 8 else outline
+        for turn in range(west_turn, east_turn + 1):
+            visible = _cut(thinned + np.array([[360.0 * turn], [0.0]]), of)
+            if visible.shape[1] > 3:
+                outlines.append(visible)
+    return outlines
 
 
 @cache
 def _outlines() -> tuple[FloatArray, ...]:
     """Return the outlines of all land, the longest first, (2, n) each [°]."""
-    with np.load(Path(__file__).with_name('coasts.npz')) as held:
-        steps, length = held['steps'].astype(np.int64), held['length']
+    with np.load(Path(__file__).with_name('coasts.npz')) as data:
+        steps, length = data['steps'].astype(np.int64), data['length']
     ends = np.cumsum(length)
     return tuple(
         HUNDREDTH_DEG * np.cumsum(steps[:, end - count : end], axis=1)
@@ -122,18 +122,18 @@ def _cut(outline: FloatArray, of: MapFrame) -> FloatArray:
     ):
         if not outline.shape[1]:
             break
-        inside = side * (outline[axis] - limit) >= 0.0
-        if inside.all():
+        is_inside = side * (outline[axis] - limit) >= 0.0
+        if is_inside.all():
             continue
-        before = np.roll(outline, 1, axis=1)
-        crosses = inside != np.roll(inside, 1)
-        step = outline - before
-        share = (limit - before[axis]) / np.where(crosses, step[axis], 1.0)
-        where = before + share * step
+        previous = np.roll(outline, 1, axis=1)
+        crosses = is_inside != np.roll(is_inside, 1)
+        step = outline - previous
+        share = (limit - previous[axis]) / np.where(crosses, step[axis], 1.0)
+        where = previous + share * step
         where[axis] = limit
         # at each point: where its side crosses the limit, then the point if it is inside
-        both = np.stack((where, outline), axis=2).reshape(2, -1)
-        outline = both[:, np.column_stack((crosses, inside)).ravel()]
+        corners = np.stack((where, outline), axis=2).reshape(2, -1)
+        outline = corners[:, np.column_stack((crosses, is_inside)).ravel()]
     if outline.shape[1] and np.any(outline[:, 0] != outline[:, -1]):
         outline = np.concatenate((outline, outline[:, :1]), axis=1)
     return outline
@@ -210,7 +210,7 @@ def _sides() -> tuple[FloatArray, ...]:
     (4, n): longitude and latitude of both ends [°].
     """
     sides = np.concatenate(
-        [np.concatenate((each[:, :-1], each[:, 1:])) for each in _outlines()], axis=1
+        [np.concatenate((line[:, :-1], line[:, 1:])) for line in _outlines()], axis=1
     )
     low, high = np.minimum(sides[1], sides[3]), np.maximum(sides[1], sides[3])
     bands = range(-90, 91)
@@ -233,7 +233,7 @@ def _is_land(latitude: float, longitude: float) -> bool:
     x, y, to_x, to_y = _sides()[math.floor(latitude) + 90]
     crossed = (y <= latitude) != (to_y <= latitude)
     where = x[crossed] + (latitude - y[crossed]) * (to_x - x)[crossed] / (to_y - y)[crossed]
-    return any(np.count_nonzero(where > each) % 2 for each in _turns(longitude))
+    return any(np.count_nonzero(where > east) % 2 for east in _turns(longitude))
 
 
 @cache
@@ -258,8 +258,8 @@ def no_landfall(latitude: float, longitude: float) -> str | None:
     offing = coast_km(latitude, longitude)
     if inland_km(latitude, longitude) or offing <= LANDFALL_KM:
         return None
-    far = 'more than 200' if math.isinf(offing) else f'{offing:.0f}'
-    return f'at sea, {far} km from the coast: no landfall'
+    distance = 'more than 200' if math.isinf(offing) else f'{offing:.0f}'
+    return f'at sea, {distance} km from the coast: no landfall'
 
 
 def ends_of(voyage: Itinerary | None, duration_s: float) -> dict[str, str]:
@@ -276,14 +276,14 @@ def coast_km(latitude: float, longitude: float) -> float:
 
     It is inf where no coast of the maps is within 200 km.
     """
-    near, west, east = _sides_about(math.floor(latitude))
+    band, west, east = _sides_about(math.floor(latitude))
     scale = np.array([[math.cos(math.radians(latitude))], [1.0]]) * _KM_PER_DEG
     reach = _FARTHEST_KM / float(scale[0, 0])
     nearest = math.inf
-    for here in _turns(longitude):
-        sides = near[:, (west <= here + reach) & (east >= here - reach)]
+    for meridian in _turns(longitude):
+        sides = band[:, (west <= meridian + reach) & (east >= meridian - reach)]
         way = (sides[2:] - sides[:2]) * scale
-        begin = (sides[:2] - np.array([[here], [latitude]])) * scale
+        begin = (sides[:2] - np.array([[meridian], [latitude]])) * scale
         square = np.maximum(np.sum(way * way, axis=0), 1e-12)
         share = np.clip(-np.sum(begin * way, axis=0) / square, 0.0, 1.0)
         nearest = min(nearest, float(np.min(np.hypot(*(begin + share * way)), initial=math.inf)))
@@ -297,8 +297,8 @@ def _sides_about(south: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     The band begins at `south` [°].
     """
     bands, band = _sides(), south + 90
-    near = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
-    return near, np.minimum(near[0], near[2]), np.maximum(near[0], near[2])
+    sides = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
+    return sides, np.minimum(sides[0], sides[2]), np.maximum(sides[0], sides[2])
 
 
 def _turns(longitude: float) -> tuple[float, float, float]:

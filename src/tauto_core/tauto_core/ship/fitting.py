@@ -20,12 +20,12 @@ class Widths(NamedTuple):
     """Samples in the windows from which pieces are fitted.
 
     Attributes:
-        before: before a regular piece, and after it.
+        margin: before a regular piece, and after it.
         before_one: before a piece that spans one sample.
         of_one: in the whole window of such a piece.
     """
 
-    before: int
+    margin: int
     before_one: int
     of_one: int
 
@@ -69,10 +69,10 @@ def choose_pieces(
     Times are in ns; `offset` is the index of the first of them from the start of the run, `begin`
     the place among them of the first piece wanted. No piece begins at or after `end_ns`.
     """
-    have, before = len(times), widths.before
-    first = np.empty(max(have - begin, 0), np.int64)
-    last = np.empty_like(first)
-    regular = np.empty(len(first), np.bool_)
+    have, margin = len(times), widths.margin
+    begins = np.empty(max(have - begin, 0), np.int64)
+    ends = np.empty_like(begins)
+    regular = np.empty(len(begins), np.bool_)
     count, bridged, k = 0, 0, begin
     ahead = -(offset + begin) % stride  # samples to the next multiple
     next_log = -1
@@ -82,13 +82,13 @@ def choose_pieces(
     while k + 1 < have and times[k] < end_ns:
         step = times[k + 1] - times[k]
         if step > gaps.longest_ns:
-            return first[:count], last[:count], regular[:count], bridged, True
+            return begins[:count], ends[:count], regular[:count], bridged, True
         if next_log <= times[k]:
             next_log = (times[k] // log_ns + 1) * log_ns
-        even, centred = False, k >= before
+        even, centred = False, k >= margin
         if ahead == 0 and (centred or (early and stride > 1)):
-            from_first = max(k - before, 0)
-            reach = from_first + stride + 2 * before
+            from_first = max(k - margin, 0)
+            reach = from_first + stride + 2 * margin
             while scanned < min(reach, have - 1):
                 if times[scanned + 1] - times[scanned] != times[scanned] - times[scanned - 1]:
                     even_from = scanned
@@ -100,17 +100,17 @@ def choose_pieces(
                 if not final:
                     break
                 even = False
-        whole = max(k + offset - widths.before_one, 0) - offset + widths.of_one <= have
-        if not (even or whole or final):
+        is_whole = max(k + offset - widths.before_one, 0) - offset + widths.of_one <= have
+        if not (even or is_whole or final):
             break
         span = stride if even else 1
-        first[count], last[count], regular[count] = k, k + span, even and centred
+        begins[count], ends[count], regular[count] = k, k + span, even and centred
         count += 1
         k += span
         ahead = (ahead if ahead > 0 else stride) - span
         if step > gaps.bridged_ns:
             bridged += span
-    return first[:count], last[:count], regular[:count], bridged, False
+    return begins[:count], ends[:count], regular[:count], bridged, False
 
 
 @compiled
@@ -128,29 +128,29 @@ def fit_values(
     basis: FloatArray,
     size: int,
     values: FloatArray,
-    first: IntArray,
+    begins: IntArray,
     rows: IntArray,
     result: FloatArray,
 ) -> None:
     """Fill rows of the result with the polynomials through evenly spaced values.
 
     `basis` has powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w = `size`
-    even, zero beyond w; `first` the first sample of each row's window of w.
+    even, zero beyond w; `begins` the first sample of each row's window of w.
     """
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
-    for done in range(0, len(rows), SIZE):
-        _take(values, first, done, newton, size)
+    for start in range(0, len(rows), SIZE):
+        _take(values, begins, start, newton, size)
         # two levels of differences in one pass
         for k in range(1, size, 2):
-            before = row_of(newton, k)
-            one = before - row_of(newton, k - 1)
-            store(newton, k, one)
+            previous = row_of(newton, k)
+            difference = previous - row_of(newton, k - 1)
+            store(newton, k, difference)
             for i in range(k + 1, size):
                 now = row_of(newton, i)
-                one_before, one = one, now - before
-                store(newton, i, one - one_before)
-                before = now
-        _to_powers(basis, size, newton, powers, done, rows, result)
+                old_difference, difference = difference, now - previous
+                store(newton, i, difference - old_difference)
+                previous = now
+        _to_powers(basis, size, newton, powers, start, rows, result)
 
 
 @entry
@@ -160,7 +160,7 @@ def fit_hermite(
     values: FloatArray,
     rates: FloatArray,
     step_s: FloatArray,
-    first: IntArray,
+    begins: IntArray,
     rows: IntArray,
     result: FloatArray,
 ) -> None:
@@ -168,48 +168,48 @@ def fit_hermite(
 
     Each sample is two equal nodes. Divided differences that begin at the first of them are kept
     apart from differences that begin at the second. `size` is twice the number of samples in a
-    window; of each row, `first` is its first sample and `step_s` the time between samples.
+    window; of each row, `begins` is its first sample and `step_s` the time between samples.
     """
     points = size // 2
     ones, twos = np.empty((points, SIZE)), np.empty((points, SIZE))
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
     steps = np.empty((1, SIZE))
-    for done in range(0, len(rows), SIZE):
-        _take(values, first, done, twos, points)
-        _take(rates, first, done, ones, points)
+    for start in range(0, len(rows), SIZE):
+        _take(values, begins, start, twos, points)
+        _take(rates, begins, start, ones, points)
         for r in range(SIZE):
-            steps[0, r] = step_s[min(done + r, len(rows) - 1)]
-        step, before = row_of(steps, 0), row_of(twos, 0)
-        store(newton, 0, before)
+            steps[0, r] = step_s[min(start + r, len(rows) - 1)]
+        step, previous = row_of(steps, 0), row_of(twos, 0)
+        store(newton, 0, previous)
         for i in range(points):
             store(ones, i, row_of(ones, i) * step)
         for i in range(points - 1):
             now = row_of(twos, i + 1)
-            store(twos, i, now - before)
-            before = now
+            store(twos, i, now - previous)
+            previous = now
         for k in range(1, size):
             store(newton, k, row_of(ones, 0))
             per_one, per_two = 1.0 / ((k + 1) // 2), 1.0 / ((k + 2) // 2)
-            left = points - (k + 2) // 2
-            for i in range(left):
-                one, two = row_of(ones, i), row_of(twos, i)
-                store(ones, i, (two - one) * per_one)
-                store(twos, i, (row_of(ones, i + 1) - two) * per_two)
+            count = points - (k + 2) // 2
+            for i in range(count):
+                a, b = row_of(ones, i), row_of(twos, i)
+                store(ones, i, (b - a) * per_one)
+                store(twos, i, (row_of(ones, i + 1) - b) * per_two)
             if k % 2 == 0:
-                store(ones, left, (row_of(twos, left) - row_of(ones, left)) * per_one)
-        _to_powers(basis, size, newton, powers, done, rows, result)
+                store(ones, count, (row_of(twos, count) - row_of(ones, count)) * per_one)
+        _to_powers(basis, size, newton, powers, start, rows, result)
 
 
 @compiled
-def _take(values: FloatArray, first: IntArray, done: int, lanes: FloatArray, points: int) -> None:
-    """Fill lane r with the window from sample first[done + r] on; spare ones as the last.
+def _take(values: FloatArray, at: IntArray, start: int, lanes: FloatArray, points: int) -> None:
+    """Fill lane r with the window from sample at[start + r] on; spare ones as the last.
 
     The loop over the lanes is written out: one at run time would become slow gather and scatter
     instructions.
     """
     begins: tuple[int, ...] = ()
     for r in LANES:
-        begins = (*begins, first[min(done + r, len(first) - 1)])
+        begins = (*begins, at[min(start + r, len(at) - 1)])
     for i in range(points):
         x = splat(values[begins[0] + i])
         for r in LANES:
@@ -223,7 +223,7 @@ def _to_powers(
     size: int,
     newton: FloatArray,
     powers: FloatArray,
-    done: int,
+    start: int,
     rows: IntArray,
     result: FloatArray,
 ) -> None:
@@ -235,22 +235,22 @@ def _to_powers(
     fours = size // 4 * 4
     for j in range(0, size, 2):
         i = j + 1
-        left, right = splat(0.0), splat(0.0)
+        low, high = splat(0.0), splat(0.0)
         for k in range(max(fours, j), size):
             n = row_of(newton, k)
-            left, right = left + basis[j, k] * n, right + basis[i, k] * n
-        for back in range((fours - j + 3) // 4):
-            k = fours - 4 - 4 * back
+            low, high = low + basis[j, k] * n, high + basis[i, k] * n
+        for block in range((fours - j + 3) // 4):
+            k = fours - 4 - 4 * block
             b0, b1, b2, b3 = basis[j, k], basis[j, k + 1], basis[j, k + 2], basis[j, k + 3]
             c0, c1, c2, c3 = basis[i, k], basis[i, k + 1], basis[i, k + 2], basis[i, k + 3]
             n0, n1 = row_of(newton, k), row_of(newton, k + 1)
             n2, n3 = row_of(newton, k + 2), row_of(newton, k + 3)
-            left = left + ((b3 * n3 + b2 * n2) + (b1 * n1 + b0 * n0))
-            right = right + ((c3 * n3 + c2 * n2) + (c1 * n1 + c0 * n0))
-        store(powers, j, left)
-        store(powers, i, right)
-    for r in range(min(SIZE, len(rows) - done)):
-        row = rows[done + r]
+            low = low + ((b3 * n3 + b2 * n2) + (b1 * n1 + b0 * n0))
+            high = high + ((c3 * n3 + c2 * n2) + (c1 * n1 + c0 * n0))
+        store(powers, j, low)
+        store(powers, i, high)
+    for r in range(min(SIZE, len(rows) - start)):
+        row = rows[start + r]
         for j in range(size):
             result[row, j] = powers[j, r]
 
@@ -261,7 +261,7 @@ def fit_windows(
     values: FloatArray,
     rates: FloatArray | None,
     pieces: tuple[IntArray, IntArray],
-    first: IntArray,
+    begins: IntArray,
     points: int,
     rows: IntArray,
     result: FloatArray,
@@ -269,7 +269,7 @@ def fit_windows(
     """Fill rows of the result with the polynomials through windows of samples at any times.
 
     `times` are in ns, rates [1/s] or None; `pieces` has the samples at which each piece begins and
-    ends, `first` the first of its window of `points`. Columns beyond the conditions become zero.
+    ends, `begins` the first of its window of `points`. Columns beyond the conditions become zero.
     """
     twice = 1 if rates is None else 2
     size = twice * points
@@ -277,13 +277,13 @@ def fit_windows(
     for n in range(len(rows)):
         begin, length = times[pieces[0][n]], times[pieces[1][n]] - times[pieces[0][n]]
         for i in range(size):
-            sample = first[n] + i // twice
+            sample = begins[n] + i // twice
             nodes[i] = (times[sample] - begin) / length
             newton[i] = values[sample]
         for k in range(1, size):
             for i in range(size - 1, k - 1, -1):
                 if rates is not None and k == 1 and i % 2 == 1:
-                    newton[i] = rates[first[n] + i // 2] * (length * 1e-9)
+                    newton[i] = rates[begins[n] + i // 2] * (length * 1e-9)
                 else:
                     newton[i] = (newton[i] - newton[i - 1]) / (nodes[i] - nodes[i - k])
         row = result[rows[n]]

@@ -64,8 +64,8 @@ class FieldUnit(NamedTuple):
     """Unit of a field, as messages and as files have it, and its limits in it."""
 
     unit: str
-    least: float
-    most: float
+    low: float
+    high: float
     spelled: frozenset[str]
 
 
@@ -92,7 +92,7 @@ _ROWS_AT_ONCE = 32
 _TIMES, _LATITUDES, _LONGITUDES = ('valid_time', 'time'), ('latitude', 'lat'), ('longitude', 'lon')
 _AXES = (_TIMES, _LATITUDES, _LONGITUDES)
 _FORM = 'Give NetCDF of ERA5 on single levels, as the Climate Data Store has it.'
-_OTHERS = (
+_FORMATS = (
     (
         b'PK\x03\x04',
         'is a ZIP archive, not NetCDF',
@@ -166,13 +166,13 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     return read
 
 
-def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_weather(file: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     """Return the keys of `ship.weather` with the seas along the voyage.
 
     She leaves a calm harbour and enters one. In between there is a row every `INTERVAL_S` from
     setting sail on, the last at least half of it before her arrival.
     """
-    voyage, start_s = _voyage_and_start(scene, asked.begins, 'ship.weather')
+    voyage, start_s = _voyage_and_start(scene, file.begins, 'ship.weather')
     passage, step_ns = Passage(scene, voyage), nanoseconds(INTERVAL_S)
     last_ns = passage.arrives_ns - step_ns // 2
     # the row that follows the end too: the sea of a scene does not depend on its duration
@@ -184,8 +184,8 @@ def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
             f'has rows every {INTERVAL_S / 3600.0:g} h; the passage lasts {under_way_h:.3g} h'
         )
         remedy = f'Sail for at least {1.5 * INTERVAL_S / 3600.0:g} h, or use weather kind states.'
-        raise SceneError(scene.name, 'ship.weather.kind', asked.kind, problem, remedy)
-    with opened(asked.path) as grid:
+        raise SceneError(scene.name, 'ship.weather.kind', file.kind, problem, remedy)
+    with opened(file.path) as grid:
         track = (start_s + at_ns / NS_PER_S, *passage.places(at_ns))
         if grid.one_of('swh', 'u10') == 'swh':
             name = grid.one_of('pp1d', 'mwp')
@@ -198,8 +198,8 @@ def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
             winds, winds_from = np.hypot(east, north), np.degrees(np.arctan2(-east, -north))
             hours = at_ns / NS_PER_S / 3600.0
             grown = grown_seas(hours.tolist(), winds.tolist(), (winds_from % 360.0).tolist())
-            seas = [[(*sea,) for sea in both] for both in grown]
-    kept = [
+            seas = [[(*sea,) for sea in pair] for pair in grown]
+    waves = [
         [
             [height, period, math.radians(come_from + 180.0) % math.tau]
             for height, period, come_from in row
@@ -210,25 +210,25 @@ def hindcast_weather(asked: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     arrives = passage.arrives_ns <= scene.duration_ns + step_ns
     times = [passage.sails_ns, *at_ns.tolist(), *[passage.arrives_ns] * arrives]
     return {
-        **asked.model_dump(exclude={'path', 'begins'}),
-        'source': source_name(asked.path)[-LONGEST_TEXT:],
-        'time': [each / NS_PER_S for each in times],
-        'seas': [[], *kept, *[[]] * arrives],
+        **file.model_dump(exclude={'path', 'begins'}),
+        'source': source_name(file.path)[-LONGEST_TEXT:],
+        'time': [at_ns / NS_PER_S for at_ns in times],
+        'seas': [[], *waves, *[[]] * arrives],
     }
 
 
-def hindcast_air(asked: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_air(file: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
     """Return the keys of `air`, of kind record, with the temperatures along the voyage."""
-    voyage, start_s = _voyage_and_start(scene, asked.begins, 'air')
+    voyage, start_s = _voyage_and_start(scene, file.begins, 'air')
     step_ns = nanoseconds(INTERVAL_S)
     at_ns = np.array(range(0, scene.duration_ns + step_ns, step_ns), np.int64)
-    with opened(asked.path) as grid:
+    with opened(file.path) as grid:
         places = Passage(scene, voyage).places(at_ns)
         celsius = grid.along(grid.one_of('t2m'), start_s + at_ns / NS_PER_S, *places) - KELVIN
     return {
-        **asked.model_dump(exclude={'path', 'begins', 'kind'}),
+        **file.model_dump(exclude={'path', 'begins', 'kind'}),
         'kind': 'record',
-        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'source': source_name(file.path)[-LONGEST_TEXT:],
         'time': (at_ns / NS_PER_S).tolist(),
         'celsius': celsius.tolist(),
     }
@@ -271,7 +271,7 @@ def opened(path: str) -> Iterator[Hindcast]:
     is_hdf = begins == b'\x89HDF\r\n\x1a\n'
     if not is_hdf and begins[:3] != b'CDF':
         problem, remedy = next(
-            (said for magic, *said in _OTHERS if begins.startswith(magic)),
+            (words for magic, *words in _FORMATS if begins.startswith(magic)),
             ('is not NetCDF', _FORM),
         )
         raise SceneError(path, '', None, problem, remedy)
@@ -312,13 +312,13 @@ class Hindcast:
     def __init__(self, path: str, data: xarray.Dataset) -> None:
         self._path = path
         # files that were converted from GRIB have a valid_time that is no axis beside their time
-        axes = [each for each in data.coords if each in data.sizes]
-        names = [next((each for each in known if each in axes), None) for known in _AXES]
-        for name, known in zip(names, _AXES, strict=True):
+        axes = [axis for axis in data.coords if axis in data.sizes]
+        names = [next((axis for axis in spellings if axis in axes), None) for spellings in _AXES]
+        for name, spellings in zip(names, _AXES, strict=True):
             if name is None or data[name].size < 2:
-                found = ', '.join(f'{each} ({data[each].size})' for each in axes) or 'no axes'
-                problem = f'is not an axis of at least two values; the file has {found}'
-                raise SceneError(path, ' or '.join(known), ABSENT, problem, _FORM)
+                sizes = ', '.join(f'{axis} ({data[axis].size})' for axis in axes) or 'no axes'
+                problem = f'is not an axis of at least two values; the file has {sizes}'
+                raise SceneError(path, ' or '.join(spellings), ABSENT, problem, _FORM)
         self._axes = time, latitude, longitude = tuple(map(str, names))
         if data[time].dtype.kind != 'M':
             raise SceneError(path, time, str(data[time].dtype), 'is not a time in UTC', _FORM)
@@ -332,8 +332,8 @@ class Hindcast:
         for name, axis in zip(self._axes, self._grid, strict=True):
             for place in np.flatnonzero(~(np.diff(axis) > 0.0))[:1]:
                 values = ' after '.join(
-                    _day(each) if name == time and math.isfinite(each) else f'{each:g}'
-                    for each in (axis[place + 1], axis[place])
+                    _day(value) if name == time and math.isfinite(value) else f'{value:g}'
+                    for value in (axis[place + 1], axis[place])
                 )
                 problem = f'does not increase from value to value: {values}'
                 raise SceneError(path, name, ABSENT, problem, 'Sort the file, each value once.')
@@ -380,60 +380,60 @@ class Hindcast:
             SceneError: the track leaves the file, or is too far from any sea.
         """
         self.one_of(name)
-        field, others = self._data[name], set(self._data[name].dims) - set(self._axes)
+        field, dims = self._data[name], set(self._data[name].dims) - set(self._axes)
         self._refuse_unit(name, field)
-        if several := sorted(str(each) for each in others if field.sizes[each] > 1):
+        if several := sorted(str(dim) for dim in dims if field.sizes[dim] > 1):
             problem = f'has more than times and places: {", ".join(map(str, field.dims))}'
             remedy = f'Write a file with one value of {" and ".join(several)}.'
             raise SceneError(self._path, name, ABSENT, problem, remedy)
-        field = field.isel(dict.fromkeys(others, 0))
+        field = field.isel(dict.fromkeys(dims, 0))
         if set(field.dims) != set(self._axes):
             problem = f'has the dimensions {", ".join(map(str, field.dims))}'
             raise SceneError(self._path, name, ABSENT, problem, _FORM)
         field = field.transpose(*self._axes)
         longitude = self._turned(longitude)
         self._refuse_outside(at_s, latitude, longitude)
-        found = np.empty(len(at_s))
+        values = np.empty(len(at_s))
         for begin in range(0, len(at_s), _ROWS_AT_ONCE):
             rows = slice(begin, begin + _ROWS_AT_ONCE)
-            found[rows] = self._part(
+            values[rows] = self._part(
                 name, field, (at_s[rows], latitude[rows], longitude[rows]), turns=turns
             )
-        return found
+        return values
 
     def _refuse_unit(self, name: str, field: xarray.DataArray) -> None:
         """Refuse a field that is no numbers, or says to be in another unit."""
-        known = FIELDS[name]
+        expected = FIELDS[name]
         if field.dtype.kind not in 'fiu':
             problem = f'has no numbers, but values of type {field.dtype}'
             raise SceneError(self._path, name, ABSENT, problem, _FORM)
-        said = field.attrs.get('units')
-        if said is not None and str(said).strip().casefold() not in known.spelled:
-            problem = f'must be {known.unit}'
-            remedy = f'Convert the field to {known.unit}, and its attribute.'
-            raise SceneError(self._path, f'{name}, units', str(said), problem, remedy)
+        spelling = field.attrs.get('units')
+        if spelling is not None and str(spelling).strip().casefold() not in expected.spelled:
+            problem = f'must be {expected.unit}'
+            remedy = f'Convert the field to {expected.unit}, and its attribute.'
+            raise SceneError(self._path, f'{name}, units', str(spelling), problem, remedy)
 
     def _turned(self, longitude: FloatArray) -> FloatArray:
         """Return longitudes of the turn that the grid has; round the globe without a jump."""
-        first = float(self._longitude[self._count if self._round else 0])
+        west = float(self._longitude[self._count if self._round else 0])
         if self._round:
             # wider than the grid only for a ship that sails round the globe
             smooth = np.unwrap(longitude, period=360.0)
-            return np.asarray(smooth - 360.0 * math.floor((float(smooth[0]) - first) / 360.0))
-        east = np.mod(longitude - first, 360.0)
-        return np.asarray(first + np.where(east > 360.0 - 1e-9, 0.0, east))
+            return np.asarray(smooth - 360.0 * math.floor((float(smooth[0]) - west) / 360.0))
+        east = np.mod(longitude - west, 360.0)
+        return np.asarray(west + np.where(east > 360.0 - 1e-9, 0.0, east))
 
     def _refuse_outside(
         self, at_s: FloatArray, latitude: FloatArray, longitude: FloatArray
     ) -> None:
         """Refuse a track that leaves the times or the area, or meets a gap of the times."""
-        first, last = (_day(self._at_s[index]) for index in (0, -1))
+        begin, end = (_day(self._at_s[index]) for index in (0, -1))
         for row in np.flatnonzero((at_s < self._at_s[0]) | (at_s > self._at_s[-1]))[:1]:
-            problem = f'lasts from {first} to {last} UTC, and the ship needs {_day(at_s[row])}'
+            problem = f'lasts from {begin} to {end} UTC, and the ship needs {_day(at_s[row])}'
             remedy = 'Fetch the days of the voyage, or set begins, UTC at the start of the scene.'
             raise SceneError(self._path, self._axes[0], ABSENT, problem, remedy)
-        after = np.clip(np.searchsorted(self._at_s, at_s, 'right'), 1, len(self._at_s) - 1)
-        steps = self._at_s[after] - self._at_s[after - 1]
+        upper = np.clip(np.searchsorted(self._at_s, at_s, 'right'), 1, len(self._at_s) - 1)
+        steps = self._at_s[upper] - self._at_s[upper - 1]
         for row in np.flatnonzero(steps > LONGEST_STEP_S)[:1]:
             problem = f'has no field for {steps[row] / 3600.0:g} h about {_day(at_s[row])} UTC'
             remedy = f'Fetch a file with one at least every {LONGEST_STEP_S / 3600.0:g} h.'
@@ -481,32 +481,32 @@ class Hindcast:
             weight = np.ones(len(track[0]))
             for part, step in zip(parts, steps, strict=True):
                 weight = weight * (part if step else 1.0 - part)
-            corner = values[tuple(each - begin for each, (begin, _) in zip(at, box, strict=True))]
+            corner = values[tuple(i - begin for i, (begin, _) in zip(at, box, strict=True))]
             corner[weight == 0.0] = 0.0
             for row in np.flatnonzero(np.isnan(corner)).tolist():
                 corner[row] = self._nearest(
-                    name, values, box, [int(each[row]) for each in at], [t[row] for t in track]
+                    name, values, box, [int(i[row]) for i in at], [t[row] for t in track]
                 )
             corners.append(corner)
             weights.append(weight)
-        found, share = np.array(corners), np.array(weights)
-        known = FIELDS[name]
-        within = (found >= known.least) & (found <= known.most)
-        for each, row in np.argwhere(~within & (share > 0.0))[:1]:
+        samples, share = np.array(corners), np.array(weights)
+        limits = FIELDS[name]
+        is_valid = (samples >= limits.low) & (samples <= limits.high)
+        for which, row in np.argwhere(~is_valid & (share > 0.0))[:1]:
             problem = (
-                f'must lie between {known.least:g} and {known.most:g} {known.unit}, here near '
+                f'must lie between {limits.low:g} and {limits.high:g} {limits.unit}, here near '
                 f'{_place(track[1][row], track[2][row])} on {_day(track[0][row])} UTC'
             )
-            remedy = f'Give it in {known.unit}, and mark missing values by _FillValue.'
-            raise SceneError(self._path, name, float(found[each, row]), problem, remedy)
+            remedy = f'Give it in {limits.unit}, and mark missing values by _FillValue.'
+            raise SceneError(self._path, name, float(samples[which, row]), problem, remedy)
         if not turns:
-            return np.asarray((share * found).sum(axis=0))
-        angles = np.radians(found)
+            return np.asarray((share * samples).sum(axis=0))
+        angles = np.radians(samples)
         mean = np.degrees(
             np.arctan2((share * np.sin(angles)).sum(axis=0), (share * np.cos(angles)).sum(axis=0))
         )
-        beyond = np.mod(found - mean + 180.0, 360.0) - 180.0
-        return np.asarray(np.mod(mean + (share * beyond).sum(axis=0), 360.0))
+        offsets = np.mod(samples - mean + 180.0, 360.0) - 180.0
+        return np.asarray(np.mod(mean + (share * offsets).sum(axis=0), 360.0))
 
     def _read(self, field: xarray.DataArray, box: list[tuple[int, int]]) -> FloatArray:
         """Return the values of a box of the grid, which may go over the file's first meridian."""
@@ -532,11 +532,11 @@ class Hindcast:
             np.radians(axis[slice(*ends)])
             for axis, ends in zip(self._grid[1:], box[1:], strict=True)
         )
-        here = math.radians(self._latitude[corner[1]]), math.radians(self._longitude[corner[2]])
-        across = np.cos(latitude)[:, None] * math.cos(here[0])
+        centre = math.radians(self._latitude[corner[1]]), math.radians(self._longitude[corner[2]])
+        across = np.cos(latitude)[:, None] * math.cos(centre[0])
         haversine = (
-            np.sin(0.5 * (latitude - here[0]))[:, None] ** 2
-            + across * np.sin(0.5 * (longitude - here[1])) ** 2
+            np.sin(0.5 * (latitude - centre[0]))[:, None] ** 2
+            + across * np.sin(0.5 * (longitude - centre[1])) ** 2
         )
         apart_km = np.degrees(2.0 * np.arcsin(np.sqrt(np.minimum(haversine, 1.0)))) * _KM_PER_DEG
         apart_km[np.isnan(sea)] = math.inf

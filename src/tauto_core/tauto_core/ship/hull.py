@@ -125,12 +125,12 @@ def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY)
     Raises:
         HullError: negative, or a Froude number U/sqrt(g L) above `MOST_FROUDE`.
     """
-    most = MOST_FROUDE * math.sqrt(gravity * length)
-    if not 0.0 <= speed <= most:
+    limit = MOST_FROUDE * math.sqrt(gravity * length)
+    if not 0.0 <= speed <= limit:
         raise HullError(
             'speed',
             speed,
-            f'must lie in [0, {most:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
+            f'must lie in [0, {limit:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
             f'to a Froude number of {MOST_FROUDE}',
             'Sail slower, or a longer hull.',
         )
@@ -196,10 +196,10 @@ class HullCoefficients:
             'damping': (self.damping.shape, (n, 6, 6)),
             'excitation': (self.excitation.shape, (n, m, 6)),
         }
-        for key, (found, wanted) in shapes.items():
-            if found != wanted:
+        for key, (actual, wanted) in shapes.items():
+            if actual != wanted:
                 problem = f'must have the shape {wanted} for {n} frequencies'
-                yield Problem(key, found, problem, remedy)
+                yield Problem(key, actual, problem, remedy)
                 return
         if n < 8 or m < 7:
             problem = 'at least 8 frequencies and 7 headings are needed'
@@ -316,8 +316,8 @@ def load_hull(path: Path) -> HullCoefficients:
     except FileNotFoundError:
         raise HullError('path', str(path), 'there is no such file', _MAKE_ONE) from None
     except OSError as error:
-        said = error.strerror or 'it is damaged'
-        raise HullError('path', str(path), f'cannot be read: {said}', _MAKE_ONE) from None
+        reason = error.strerror or 'it is damaged'
+        raise HullError('path', str(path), f'cannot be read: {reason}', _MAKE_ONE) from None
     return hull_of_file(content, str(path))
 
 
@@ -333,27 +333,27 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
     """
     remedy = _MAKE_ONE
     try:
-        if sum(each.file_size for each in zipfile.ZipFile(BytesIO(content)).infolist()) > _LARGEST:
+        if sum(part.file_size for part in zipfile.ZipFile(BytesIO(content)).infolist()) > _LARGEST:
             raise ValueError
         with np.load(BytesIO(content), allow_pickle=False) as file:
-            held = {name: file[name] for name in file.files}
+            data = {name: file[name] for name in file.files}
     except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, MemoryError, *_DAMAGED):
         problem = 'cannot be read: it is not an .npz file, or it is damaged'
         raise HullError('path', path, problem, remedy) from None
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
-    missing = [name for name in (*wanted, 'excitation') if name not in held]
+    missing = [name for name in (*wanted, 'excitation') if name not in data]
     if missing:
         raise HullError('path', path, f'holds no {", ".join(missing)}', remedy)
-    if held['format'] != _FORMAT:
-        problem = f'has the format {held["format"]}; this version reads {_FORMAT}'
+    if data['format'] != _FORMAT:
+        problem = f'has the format {data["format"]}; this version reads {_FORMAT}'
         raise HullError('path', path, problem, remedy)
     try:
         length, beam, draught, volume, x, z, area, flotation, across, along = (
-            float(size) for size in held['sizes']
+            float(size) for size in data['sizes']
         )
         return HullCoefficients(
-            name=str(held['name']),
-            source=str(held['source']),
+            name=str(data['name']),
+            source=str(data['source']),
             length=length,
             beam=beam,
             draught=draught,
@@ -362,10 +362,10 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
             waterplane_area=area,
             flotation=flotation,
             second_moments=(across, along),
-            frequency=held['frequency'].astype(np.float64),
-            added_mass=held['added_mass'].astype(np.float64),
-            damping=held['damping'].astype(np.float64),
-            excitation=held['excitation'].astype(np.complex128),
+            frequency=data['frequency'].astype(np.float64),
+            added_mass=data['added_mass'].astype(np.float64),
+            damping=data['damping'].astype(np.float64),
+            excitation=data['excitation'].astype(np.complex128),
         )
     except (TypeError, ValueError):
         raise HullError('path', path, 'holds something else than a hull', remedy) from None
@@ -447,10 +447,10 @@ def named_hull(name: str) -> HullCoefficients:
         HullError: no such shape.
     """
     if name not in SHAPES:
-        near = difflib.get_close_matches(str(name), SHAPES, 1)
-        meant = f' Did you mean {near[0]}?' if near else ''
-        known = f'must be one of {", ".join(SHAPES)}'
-        raise HullError('shape', name, known, f'Make others with `tauto hull`.{meant}')
+        matches = difflib.get_close_matches(str(name), SHAPES, 1)
+        meant = f' Did you mean {matches[0]}?' if matches else ''
+        problem = f'must be one of {", ".join(SHAPES)}'
+        raise HullError('shape', name, problem, f'Make others with `tauto hull`.{meant}')
     return load_hull(SHAPES_FOLDER / f'{name}.npz')
 
 
@@ -488,8 +488,8 @@ class Response:
 
     def displacement(self, place: ClockPlace) -> ComplexArray:
         """Return the displacement at a place in level axes, (n, 3): X_1-3 + X_4-6 x r."""
-        moved, turned = self.motions[:, :3], self.motions[:, 3:]
-        return moved + np.cross(turned, [place.forward, place.port, place.up])
+        shift, turned = self.motions[:, :3], self.motions[:, 3:]
+        return shift + np.cross(turned, [place.forward, place.port, place.up])
 
     def accelerations(self, place: ClockPlace) -> ComplexArray:
         """Return the accelerations at a place in level axes [m/s2 per m], (n, 3).
@@ -559,15 +559,15 @@ class Hull:
         low, high = -self.coefficients.draught - 0.5 * beam, beam
         z = self.z_g
         if not low <= z <= high:
-            given = self.centre_of_gravity is not None
+            is_given = self.centre_of_gravity is not None
             raise HullError(
-                'centre_of_gravity' if given else 'roll_period',
-                z if given else self.roll_period,
+                'centre_of_gravity' if is_given else 'roll_period',
+                z if is_given else self.roll_period,
                 f'puts the centre of gravity {z:.3g} m over the waterline; it must lie in '
                 f'[{low:.3g}, {high:.3g}] m'
-                + ('' if given else f' (metacentric height {self.gm:.3g} m)'),
+                + ('' if is_given else f' (metacentric height {self.gm:.3g} m)'),
                 'Give it in metres.'
-                if given
+                if is_given
                 else f'A hull of {beam:.3g} m beam rolls in some {3.1 * math.sqrt(beam):.2g} s.',
             )
 
@@ -599,8 +599,8 @@ class Hull:
         c = self._roll_rate**2
         # c a22 z^2 + (1 + 2 c a24) z + c (k_xx^2 + a44) - metacentre = 0, in units of length
         middle = 1.0 + 2.0 * c * a24
-        last = c * ((self._k_xx / unit) ** 2 + a44) - self.metacentre / unit
-        root = middle**2 - 4.0 * c * a22 * last
+        constant = c * ((self._k_xx / unit) ** 2 + a44) - self.metacentre / unit
+        root = middle**2 - 4.0 * c * a22 * constant
         if root < 0.0 or middle <= 0.0:
             raise HullError(
                 'roll_period',
@@ -609,7 +609,7 @@ class Hull:
                 f'A hull of {hull.beam:.3g} m beam rolls in some '
                 f'{3.1 * math.sqrt(hull.beam):.2g} s.',
             )
-        return -2.0 * last / (middle + math.sqrt(root)) * unit
+        return -2.0 * constant / (middle + math.sqrt(root)) * unit
 
     @property
     def metacentre(self) -> float:
@@ -628,8 +628,8 @@ class Hull:
         hull = self.coefficients
         a44, a24, a22 = self._rolled_mass
         z = self.z_g / hull.length
-        own = hull.volume / hull.length**3 * (self._k_xx / hull.length) ** 2
-        return own + a44 + 2.0 * z * a24 + z**2 * a22
+        own_inertia = hull.volume / hull.length**3 * (self._k_xx / hull.length) ** 2
+        return own_inertia + a44 + 2.0 * z * a24 + z**2 * a22
 
     @property
     def _k_xx(self) -> float:
@@ -695,48 +695,48 @@ class Hull:
         self.check_speed(speed)
         hull = self.coefficients
         unit = math.sqrt(self.gravity / hull.length)
-        own = np.asarray(omega, np.float64) / unit
+        wave = np.asarray(omega, np.float64) / unit
         froude = speed / math.sqrt(self.gravity * hull.length)
-        met = own - own**2 * (froude * math.cos(heading))
-        held = np.maximum(np.abs(met), LEAST_ENCOUNTER * own)
-        matrix = self._fluid(met, froude * met / held**2) + self._ship(met)
+        met = wave - wave**2 * (froude * math.cos(heading))
+        met_size = np.maximum(np.abs(met), LEAST_ENCOUNTER * wave)
+        matrix = self._fluid(met, froude * met / met_size**2) + self._ship(met)
         mass = hull.volume / hull.length**3 * np.array([1.0, 1.0, self._k_zz**2])
         added = _added_mass(hull, np.abs(met))
         for j, own_mass in zip((0, 1, 5), mass, strict=True):
-            moved = own_mass + added[:, j, j]
-            matrix[:, j, j] -= (held**2 - met**2) * moved
-        force = self._force(own, heading)[:, :, None]
+            total = own_mass + added[:, j, j]
+            matrix[:, j, j] -= (met_size**2 - met**2) * total
+        force = self._force(wave, heading)[:, :, None]
         motions = np.array(np.linalg.solve(matrix, force)[:, :, 0].conj(), np.complex128)
         motions[:, 3:] /= hull.length
-        return Response(own * unit, met * unit, motions, self.gravity)
+        return Response(wave * unit, met * unit, motions, self.gravity)
 
     def _fluid(self, w: FloatArray, drift: FloatArray) -> ComplexArray:
         """Return -w^2 A - i w B with the speed terms for U/w, (n, 6, 6)."""
         hull = self.coefficients
         size = np.abs(w)
-        found, rows = np.zeros((len(w), 6, 6), np.complex128), hull.frequency
+        matrix, rows = np.zeros((len(w), 6, 6), np.complex128), hull.frequency
         # beyond the last row damping falls as 1/omega^2
-        far = np.maximum(size / rows[-1], 1.0) ** -2
+        decay = np.maximum(size / rows[-1], 1.0) ** -2
         dampings = hermite(rows, hull.damping, hull.slopes[1], np.minimum(size, rows[-1]))
-        masses, dampings = _added_mass(hull, size), dampings * far[:, None, None]
+        masses, dampings = _added_mass(hull, size), dampings * decay[:, None, None]
         for j, k in zip(*np.nonzero(_PAIRS), strict=True):
             if k < j:
                 continue
-            found[:, j, k] = -(w**2) * masses[:, j, k] - 1j * w * dampings[:, j, k]
-            found[:, k, j] = found[:, j, k]
-        found[:, 3, 3] -= (
+            matrix[:, j, k] = -(w**2) * masses[:, j, k] - 1j * w * dampings[:, j, k]
+            matrix[:, k, j] = matrix[:, j, k]
+        matrix[:, 3, 3] -= (
             1j * w * (2.0 * self.roll_damping_ratio * self._roll_rate * self._roll_inertia())
         )
         if not np.any(drift):
-            return found
+            return matrix
         # A pitched ship under way has vertical velocity -U theta, a yawed one U psi athwart: with
         # kappa = i U/w, A35 = A35 - U/w^2 B33, B35 = B35 + U A33 and so on (the paper's table 1).
         kappa = 1j * drift[:, None]
-        found[:, :, 4] += kappa * found[:, :, 2]
-        found[:, :, 5] -= kappa * found[:, :, 1]
-        found[:, 4, :] -= kappa * found[:, 2, :]
-        found[:, 5, :] += kappa * found[:, 1, :]
-        return found
+        matrix[:, :, 4] += kappa * matrix[:, :, 2]
+        matrix[:, :, 5] -= kappa * matrix[:, :, 1]
+        matrix[:, 4, :] -= kappa * matrix[:, 2, :]
+        matrix[:, 5, :] += kappa * matrix[:, 1, :]
+        return matrix
 
     def _ship(self, w: FloatArray) -> ComplexArray:
         """Return -w^2 M + C of the rigid body and the hydrostatics, (n, 6, 6)."""
@@ -763,7 +763,7 @@ class Hull:
         stiffness[4, 4] = along + m * (hull.buoyancy[1] / unit - z)
         return np.asarray(-(w**2)[:, None, None] * (m * mass) + stiffness, np.complex128)
 
-    def _force(self, own: FloatArray, heading: float) -> ComplexArray:
+    def _force(self, w: FloatArray, heading: float) -> ComplexArray:
         """Return the exciting forces at frequencies in the units of the tables, (n, 6).
 
         Between headings a sum of cosines (forces 1, 3, 5) or sines (2, 4, 6) through all of them;
@@ -781,16 +781,16 @@ class Hull:
         static[2] = hull.waterplane_area / unit**2
         static[4] = -static[2] * hull.flotation / unit
         rows = hull.frequency[1:]
-        last = rows[-1]
-        inside = np.clip(own, rows[0], last)
-        tail = np.minimum(last / own, 1.0) ** 2
-        found = np.empty((len(own), 6), np.complex128)
+        end = rows[-1]
+        clipped = np.clip(w, rows[0], end)
+        tail = np.minimum(end / w, 1.0) ** 2
+        force = np.empty((len(w), 6), np.complex128)
         ratio = (at_heading[1:] - static) / (rows**2)[:, None]
-        parts = spline(rows, np.stack((ratio.real, ratio.imag), axis=1), inside)
+        parts = spline(rows, np.stack((ratio.real, ratio.imag), axis=1), clipped)
         for j in range(6):
             read = parts[:, 0, j] + 1j * parts[:, 1, j]
-            found[:, j] = np.where(own > last, at_heading[-1, j] * tail, static[j] + read * own**2)
-        return found
+            force[:, j] = np.where(w > end, at_heading[-1, j] * tail, static[j] + read * w**2)
+        return force
 
 
 def _added_mass(hull: HullCoefficients, at: FloatArray) -> FloatArray:
@@ -799,9 +799,9 @@ def _added_mass(hull: HullCoefficients, at: FloatArray) -> FloatArray:
     They go there as 1/omega^2.
     """
     rows, limit = hull.frequency, hull.added_mass[-1]
-    inside = hermite(rows, hull.added_mass[:-1], hull.slopes[0], np.minimum(at, rows[-1]))
-    far = np.maximum(at / rows[-1], 1.0) ** -2
-    return np.asarray(limit + (inside - limit) * far[:, None, None])
+    masses = hermite(rows, hull.added_mass[:-1], hull.slopes[0], np.minimum(at, rows[-1]))
+    decay = np.maximum(at / rows[-1], 1.0) ** -2
+    return np.asarray(limit + (masses - limit) * decay[:, None, None])
 
 
 def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray]:
@@ -895,12 +895,12 @@ def rate_by_place(
     def mean_square(factor: ComplexArray) -> float:
         return trapezoid(density * np.abs(factor) ** 2, omega)
 
-    found = []
+    rates = []
     for heading in headings:
         response = hull.response(omega, heading, speed)
         for place in places:
             x, y, z = response.accelerations(place).T
-            found.append(
+            rates.append(
                 PlaceRate(
                     heading,
                     place,
@@ -910,4 +910,4 @@ def rate_by_place(
                     along_the_deck=scale / 4.0 * mean_square(response.along_the_deck(place)),
                 )
             )
-    return found
+    return rates

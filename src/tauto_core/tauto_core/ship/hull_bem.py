@@ -79,15 +79,15 @@ def form_mesh(shape: Shape, lengthways: int = LENGTHWAYS, down: int = DOWN) -> A
     y = (1.0 - np.abs(x[:, None]) ** p) * (1.0 - np.abs(z) ** q)
     corner = np.arange(y.size).reshape(y.shape)
     fore_and_aft, depth = np.broadcast_arrays(x[:, None], z)
-    half = np.stack([fore_and_aft, y, depth], axis=-1).reshape(-1, 3)
-    half = half * [0.5 * shape.length, 0.5 * shape.beam, shape.draught]
+    side = np.stack([fore_and_aft, y, depth], axis=-1).reshape(-1, 3)
+    side = side * [0.5 * shape.length, 0.5 * shape.beam, shape.draught]
     panels = np.stack(
         [corner[:-1, :-1], corner[1:, :-1], corner[1:, 1:], corner[:-1, 1:]], axis=-1
     ).reshape(-1, 4)
-    mirrored = half * [1.0, -1.0, 1.0]
+    mirrored = side * [1.0, -1.0, 1.0]
     return capytaine.Mesh(
-        vertices=np.concatenate([half, mirrored]),
-        faces=np.concatenate([panels, panels[:, ::-1] + len(half)]),
+        vertices=np.concatenate([side, mirrored]),
+        faces=np.concatenate([panels, panels[:, ::-1] + len(side)]),
     )
 
 
@@ -110,8 +110,8 @@ def read_mesh(path: Path) -> Any:
     try:
         mesh = capytaine.load_mesh(str(path)).merged().immersed_part()
     except Exception as error:  # each format's reader has its own errors
-        said = f'cannot be read: {words_of(error)}'
-        raise HullError('mesh', str(path), said, 'Give a mesh that capytaine reads.') from None
+        problem = f'cannot be read: {words_of(error)}'
+        raise HullError('mesh', str(path), problem, 'Give a mesh that capytaine reads.') from None
     if mesh.nb_faces == 0:
         raise HullError(
             'mesh', str(path), 'has nothing under z = 0', 'Put the waterline at z = 0.'
@@ -164,7 +164,7 @@ def compute(
     """
     capytaine = solver()
     size = mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)
-    length, beam, draught = (float(each) for each in size)
+    length, beam, draught = (float(value) for value in size)
     check_proportions(length, beam, draught)
     cover = _lid(mesh) if lid else None
     panels = mesh.nb_faces + (cover.nb_faces if cover is not None else 0)
@@ -191,20 +191,20 @@ def compute(
     beta = np.linspace(0.0, np.pi, headings)
 
     def solved(problem: Any) -> ComplexArray:
-        found = engine.solve(problem)
-        return np.array([found.forces[dof] for dof in _DOFS])
+        solution = engine.solve(problem)
+        return np.array([solution.forces[dof] for dof in _DOFS])
 
     for row, omega in enumerate([0.0, *(unit * frequencies), np.inf]):
         for k, dof in enumerate(_DOFS):
             radiated = capytaine.RadiationProblem(omega=omega, radiating_dof=dof, **water)
             result = engine.solve(radiated)
-            mass[row, :, k] = [result.added_mass[each] for each in _DOFS]
+            mass[row, :, k] = [result.added_mass[dof] for dof in _DOFS]
             if 0 < row <= n:
-                damping[row, :, k] = [result.radiation_damping[each] for each in _DOFS]
+                damping[row, :, k] = [result.radiation_damping[dof] for dof in _DOFS]
         for column, direction in enumerate(beta if 0 < row <= n else ()):
             wave = capytaine.DiffractionProblem(omega=omega, wave_direction=direction, **water)
             pushed = capytaine.bem.airy_waves.froude_krylov_force(wave)
-            force[row, column] = solved(wave) + [pushed[each] for each in _DOFS]
+            force[row, column] = solved(wave) + [pushed[dof] for dof in _DOFS]
         if progress is not None:
             progress((row + 1) / (n + 2))
     lever = np.array([0, 0, 0, 1, 1, 1])
@@ -236,14 +236,14 @@ def compute(
 
 def _lid(mesh: Any) -> Any:
     """Return panels of the water inside the hull, the same on both sides."""
-    half = mesh.generate_lid().clipped(origin=(0.0, 0.0, 0.0), normal=(0.0, -1.0, 0.0))
-    return half.join_meshes(half.mirrored('xOz'))
+    side = mesh.generate_lid().clipped(origin=(0.0, 0.0, 0.0), normal=(0.0, -1.0, 0.0))
+    return side.join_meshes(side.mirrored('xOz'))
 
 
 def _even(matrices: FloatArray) -> FloatArray:
     """Return matrices symmetric, and zero between motions that equal sides keep apart."""
-    apart = np.add.outer(np.arange(6), np.arange(6)) % 2 == 1
-    return np.asarray(np.where(apart, 0.0, 0.5 * (matrices + matrices.swapaxes(1, 2))))
+    is_zero = np.add.outer(np.arange(6), np.arange(6)) % 2 == 1
+    return np.asarray(np.where(is_zero, 0.0, 0.5 * (matrices + matrices.swapaxes(1, 2))))
 
 
 def _waterplane(mesh: Any) -> tuple[float, float, float, float]:
@@ -267,9 +267,9 @@ def _waterplane(mesh: Any) -> tuple[float, float, float, float]:
 def main(names: list[str]) -> None:
     """Make the tables of the shapes that come with the package again; all where none is named."""
     for name in names or list(SHAPES):
-        made = compute(form_mesh(SHAPES[name], *SHIPPED), name)
-        made.save(SHAPES_FOLDER / f'{name}.npz')
-        sys.stdout.write(f'{name}: {made.source}\n')
+        hull = compute(form_mesh(SHAPES[name], *SHIPPED), name)
+        hull.save(SHAPES_FOLDER / f'{name}.npz')
+        sys.stdout.write(f'{name}: {hull.source}\n')
 
 
 if __name__ == '__main__':

@@ -37,15 +37,15 @@ _THREE, _FOUR = (0, 1, 2), (0, 1, 2, 3)
 
 
 @inlined
-def strided(rows: tuple[Any, ...], first: int, step: int) -> Any:
-    """Return the numbers at first, first + step, … of rows of eight, taken as one, as lanes.
+def strided(rows: tuple[Any, ...], start: int, step: int) -> Any:
+    """Return the numbers at start, start + step, … of rows of eight, taken as one, as lanes.
 
-    So are components of vectors taken out of their array. `first` and `step` are known when
+    So are components of vectors taken out of their array. `start` and `step` are known when
     compiling.
     """
-    x = splat(lane(rows[first // SIZE], first % SIZE))
+    x = splat(lane(rows[start // SIZE], start % SIZE))
     for r in LANES:
-        k = first + step * r
+        k = start + step * r
         x = with_lane(x, r, lane(rows[k // SIZE], k % SIZE))
     return x
 
@@ -96,8 +96,8 @@ def sum_blocks(
     """
     n = len(phase)
     turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)
-    some = value if value is not None else acceleration
-    blocks, strips = some.shape[0], some.shape[1] // SIZE  # type: ignore[union-attr]
+    sums = value if value is not None else acceleration
+    blocks, strips = sums.shape[0], sums.shape[1] // SIZE  # type: ignore[union-attr]
     factors = np.empty((BLOCKS_TOGETHER, n, 6))
     for begin in range(0, blocks, BLOCKS_TOGETHER):
         count = min(BLOCKS_TOGETHER, blocks - begin)
@@ -135,9 +135,9 @@ def _accumulate(
     """
     n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
     for i in range(n):
-        one, two = 2 * (strip * n + i), 2 * ((strip + 1) * n + i)
-        c, s = row_of(table, one), row_of(table, one + 1)
-        d, t = row_of(table, two), row_of(table, two + 1)
+        a, b = 2 * (strip * n + i), 2 * ((strip + 1) * n + i)
+        c, s = row_of(table, a), row_of(table, a + 1)
+        d, t = row_of(table, b), row_of(table, b + 1)
         if value is not None:
             x = _added(x, c, s, d, t, factors[i, 0], factors[i, 1])
         if rate is not None:
@@ -169,11 +169,11 @@ def _store_sums(
     """Write two eights on either side of the middle, in one order."""
     if out is None:
         return
-    right, left = middle + strip, middle - 1 - strip
-    store(out, right, mean + (sums[0] + sums[1]))
-    store(out, left, strided((mean + (sums[0] - sums[1]),), 7, -1))
-    store(out, right + 1, mean + (sums[2] + sums[3]))
-    store(out, left - 1, strided((mean + (sums[2] - sums[3]),), 7, -1))
+    above, below = middle + strip, middle - 1 - strip
+    store(out, above, mean + (sums[0] + sums[1]))
+    store(out, below, strided((mean + (sums[0] - sums[1]),), 7, -1))
+    store(out, above + 1, mean + (sums[2] + sums[3]))
+    store(out, below - 1, strided((mean + (sums[2] - sums[3]),), 7, -1))
 
 
 # -----------------------------------------------------------------------------
@@ -264,9 +264,9 @@ def encode_six(
             # along the mean heading turned by the yaw, then by the pitch, then by the roll
             ahead, aside = cy * x + sy * y, cy * y - sy * x
             deck = sp * ahead + cp * z
-            felt = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
+            axes = cp * ahead - sp * z, cr * aside + sr * deck, cr * deck - sr * aside
             for row in _THREE:
-                store(force, 3 * i + row, interleaved(felt, row))
+                store(force, 3 * i + row, interleaved(axes, row))
 
 
 @inlined
@@ -281,12 +281,12 @@ def eight(channel: FloatArray, i: int) -> Any:
 
 
 @inlined
-def half_angles(half: Any) -> Any:
+def half_angles(angle: Any) -> Any:
     """Return sine and cosine of lanes of half the angle."""
-    c, s = short_cosine_sine(half)
-    if largest(half) > 0.25 * math.pi:
+    c, s = short_cosine_sine(angle)
+    if largest(angle) > 0.25 * math.pi:
         for r in range(SIZE):
-            x = lane(half, r)
+            x = lane(angle, r)
             if abs(x) > 0.25 * math.pi:
                 s, c = with_lane(s, r, math.sin(x)), with_lane(c, r, math.cos(x))
     return s, c
@@ -345,20 +345,20 @@ def all_good(
 def vectors(array: FloatArray, i: int, places: tuple[int, ...]) -> tuple[Any, ...]:
     """Return the components of the eight vectors from 8 i on, each as lanes."""
     rows: tuple[Any, ...] = ()
-    found: tuple[Any, ...] = ()
+    parts: tuple[Any, ...] = ()
     for k in places:
         rows = (*rows, row_of(array, len(places) * i + k))
     for k in places:
-        found = (*found, strided(rows, k, len(places)))
-    return found
+        parts = (*parts, strided(rows, k, len(places)))
+    return parts
 
 
 @entry
-def spaced(times: IntArray, least: int) -> bool:
+def spaced(times: IntArray, least_ns: int) -> bool:
     """Return whether all times are at least so far apart."""
     good = True
     for i in range(len(times) - 1):
-        good &= times[i + 1] - times[i] >= least
+        good &= times[i + 1] - times[i] >= least_ns
     return good
 
 
@@ -390,8 +390,8 @@ def roll_of(
         if angular_velocity is not None:
             across = angular_velocity[i, 1] * sine + angular_velocity[i, 2] * cosine
             squared = sine * sine + cosine * cosine
-            more = across * (2.0 * (w * y - z * x)) / squared
-            rate[i] = angular_velocity[i, 0] + more  # type: ignore[index]
+            extra = across * (2.0 * (w * y - z * x)) / squared
+            rate[i] = angular_velocity[i, 0] + extra  # type: ignore[index]
 
 
 @entry
@@ -424,7 +424,7 @@ def rolls_alone(orientation: FloatArray, force: FloatArray) -> bool:
 
 @entry
 def force_in_plane(
-    orientation: FloatArray, force: FloatArray, upright: bool, felt: FloatArray
+    orientation: FloatArray, force: FloatArray, upright: bool, out: FloatArray
 ) -> None:
     """Fill the specific force that a clock's thread can follow (`imu.force_in_plane`).
 
@@ -441,16 +441,16 @@ def force_in_plane(
             tilted = (x * x + b * b) + c * c
         else:
             across = y * y + z * z
-            whole = square_root(1.0 + (x * x) / across)
-            y, z = y * whole, z * whole
+            stretch = square_root(1.0 + (x * x) / across)
+            y, z = y * stretch, z * stretch
             tilted = across
         for row in _THREE:
-            store(felt, 3 * i + row, interleaved((x, y, z), row))
+            store(out, 3 * i + row, interleaved((x, y, z), row))
         if not lowest(tilted) > 0.0:
             for k in range(SIZE * i, SIZE * i + SIZE):
-                _store_in_plane(orientation, force, k, upright, felt)
+                _store_in_plane(orientation, force, k, upright, out)
     for k in range(SIZE * rows, len(force)):
-        _store_in_plane(orientation, force, k, upright, felt)
+        _store_in_plane(orientation, force, k, upright, out)
 
 
 @inlined
@@ -467,7 +467,7 @@ def _upright(a: Any, b: Any, c: Any, w: Any, x: Any, y: Any, z: Any) -> tuple[An
 
 @inlined
 def _store_in_plane(
-    orientation: FloatArray, force: FloatArray, k: int, upright: bool, felt: FloatArray
+    orientation: FloatArray, force: FloatArray, k: int, upright: bool, out: FloatArray
 ) -> None:
     """Write the force of one sample, which may have no part along the axle, or that alone."""
     x, y, z = force[k, 0], force[k, 1], force[k, 2]
@@ -478,9 +478,9 @@ def _store_in_plane(
     elif x != 0.0:
         across = y * y + z * z
         if across > 0.0:
-            whole = math.sqrt(1.0 + (x * x) / across)
-            y, z = y * whole, z * whole
-    felt[k, 0], felt[k, 1], felt[k, 2] = x, y, z
+            stretch = math.sqrt(1.0 + (x * x) / across)
+            y, z = y * stretch, z * stretch
+    out[k, 0], out[k, 1], out[k, 2] = x, y, z
 
 
 @entry
@@ -575,33 +575,33 @@ def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None
 
 
 @entry
-def unwrap(angle: FloatArray, turns: int, last: float) -> tuple[int, float]:
+def unwrap(angle: FloatArray, turns: int, last_angle: float) -> tuple[int, float]:
     """Add whole turns in place, so that no step exceeds half a turn; return turns and last angle.
 
-    Angles are in [−π, π]; `turns` and `last` are those of the angle before these.
+    Angles are in [−π, π]; `turns` and `last_angle` are those of the angle before these.
     """
-    narrow, whole, reach = abs(last) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
+    narrow, offset, reach = abs(last_angle) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
     rows = len(angle) // SIZE
     for i in range(rows):
         reach = larger(reach, row_of(angle, i))
     for i in range(SIZE * rows, len(angle)):
         narrow &= abs(angle[i]) < 0.5 * math.pi
     if narrow and largest(reach) < 0.5 * math.pi and len(angle):
-        last = angle[-1]
+        last_angle = angle[-1]
         for i in range(rows):
-            store(angle, i, row_of(angle, i) + whole)
+            store(angle, i, row_of(angle, i) + offset)
         for i in range(SIZE * rows, len(angle)):
-            angle[i] += whole
-        return turns, last
+            angle[i] += offset
+        return turns, last_angle
     for i in range(len(angle)):
         now = angle[i] if angle[i] > -math.pi else math.pi
-        if now - last < -math.pi:
+        if now - last_angle < -math.pi:
             turns += 1
-        elif now - last > math.pi:
+        elif now - last_angle > math.pi:
             turns -= 1
         angle[i] = now + 2.0 * math.pi * turns
-        last = now
-    return turns, last
+        last_angle = now
+    return turns, last_angle
 
 
 # -----------------------------------------------------------------------------
@@ -612,7 +612,7 @@ ROOT_HALF = math.sqrt(0.5)
 
 @entry
 def fade(
-    first: int,
+    start: int,
     step_ns: int,
     begin_ns: int,
     length_ns: int,
@@ -635,7 +635,7 @@ def fade(
     """
     per_s, length = 1e9 / length_ns, float(length_ns)
     for k in range(-(-len(old[0]) // SIZE)):
-        begin, times = (first + SIZE * k) * step_ns - begin_ns, splat(0.0)
+        begin, times = (start + SIZE * k) * step_ns - begin_ns, splat(0.0)
         for r in range(SIZE):  # each time is exact, or rounded by itself
             times = with_lane(times, r, float(begin + r * step_ns))
         u = times / length

@@ -128,29 +128,29 @@ class LoggedPassage:
 
     def problems(self, longest_gap_days: float = LONGEST_GAP_DAYS) -> Iterator[Problem]:
         """Yield the problems that keep it from being sailed, by passage and row."""
-        for each in [self.wrong] if self.wrong else entry_problems(self.entries, longest_gap_days):
+        for item in [self.wrong] if self.wrong else entry_problems(self.entries, longest_gap_days):
             place = f'passage {self.name}'
-            if each.entry < len(self.lines):
-                place += f', row {each.entry + 1} ({self.unit} {self.lines[each.entry]})'
-            key = f'{place}, {each.column}' if each.column else place
-            yield Problem(key, each.value, each.problem, each.remedy)
+            if item.entry < len(self.lines):
+                place += f', row {item.entry + 1} ({self.unit} {self.lines[item.entry]})'
+            key = f'{place}, {item.column}' if item.column else place
+            yield Problem(key, item.value, item.problem, item.remedy)
 
     def fault(self) -> Problem | None:
         """Return the first problem, with the rows of the others, in one line; None if it sails."""
-        found = list(self.problems())
-        if len(found) < 2:
-            return found[0] if found else None
-        first, *others = found
-        rows = [part for each in others for part in re.findall(r', row (\d+) ', each.key)]
-        said = ', '.join(rows[:MOST_ROWS_TOLD]) + ', …' * (len(rows) > MOST_ROWS_TOLD)
-        problem = f'{first.problem} (wrong too: {counted(len(rows), "row")}, {said})'
-        return Problem(first.key, first.value, problem, first.remedy)
+        problems = list(self.problems())
+        if len(problems) < 2:
+            return problems[0] if problems else None
+        head, *tail = problems
+        rows = [part for item in tail for part in re.findall(r', row (\d+) ', item.key)]
+        numbers = ', '.join(rows[:MOST_ROWS_TOLD]) + ', …' * (len(rows) > MOST_ROWS_TOLD)
+        problem = f'{head.problem} (wrong too: {counted(len(rows), "row")}, {numbers})'
+        return Problem(head.key, head.value, problem, head.remedy)
 
     @property
     def days(self) -> float:
         """Time from the first to the last entry [days]."""
-        first, last = (log_time(self.entries[index][0]) for index in (0, -1))
-        return (last - first).total_seconds() / DAY_S
+        begin, end = (log_time(self.entries[index][0]) for index in (0, -1))
+        return (end - begin).total_seconds() / DAY_S
 
     @property
     def is_track(self) -> bool:
@@ -163,60 +163,60 @@ class LoggedPassage:
         Of the winds of a track that of the time: a wind has blown since the one before it, or for
         `FIRST_HOURS` where that is less.
         """
-        known = [each[column] is not None for each in self.entries]
-        if not self.is_track or column != 4 or not any(known):
-            return sum(known) / max(len(known), 1)
-        at = [log_time(each[0]).timestamp() / 3600.0 for each in self.entries]
-        winds = [hour for hour, is_known in zip(at, known, strict=True) if is_known]
+        has_one = [entry[column] is not None for entry in self.entries]
+        if not self.is_track or column != 4 or not any(has_one):
+            return sum(has_one) / max(len(has_one), 1)
+        at = [log_time(entry[0]).timestamp() / 3600.0 for entry in self.entries]
+        winds = [hour for hour, is_known in zip(at, has_one, strict=True) if is_known]
         since = [min(winds[0] - at[0], FIRST_HOURS)]
-        since += [min(after - before, FIRST_HOURS) for before, after in pairwise(winds)]
+        since += [min(b - a, FIRST_HOURS) for a, b in pairwise(winds)]
         return sum(since) / (at[-1] - at[0])
 
     def notes(self) -> list[str]:
         """Return notes on doubtful entries of a passage that can be sailed."""
-        found = []
+        notes = []
         steps = [
             (
-                (log_time(after[0]) - log_time(before[0])).total_seconds(),
-                nautical_miles(before[1:3], after[1:3]),
+                (log_time(b[0]) - log_time(a[0])).total_seconds(),
+                nautical_miles(a[1:3], b[1:3]),
             )
-            for before, after in pairwise(self.entries)
+            for a, b in pairwise(self.entries)
         ]
         fast = [miles * 3600.0 / took for took, miles in steps if took > 0.0]
         hurried = [knots for knots in fast if knots > FAST_KNOTS]
         if hurried and not self.is_track:
-            found.append(
+            notes.append(
                 f'{counted(len(hurried), "step")} of {FAST_KNOTS:g} to {max(hurried):.1f} knots, '
                 'perhaps corrections of the reckoning'
             )
         gaps = [took / DAY_S for took, _ in steps if took > 1.5 * DAY_S]
         if gaps:
-            found.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
-        windless = sum(not has_wind(each) for each in self.entries)
+            notes.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
+        windless = sum(not has_wind(entry) for entry in self.entries)
         if self.is_track and windless < len(self.entries):
             covered = f'{100.0 * self.share(4):.0f} % of the time'
             number = counted(len(self.entries) - windless, 'wind')
-            found.append(f'{number}, each has blown since the one before: {covered}')
+            notes.append(f'{number}, each has blown since the one before: {covered}')
         elif windless:
-            variable = sum(each[3] in VARIABLE_WINDS for each in self.entries)
-            said = f', {variable} variable' if variable else ''
+            variable = sum(entry[3] in VARIABLE_WINDS for entry in self.entries)
+            suffix = f', {variable} variable' if variable else ''
             sealess = ': no sea grows from it' if windless == len(self.entries) else ''
             of = f'{windless} of {len(self.entries)} entries'
-            found.append(f'{of} without a wind{said}{sealess}')
+            notes.append(f'{of} without a wind{suffix}{sealess}')
         winds = [wind for *_, wind, _ in self.entries if wind is not None]
         mean = sum(winds) / max(len(winds), 1)
         if mean > WINDY_MPS:
-            found.append(f'a wind of {mean:.3g} m/s in the mean: perhaps in knots')
+            notes.append(f'a wind of {mean:.3g} m/s in the mean: perhaps in knots')
         if self.left_out:
-            found.append(f'{counted(self.left_out, "row")} within an hour of others, left out')
+            notes.append(f'{counted(self.left_out, "row")} within an hour of others, left out')
         for why, rows in self.lost:
-            found.append(f'{counted(rows, "row")} of this log {why}, left out')
-        return found
+            notes.append(f'{counted(rows, "row")} of this log {why}, left out')
+        return notes
 
     def section(self) -> dict[str, Any]:
         """Return the keys of `voyage.log`, with the entries as figures."""
         words = {key: getattr(self, key) for key in _WORDS if getattr(self, key)}
-        entries = [list(each) for each in self.entries]
+        entries = [list(entry) for entry in self.entries]
         return {'source': self.source, 'passage': self.name, **words, 'entries': entries}
 
 
@@ -235,27 +235,27 @@ def scene_of_passage(
         harbour_days: days in still water before it [days].
     """
     dropped = (*_OF_THE_LOG, 'air')
-    found = {key: value for key, value in scene.items() if key not in dropped}
+    mapping = {key: value for key, value in scene.items() if key not in dropped}
     clock = '' if passage.is_track else f'{scene.get("name", "scene")} '
-    found['name'] = f'{clock}{passage.name}'[:LONGEST_TEXT]
+    mapping['name'] = f'{clock}{passage.name}'[:LONGEST_TEXT]
     if isinstance(scene.get('clock'), dict):
-        found['clock'] = {**scene['clock'], 'nominal_period': None}
-    ship = dict(found.get('ship') or {})
+        mapping['clock'] = {**scene['clock'], 'nominal_period': None}
+    ship = dict(mapping.get('ship') or {})
     for key in OF_THE_SEA:
         ship.pop(key, None)
-    own = ship.get('weather') or {}
-    afar = ('background_swell',) if own.get('kind') == 'log' else ()
+    weather = ship.get('weather') or {}
+    afar = ('background_swell',) if weather.get('kind') == 'log' else ()
     keys = ('spectrum', 'gamma', 'components', 'cutoff', *afar)
-    kept = {key: own[key] for key in keys if own.get(key) is not None}
-    found['ship'] = {**ship, 'kind': 'sea', 'weather': {'kind': 'log', **kept}}
+    options = {key: weather[key] for key in keys if weather.get(key) is not None}
+    mapping['ship'] = {**ship, 'kind': 'sea', 'weather': {'kind': 'log', **options}}
     if isinstance(scene.get('air'), dict):
-        kept = {key: scene['air'][key] for key in OF_THE_BOX if key in scene['air']}
-        found['air'] = {'kind': 'log', **kept}
+        options = {key: scene['air'][key] for key in OF_THE_BOX if key in scene['air']}
+        mapping['air'] = {'kind': 'log', **options}
     log = passage.section()
     if harbour_days:
         log['harbour_days'] = harbour_days
-    found['voyage'] = {'log': log}
-    return found
+    mapping['voyage'] = {'log': log}
+    return mapping
 
 
 _OF_THE_LOG = 'duration', 'starts_at', 'voyage'
@@ -275,24 +275,24 @@ def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
     if not isinstance(log, dict) or 'path' not in log:
         return voyage
     try:
-        asked = LogFile.model_validate(log)
+        file = LogFile.model_validate(log)
     except ValidationError as error:
-        found = [
-            Problem(f'voyage.log.{each.key}', each.value, each.problem, each.remedy)
-            for each in explain(error, LogFile)
+        problems = [
+            Problem(f'voyage.log.{item.key}', item.value, item.problem, item.remedy)
+            for item in explain(error, LogFile)
         ]
     else:
-        found = missing_file('voyage.log.path', asked.path, folders=True)
-        if asked.winds is not None:
-            found += missing_file('voyage.log.winds', asked.winds)
-        if not found:
-            passage = find_passage(asked.path, asked.passage, winds=asked.winds)
-            found = list(passage.problems(asked.longest_gap_days))
-            if not found:
-                kept = asked.model_dump(include={'harbour_days', 'longest_gap_days'})
-                return {**voyage, 'log': {**passage.section(), **kept}}
-            origin = asked.path
-    raise SceneError.of(origin, found) from None
+        problems = missing_file('voyage.log.path', file.path, folders=True)
+        if file.winds is not None:
+            problems += missing_file('voyage.log.winds', file.winds)
+        if not problems:
+            passage = find_passage(file.path, file.passage, winds=file.winds)
+            problems = list(passage.problems(file.longest_gap_days))
+            if not problems:
+                options = file.model_dump(include={'harbour_days', 'longest_gap_days'})
+                return {**voyage, 'log': {**passage.section(), **options}}
+            origin = file.path
+    raise SceneError.of(origin, problems) from None
 
 
 def find_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
@@ -302,30 +302,30 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
         SceneError: there is none, or without a name there are several.
     """
     names = []
-    found = None
+    match = None
     for passage in read_passages(path, winds=winds):
         if passage.name == name:
             return passage
         names.append(passage.name)
-        found = found or passage
-    if name is None and found is not None and len(names) == 1:
-        return found
-    near = difflib.get_close_matches(name or '', names, 3) or names[:3]
-    said = (
+        match = match or passage
+    if name is None and match is not None and len(names) == 1:
+        return match
+    like = difflib.get_close_matches(name or '', names, 3) or names[:3]
+    problem = (
         f'is missing: {source_name(path)} has {len(names)} passages'
         if name is None
         else f'is not one of the {len(names)} passages of {source_name(path)}'
     )
-    remedy = f'Use for example {", ".join(near)}, or see `tauto logbook`.' if near else 'See it.'
-    raise SceneError(path, 'voyage.log.passage', name or ABSENT, said, remedy)
+    remedy = f'Use for example {", ".join(like)}, or see `tauto logbook`.' if like else 'See it.'
+    raise SceneError(path, 'voyage.log.passage', name or ABSENT, problem, remedy)
 
 
 def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
     """Return a passage that can be sailed, as `find_passage`; one that cannot is a SceneError."""
-    found = find_passage(path, name, winds=winds)
-    if problems := list(found.problems()):
+    passage = find_passage(path, name, winds=winds)
+    if problems := list(passage.problems()):
         raise SceneError.of(path, problems)
-    return found
+    return passage
 
 
 # -----------------------------------------------------------------------------
@@ -376,10 +376,10 @@ class _Text:
 
     def whole(self) -> str:
         """Return all of the text."""
-        most = min(self._most, LARGEST_BYTES)
-        text = self.beginning + self._text.read(most)
-        if len(text) >= most:
-            raise self.refusal(f'has more than {most:,} bytes, as no track has')
+        limit = min(self._most, LARGEST_BYTES)
+        text = self.beginning + self._text.read(limit)
+        if len(text) >= limit:
+            raise self.refusal(f'has more than {limit:,} bytes, as no track has')
         return text
 
 
@@ -457,8 +457,8 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
     missing = [name for name in wanted if name not in names]
     if missing:
         letters = {name.casefold(): name for name in names if name not in wanted}
-        near = difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
-        guess = f'Rename {letters[near[0]]}, with its unit, if that is meant. ' if near else ''
+        like = difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
+        guess = f'Rename {letters[like[0]]}, with its unit, if that is meant. ' if like else ''
         problem = f'is missing; the columns are {", ".join(names)}'
         remedy = f'{guess}Give {FORMS}.'
         raise SceneError(path, f'line 1, column {missing[0]}', ABSENT, problem, remedy)
@@ -488,15 +488,15 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             entry[2] = _wrapped(entry[2])
             entries.append(tuple(entry))
             if len(cells) != len(names):
-                said = f'has {len(cells)} cells, the header {len(names)}'
-                wrong = wrong or EntryProblem(row, '', ABSENT, said, 'Correct it.')
+                problem = f'has {len(cells)} cells, the header {len(names)}'
+                wrong = wrong or EntryProblem(row, '', ABSENT, problem, 'Correct it.')
         if not name:
             remedy = 'Name it, for example by its first day and a number.'
             wrong = EntryProblem(0, 'passage', ABSENT, 'is missing', remedy)
         elif name in past:
-            said = 'comes again after other passages'
+            problem = 'comes again after other passages'
             remedy = 'Keep its rows together, in the order of their times.'
-            wrong = wrong or EntryProblem(0, 'passage', name, said, remedy)
+            wrong = wrong or EntryProblem(0, 'passage', name, problem, remedy)
         past.add(name)
         words: dict[str, Any] = {
             key: _printed(group[0][1][at[column]])
@@ -521,7 +521,7 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
 
 def _printed(cell: str) -> str:
     """Return the letters of a cell in one line, as a scene takes them; at most `LONGEST_TEXT`."""
-    printable = ''.join(each if each.isprintable() else ' ' for each in cell)
+    printable = ''.join(letter if letter.isprintable() else ' ' for letter in cell)
     return ' '.join(printable.split())[:LONGEST_TEXT]
 
 
@@ -594,7 +594,7 @@ class _Logs:
         if not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
             self.lost[log]['with a place that is not on the globe'] += 1
             return
-        year, month, date = (each or 0.0 for each in day)
+        year, month, date = (number or 0.0 for number in day)
         try:
             at = utc_on(year, month, date, -1.0 if hour is None else 3600.0 * hour)
         except ValueError:
@@ -613,8 +613,8 @@ class _Logs:
     ) -> None:
         """Add a row with a time and a place."""
         since_s = math.floor(at.timestamp())
-        known = (math.nan if each is None else each for each in wind)
-        self.rows.setdefault(log, array('d')).extend((since_s, line, *place, *known))
+        numbers = (math.nan if value is None else value for value in wind)
+        self.rows.setdefault(log, array('d')).extend((since_s, line, *place, *numbers))
 
 
 def _at(row: list[float]) -> datetime.datetime:
@@ -630,7 +630,7 @@ def _pieces(
     They are the second half of the progress. A file without any is a `SceneError`, which tells
     what became of its rows.
     """
-    least, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
+    fewest, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
     empty = True
     for number, (log, rows) in enumerate(logs.rows.items(), 1):
         table = np.frombuffer(rows).reshape(-1, _NUMBERS)
@@ -640,14 +640,14 @@ def _pieces(
             if not pieces:
                 pieces.append([row])
                 continue
-            before = pieces[-1][-1]
-            took_s = row[0] - before[0]
+            previous = pieces[-1][-1]
+            took_s = row[0] - previous[0]
             if took_s < NEAREST_ENTRIES_S:
                 dropped += 1
                 continue
-            miles = nautical_miles((before[2], before[3]), (row[2], row[3]))
-            far = miles > FASTEST_KNOTS * took_s / 3600.0
-            if far or took_s > LONGEST_GAP_DAYS * DAY_S:
+            miles = nautical_miles((previous[2], previous[3]), (row[2], row[3]))
+            is_far = miles > FASTEST_KNOTS * took_s / 3600.0
+            if is_far or took_s > LONGEST_GAP_DAYS * DAY_S:
                 pieces.append([])
             pieces[-1].append(row)
         if progress is not None:
@@ -658,7 +658,7 @@ def _pieces(
         name = words.pop('number', number)
         track = words.get('ship') if unit == 'point' and _is_alone(log, logs) else ''
         for count, piece in enumerate(pieces, 1):
-            if len(piece) >= least:
+            if len(piece) >= fewest:
                 empty = False
                 numbered = f'{track}-{count}' if track and count > 1 else track
                 yield LoggedPassage(
@@ -674,9 +674,9 @@ def _pieces(
     if empty:
         lost = sum(logs.lost.values(), Counter[str]())
         count = sum(map(len, logs.rows.values())) // _NUMBERS + lost.total()
-        told = [f'{counted(count, unit)} of {counted(len(logs.rows), "log")}']
-        told += [f'{number} {why}' for why, number in lost.items()]
-        problem = f'has no passage of {least} entries; it has {", ".join(told)}'
+        counts = [f'{counted(count, unit)} of {counted(len(logs.rows), "log")}']
+        counts += [f'{number} {why}' for why, number in lost.items()]
+        problem = f'has no passage of {fewest} entries; it has {", ".join(counts)}'
         remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give another file.'
         raise SceneError(path, '', ABSENT, problem, remedy)
 
@@ -690,17 +690,17 @@ def _is_alone(log: object, logs: _Logs) -> bool:
 def _entry(row: list[float], timespec: str) -> LogEntry:
     """Return the entry of a row."""
     _, _, latitude, longitude, *wind = row
-    blows_from, blows, celsius = (None if math.isnan(each) else each for each in wind)
+    blows_from, blows, celsius = (None if math.isnan(value) else value for value in wind)
     return _at(row).isoformat(timespec=timespec), latitude, longitude, blows_from, blows, celsius
 
 
 def _number(cell: str, factor: float = 1.0) -> float | None:
     """Return the number in a cell times a factor; None where there is none."""
     try:
-        found = number_in(cell)
+        number = number_in(cell)
     except ValueError:
         return None
-    return round(factor * found, 9) if math.isfinite(found) else None
+    return round(factor * number, 9) if math.isfinite(number) else None
 
 
 def _archive(lines: Iterable[str]) -> _Logs:
@@ -757,8 +757,8 @@ def _cliwoc_words(at: dict[str, int], cells: list[str]) -> dict[str, str]:
         'sailed_from': 'VoyageFrom',
         'bound_to': 'VoyageTo',
     }
-    found = {key: cells[at[name]].strip() for key, name in columns.items() if name in at}
-    return {key: word for key, word in found.items() if word not in MISSING}
+    words = {key: cells[at[name]].strip() for key, name in columns.items() if name in at}
+    return {key: word for key, word in words.items() if word not in MISSING}
 
 
 def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
@@ -778,17 +778,17 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
         remedy = "Put the files Lookup_*.csv of CLIWOC's release 1.5 into its folder."
         raise SceneError(path, 'Lookup_*_WindForce.csv', ABSENT, problem, remedy)
     logs = _Logs()
-    own = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
+    columns = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
     for line, cells in logs.full(len(names), rows):
         utc = cells[at['UTC']].strip().partition('.')[0]
         latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
-        known = utc if len(utc) == 10 and utc.isdecimal() else ''
-        day = _number(known[:4]), _number(known[4:6]), _number(known[6:8])
+        stamp = utc if len(utc) == 10 and utc.isdecimal() else ''
+        day = _number(stamp[:4]), _number(stamp[4:6]), _number(stamp[6:8])
         words = cells[at['WindDirection']].strip().upper(), cells[at['WindForce']].strip().upper()
         air = _number(cells[at['ProbTair']]) if 'ProbTair' in at else None
         wind = directions.get(words[0]), forces.get(words[1]), air
-        log = tuple(cells[place].strip() for place in own)
-        logs.put(log, line, day, _number(known[8:]), (latitude, longitude), wind)
+        log = tuple(cells[place].strip() for place in columns)
+        logs.put(log, line, day, _number(stamp[8:]), (latitude, longitude), wind)
         if log not in logs.named:
             logs.named[log] = {'number': str(len(logs.named) + 1), **_cliwoc_words(at, cells)}
     return logs
@@ -796,18 +796,18 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
 
 def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
     """Return the numbers of words, from the tables of all languages."""
-    found: dict[str, float] = {}
+    numbers: dict[str, float] = {}
     for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
         try:
             text = read_data(file, SMALL_PART).decode('utf-8-sig', _LATIN)
             for row in csv.DictReader(text.splitlines(keepends=True)):
                 value = _number(row.get(number) or '')
                 if value is not None and value >= 0.0:
-                    found.setdefault((row.get(word) or '').strip().upper(), value)
+                    numbers.setdefault((row.get(word) or '').strip().upper(), value)
         except (OSError, csv.Error) as error:
             problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
             raise SceneError(str(file), '', ABSENT, problem, 'Give that of CLIWOC.') from None
-    return found
+    return numbers
 
 
 def _tracks(path: str, text: str, winds: str | None) -> _Logs:
@@ -852,13 +852,13 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
         for at, wind in blown:
             if not (len(moments) > 1 and moments[0] <= at <= moments[-1]):
                 continue
-            after = max(bisect_left(moments, at), 1)
-            (begin, _, one), (end, index, other) = timed[after - 1 : after + 1]
+            upper = max(bisect_left(moments, at), 1)
+            (begin, _, a), (end, index, b) = timed[upper - 1 : upper + 1]
             part = (at - begin) / (end - begin)
-            east = math.remainder(other.longitude - one.longitude, 360.0)
+            east = math.remainder(b.longitude - a.longitude, 360.0)
             place = (
-                one.latitude + part * (other.latitude - one.latitude),
-                _wrapped(one.longitude + part * east),
+                a.latitude + part * (b.latitude - a.latitude),
+                _wrapped(a.longitude + part * east),
             )
             logs.add(number, index, at, place, wind)
             windy.append(at)
@@ -885,11 +885,11 @@ def _moment(path: str, where: str, point: Any) -> datetime.datetime:
     return at
 
 
-def _is_near(at: datetime.datetime, others: list[datetime.datetime]) -> bool:
-    """Return whether a time is less than an hour from one of others in their order."""
-    place = bisect_left(others, at)
-    near = others[max(place - 1, 0) : place + 1]
-    return any(abs((each - at).total_seconds()) < NEAREST_ENTRIES_S for each in near)
+def _is_near(at: datetime.datetime, times: list[datetime.datetime]) -> bool:
+    """Return whether a time is less than an hour from one of `times`, in their order."""
+    place = bisect_left(times, at)
+    neighbours = times[max(place - 1, 0) : place + 1]
+    return any(abs((time - at).total_seconds()) < NEAREST_ENTRIES_S for time in neighbours)
 
 
 def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float | None]]]:
@@ -920,7 +920,7 @@ INLAND_KM = 30.0
 
 def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
     """Return a passage as JSON: names with units, missing values as None."""
-    problems = [f'{each.key}: {each.problem}' for each in passage.problems()]
+    problems = [f'{item.key}: {item.problem}' for item in passage.problems()]
     sound = not problems
     return {
         'passage': passage.name,
@@ -945,12 +945,12 @@ def _ashore(passage: LoggedPassage) -> list[str]:
     """Return notes on entries that lie on land, and on a last one that does not reach it."""
     from tauto_core.ship.coast import inland_km, no_landfall
 
-    far = [inland_km(*entry[1:3]) for entry in passage.entries]
-    rows = [index for index, km in enumerate(far) if km > INLAND_KM]
-    found = []
+    inland = [inland_km(*entry[1:3]) for entry in passage.entries]
+    rows = [index for index, km in enumerate(inland) if km > INLAND_KM]
+    notes = []
     if rows:
         where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
-        found.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
+        notes.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
     if (away := no_landfall(*passage.entries[-1][1:3])) is not None:
-        found.append(f'last entry {away}')
-    return found
+        notes.append(f'last entry {away}')
+    return notes

@@ -73,11 +73,11 @@ def wrap_degrees(longitude: FloatArray) -> FloatArray:
 
 def wrap(angle: FloatArray, half_turn: float) -> FloatArray:
     """Return angles in [−half a turn, half a turn), in its unit; those within keep their bits."""
-    inside = (angle >= -half_turn) & (angle < half_turn)
+    is_inside = (angle >= -half_turn) & (angle < half_turn)
     wrapped = np.mod(angle + half_turn, 2.0 * half_turn) - half_turn
     # mod rounds numbers just below a turn up to it
     wrapped = np.where(wrapped < half_turn, wrapped, -half_turn)
-    return np.where(inside, angle, wrapped)
+    return np.where(is_inside, angle, wrapped)
 
 
 @dataclass(frozen=True)
@@ -125,8 +125,8 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
     length: float = line.s13
 
     ways = (0.5 * length * (chebyshev_nodes(_GEODESIC_NODES) + 1.0)).tolist()
-    found = [line.Position(way, Geodesic.LATITUDE | Geodesic.LONGITUDE) for way in ways]
-    latitude, longitude = np.radians([(each['lat2'], each['lon2']) for each in found]).T
+    points = [line.Position(way, Geodesic.LATITUDE | Geodesic.LONGITUDE) for way in ways]
+    latitude, longitude = np.radians([(point['lat2'], point['lon2']) for point in points]).T
     across = np.cos(latitude)
     vertical = np.stack((across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)))
     azimuths = line.azi1, line.Position(length, Geodesic.AZIMUTH)['azi2']
@@ -146,8 +146,8 @@ def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
     if northing[0] * northing[1] >= 0.0:  # the latitude has no extreme between the ends
         return max(abs(start), abs(end))
     reduced = math.atan((1.0 - FLATTENING) * math.tan(math.radians(start)))
-    least = math.cos(reduced) * abs(math.sin(math.radians(azimuths[0])))
-    return math.degrees(math.atan2(math.sqrt(1.0 - least * least), (1.0 - FLATTENING) * least))
+    cosine = math.cos(reduced) * abs(math.sin(math.radians(azimuths[0])))
+    return math.degrees(math.atan2(math.sqrt(1.0 - cosine * cosine), (1.0 - FLATTENING) * cosine))
 
 
 @dataclass(frozen=True)
@@ -188,16 +188,16 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
     over the meridian. With the departure p = Δλ/⟨1/r⟩ and the meridian arc Δm, s = √(Δm² + p²) and
     tan α = p/Δm, on any course.
     """
-    first, turn = math.radians(start[0]), math.radians(end[0] - start[0])
+    start_rad, turn = math.radians(start[0]), math.radians(end[0] - start[0])
     eastward = math.remainder(end[1] - start[1], 360.0)
 
-    part = _part_of_turn(first, turn, 0.5 * (chebyshev_nodes(_RHUMB_NODES) + 1.0))
-    latitude_rad = first + turn * part
+    part = _part_of_turn(start_rad, turn, 0.5 * (chebyshev_nodes(_RHUMB_NODES) + 1.0))
+    latitude_rad = start_rad + turn * part
     squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
     parallel_m = EQUATOR_M * np.cos(latitude_rad) / np.sqrt(squeezed)
     gained = chebyshev.chebint(_series(1.0 / parallel_m), lbnd=-1)
     over_all = float(chebyshev.chebval(1.0, gained))
-    meridian = float(_mean_curvature_m(first, turn, np.ones(1))[0]) * turn
+    meridian = float(_mean_curvature_m(start_rad, turn, np.ones(1))[0]) * turn
     departure = math.radians(eastward) * 2.0 / over_all
     longitude = np.asarray(gained * (eastward / over_all), np.float64)
     longitude[0] += start[1]
@@ -214,23 +214,23 @@ def rhumb_leg(start: tuple[float, float], end: tuple[float, float]) -> RhumbLeg:
 
 def _series(values: FloatArray) -> FloatArray:
     """Return the Chebyshev series through values at the nodes, without terms below rounding."""
-    found = chebyshev_coefficients(values)
-    return np.asarray(chebyshev.chebtrim(found, 2e-16 * float(np.abs(values).max())), np.float64)
+    series = chebyshev_coefficients(values)
+    return np.asarray(chebyshev.chebtrim(series, 2e-16 * float(np.abs(values).max())), np.float64)
 
 
-def _part_of_turn(first: float, turn: float, part: FloatArray) -> FloatArray:
+def _part_of_turn(latitude: float, turn: float, part: FloatArray) -> FloatArray:
     """Return the share of a change of latitude at a share of its meridian arc."""
-    whole = _mean_curvature_m(first, turn, np.ones(1))
-    found = part
+    total = _mean_curvature_m(latitude, turn, np.ones(1))
+    share = part
     for _ in range(4):  # Newton, from within the 1 % by which the radius of curvature varies
-        excess = found * _mean_curvature_m(first, turn, found) - part * whole
-        found = found - excess / _curvature_m(first + turn * found)
-    return found
+        excess = share * _mean_curvature_m(latitude, turn, share) - part * total
+        share = share - excess / _curvature_m(latitude + turn * share)
+    return share
 
 
-def _mean_curvature_m(first: float, turn: float, part: FloatArray) -> FloatArray:
+def _mean_curvature_m(latitude: float, turn: float, part: FloatArray) -> FloatArray:
     """Return the mean radius of curvature of the meridian over parts of a change of latitude."""
-    angles = first + 0.5 * turn * part[:, None] * (_QUADRATURE_NODES + 1.0)
+    angles = latitude + 0.5 * turn * part[:, None] * (_QUADRATURE_NODES + 1.0)
     means: FloatArray = 0.5 * (_curvature_m(angles) * _QUADRATURE_WEIGHTS).sum(axis=1)
     return means
 
@@ -267,16 +267,16 @@ class Passage:
         self.sails_ns = nanoseconds(voyage.sails_at)
         self.arrives_ns = nanoseconds(_arrives_at(scene, voyage, self.length_m))
         made_m = [0.0, *self._ends_m.tolist()]
-        times = [None if each is None else nanoseconds(each) for each in voyage.times]
+        times = [None if time is None else nanoseconds(time) for time in voyage.times]
         times[-1] = self.arrives_ns
         # the known times, and the way made until then
-        known = [(at, made) for at, made in zip(times, made_m, strict=True) if at is not None]
-        self._known_ns = np.array([at for at, _ in known], np.int64)
-        self._known_m = np.array([made for _, made in known])
+        marks = [(at, way_m) for at, way_m in zip(times, made_m, strict=True) if at is not None]
+        self._known_ns = np.array([at for at, _ in marks], np.int64)
+        self._known_m = np.array([way_m for _, way_m in marks])
         for place, at in enumerate(times):
             if at is None:
-                before = int(np.searchsorted(self._known_m, made_m[place], 'right')) - 1
-                (begin, begin_m), (end, end_m) = known[before : before + 2]
+                row = int(np.searchsorted(self._known_m, made_m[place], 'right')) - 1
+                (begin, begin_m), (end, end_m) = marks[row : row + 2]
                 part = (made_m[place] - begin_m) / (end_m - begin_m)
                 times[place] = begin + round((end - begin) * part)
         self.places_ns = tuple(at for at in times if at is not None)
@@ -319,8 +319,8 @@ class Passage:
 
     def _made_m(self, time_ns: IntArray) -> FloatArray:
         """Return the way made at some times [m]; beyond the ports as if she sailed on."""
-        last = len(self._known_ns) - 2
-        stretch = np.clip(np.searchsorted(self._known_ns, time_ns, 'right') - 1, 0, last)
+        top = len(self._known_ns) - 2
+        stretch = np.clip(np.searchsorted(self._known_ns, time_ns, 'right') - 1, 0, top)
         begin_ns, begin_m = self._known_ns[stretch], self._known_m[stretch]
         took = np.maximum(self._known_ns[stretch + 1] - begin_ns, 1)
         run_m = self._known_m[stretch + 1] - begin_m
@@ -332,17 +332,17 @@ class Passage:
         Args:
             time_ns: from the start of the scene, (n,).
         """
-        latitude, longitude = (np.full(len(time_ns), each) for each in self._voyage.departure)
+        latitude, longitude = (np.full(len(time_ns), start) for start in self._voyage.departure)
         arrived = time_ns >= self.arrives_ns
         latitude[arrived], longitude[arrived] = self._voyage.arrival
         at_sea = (time_ns > self.sails_ns) & ~arrived
         made_m = self._made_m(time_ns)
         which = np.searchsorted(self._ends_m[:-1], made_m, 'right')
         for index in np.unique(which[at_sea]).tolist():
-            leg, here = self._legs[index], at_sea & (which == index)
+            leg, rows = self._legs[index], at_sea & (which == index)
             begin = float(self._ends_m[index]) - leg.length_m
-            part = (made_m[here] - begin) / (leg.length_m or 1.0)
-            latitude[here], longitude[here] = leg.places(part)
+            part = (made_m[rows] - begin) / (leg.length_m or 1.0)
+            latitude[rows], longitude[rows] = leg.places(part)
         return latitude, longitude
 
 
@@ -352,13 +352,13 @@ def _legs(scene: Surroundings, voyage: Itinerary) -> list[Leg]:
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
         leg = rhumb_leg(start, end) if voyage.track == 'rhumb' else geodesic_leg(start, end)
         key = key_of_place(voyage, index)
-        before = key_of_place(voyage, index - 1)
+        origin = key_of_place(voyage, index - 1)
         if leg.highest_deg > HIGHEST_LATITUDE_DEG:
             raise SceneError(
                 scene.name,
                 key,
                 list(end),
-                f'the shortest way from {before} goes to {leg.highest_deg:.4f}° of latitude; '
+                f'the shortest way from {origin} goes to {leg.highest_deg:.4f}° of latitude; '
                 f'beyond {HIGHEST_LATITUDE_DEG:.2f}° any longitude is within '
                 f'{WIDEST_AWARD_NMI:g} nautical miles of any other',
                 'Put a waypoint between them, or use track rhumb.',
@@ -368,7 +368,7 @@ def _legs(scene: Surroundings, voyage: Itinerary) -> list[Leg]:
                 scene.name,
                 key,
                 list(end),
-                f'lies opposite {before} on the globe: there are two shortest ways',
+                f'lies opposite {origin} on the globe: there are two shortest ways',
                 'Put a waypoint on the way that is meant.',
             )
         legs.append(leg)
@@ -381,12 +381,12 @@ def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> floa
         return math.nan if voyage.arrives_at is None else voyage.arrives_at
     arrives_at = voyage.sails_at + length_m / voyage.speed
     if arrives_at > scene.duration:
-        left = scene.duration - voyage.sails_at
+        remaining_s = scene.duration - voyage.sails_at
         faster = ''
-        if left > 0.0:  # rounded up to four digits
-            unit = 10.0 ** (math.floor(math.log10(length_m / left)) - 3)
-            least = math.ceil(length_m / left / unit) * unit
-            faster = f'a speed of at least {least:.4g}, '
+        if remaining_s > 0.0:  # rounded up to four digits
+            unit = 10.0 ** (math.floor(math.log10(length_m / remaining_s)) - 3)
+            speed = math.ceil(length_m / remaining_s / unit) * unit
+            faster = f'a speed of at least {speed:.4g}, '
         raise SceneError(
             scene.name,
             'voyage.speed',
@@ -482,7 +482,7 @@ def gravity_between(
         longitude: degrees east.
     """
     # the bits of np.sin may depend on the place in an array
-    sine = np.array([math.sin(math.radians(each)) for each in latitude.tolist()])
+    sine = np.array([math.sin(math.radians(angle)) for angle in latitude.tolist()])
     turn = np.diff(longitude)
     turn = np.radians(turn - 360.0 * np.round(turn / 360.0)) / elapsed_s
     middle = 0.5 * (sine[1:] + sine[:-1])
@@ -519,11 +519,11 @@ class GravityOnTheWay:
         squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude[1:-1]) ** 2
         across = EQUATOR_M / np.sqrt(squeezed)
         along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
-        here = latitude[1:-1]
-        east = across * np.cos(here) * eastward / (2.0 * KNOT_S)
+        at = latitude[1:-1]
+        east = across * np.cos(at) * eastward / (2.0 * KNOT_S)
         north = along * (latitude[2:] - latitude[:-2]) / (2.0 * KNOT_S)
         self._knots_ns = self._knots_ns[1:-1]
-        self._values = normal_gravity(here) - eotvos(here, east, north)
+        self._values = normal_gravity(at) - eotvos(at, east, north)
 
     def at(self, time_ns: IntArray) -> FloatArray:
         """Return the gravity at some times from the start of the scene [m/s²], (n,).
@@ -533,6 +533,6 @@ class GravityOnTheWay:
         step = KNOT_S * NS_PER_S
         knot = np.minimum(time_ns // step, len(self._values) - 2)
         part = np.clip((time_ns - knot * step) / step, 0.0, 1.0)
-        first = self._values[knot]
-        found: FloatArray = first + part * (self._values[knot + 1] - first)
-        return found
+        begin = self._values[knot]
+        gravity: FloatArray = begin + part * (self._values[knot + 1] - begin)
+        return gravity

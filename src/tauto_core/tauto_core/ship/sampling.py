@@ -220,20 +220,20 @@ def _lowest(
     try:
         finest = ship.model_copy(update={'rate': rates[-1]})
         moving = [
-            (inside, max(allowed, ROUNDING), sea.channels(scene))
-            for inside, allowed, seas in demands
+            (inner, max(allowed, ROUNDING), sea.channels(scene))
+            for inner, allowed, seas in demands
             for sea in seas(finest)
             if not sea.lies_still
         ]
-        asked = [
-            (inside, allowed, tuple(_waves(scene, ship, moved)))
-            for inside, allowed, moved in moving
+        tests = [
+            (inner, allowed, tuple(_waves(scene, ship, motion)))
+            for inner, allowed, motion in moving
         ]
-        bent = [each for each in moving if _is_bent(each[2], ship)]
+        bent = [case for case in moving if _is_bent(case[2], ship)]
         steep = [
-            (inside, allowed, _Steep(moved, scene, ship))
-            for inside, allowed, moved in moving
-            if _has_overtones(moved, ship) and not _is_bent(moved, ship)
+            (inner, allowed, _Steep(motion, scene, ship))
+            for inner, allowed, motion in moving
+            if _has_overtones(motion, ship) and not _is_bent(motion, ship)
         ]
     except TautoError:  # it is said where the motion is made
         return ship.rate
@@ -243,21 +243,21 @@ def _lowest(
         stride = next(fitting) if strides else 1
         met = (
             np.linalg.norm(
-                amplitude * _remainder(stride, omega / rate, slopes=slopes, inside=inside)
+                amplitude * _remainder(stride, omega / rate, slopes=slopes, inner=inner)
             )
             <= allowed
-            for inside, allowed, waves in asked
+            for inner, allowed, waves in tests
             for amplitude, omega, slopes in waves
         )
         if not all(met):
             continue
         stray = any(
-            _strays(moved, scene, ship, rate, stride, inside=inside) > allowed
-            for inside, allowed, moved in bent
+            _strays(motion, scene, ship, rate, stride, inner=inner) > allowed
+            for inner, allowed, motion in bent
         )
         stray = stray or any(
-            _misses_overtones(motion, rate, stride, inside=inside) > allowed
-            for inside, allowed, motion in steep
+            _misses_overtones(motion, rate, stride, inner=inner) > allowed
+            for inner, allowed, motion in steep
         )
         if not stray and _follows(scene, ship, rate):
             return rate
@@ -275,35 +275,35 @@ def _follows(scene: Surroundings, ship: ShipKind, rate: float) -> bool:
 
 
 def _waves(
-    scene: Surroundings, ship: ShipKind, moved: Channels
+    scene: Surroundings, ship: ShipKind, channels: Channels
 ) -> Iterator[tuple[FloatArray, FloatArray, bool]]:
     """Yield amplitudes [rad, or over g], frequencies [rad/s], whether rates come with them."""
-    for force in (moved.force_y, moved.force_z):
+    for force in (channels.force_y, channels.force_z):
         if force is not None:
             yield np.abs(force.amplitude) / scene.g, force.angular_frequency, False
-    if isinstance(moved.roll, Harmonics):
-        size, omega = np.abs(moved.roll.amplitude), moved.roll.angular_frequency
+    if isinstance(channels.roll, Harmonics):
+        size, omega = np.abs(channels.roll.amplitude), channels.roll.angular_frequency
         yield size, omega, True
         # roll sways a clock at this height, and no rate comes with that force
         yield size * omega**2 * abs(ship.height) / scene.g, omega, False
-    six = moved.six
-    lifted = (moved.heave,) if six is None else (moved.heave, six.sway, six.surge)
-    for each in lifted:
-        if isinstance(each, Harmonics):
-            omega = each.angular_frequency
-            yield np.abs(each.amplitude) * omega**2 / scene.g, omega, False
+    six = channels.six
+    lifted = (channels.heave,) if six is None else (channels.heave, six.sway, six.surge)
+    for motion in lifted:
+        if isinstance(motion, Harmonics):
+            omega = motion.angular_frequency
+            yield np.abs(motion.amplitude) * omega**2 / scene.g, omega, False
 
 
-def _is_bent(moved: Channels, ship: ShipKind) -> bool:
+def _is_bent(channels: Channels, ship: ShipKind) -> bool:
     """Return whether a roll of few waves, at a height, bends the force at the clock."""
-    roll, heave = moved.roll, moved.heave
+    roll, heave = channels.roll, channels.heave
     if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or ship.height == 0.0:
         return False
-    return moved.six is None and moved.force_z is None and len(roll.amplitude) <= MOST_WAVES
+    return channels.six is None and channels.force_z is None and len(roll.amplitude) <= MOST_WAVES
 
 
 def _strays(
-    moved: Channels, scene: Surroundings, ship: ShipKind, rate: float, stride: int, *, inside: bool
+    motion: Channels, scene: Surroundings, ship: ShipKind, rate: float, stride: int, *, inner: bool
 ) -> float:
     """Return the largest error of the interpolated apparent gravity, over g, and its direction.
 
@@ -311,41 +311,41 @@ def _strays(
     linear function of it: these are overtones, which `_waves` does not have. So the force itself
     is taken at the first window, unless only those with both sides count, and at some that follow.
     """
-    found = 0.0
-    for both in {True, inside}:
-        values, _, places = _weights(stride, False, both)
-        count = min(TRIED_WINDOWS, int(scene.duration * rate / stride)) if both else 1
-        first = stride * np.arange(max(count, 1))[:, None]
-        nodes = _apparent((first + np.arange(values.shape[1])) / rate, moved, ship, scene)
-        true = _apparent((first + places) / rate, moved, ship, scene)
+    error = 0.0
+    for wide in {True, inner}:
+        values, _, places = _weights(stride, False, wide)
+        count = min(TRIED_WINDOWS, int(scene.duration * rate / stride)) if wide else 1
+        begins = stride * np.arange(max(count, 1))[:, None]
+        nodes = _apparent((begins + np.arange(values.shape[1])) / rate, motion, ship, scene)
+        true = _apparent((begins + places) / rate, motion, ship, scene)
         heavy = np.min(nodes[1], axis=1) > NEARLY_WEIGHTLESS
-        for seen, there in zip(nodes, true, strict=True):
-            wrong = np.abs(seen @ values.T - there)[heavy]
-            found = max(found, float(np.max(wrong, initial=0.0)))
-    return found
+        for value, exact in zip(nodes, true, strict=True):
+            wrong = np.abs(value @ values.T - exact)[heavy]
+            error = max(error, float(np.max(wrong, initial=0.0)))
+    return error
 
 
 def _apparent(
-    time_s: FloatArray, moved: Channels, ship: ShipKind, scene: Surroundings
+    time_s: FloatArray, channels: Channels, ship: ShipKind, scene: Surroundings
 ) -> tuple[FloatArray, FloatArray]:
     """Return direction [rad] and size over g of the apparent gravity at some times (ship.md)."""
-    roll, rate, bend = (_summed(moved.roll, time_s, order) for order in range(3))
+    roll, rate, bend = (_summed(channels.roll, time_s, order) for order in range(3))
     sway = -ship.height * (bend * np.cos(roll) - rate**2 * np.sin(roll))
     lift = scene.g - ship.height * (bend * np.sin(roll) + rate**2 * np.cos(roll))
-    lift += _summed(moved.heave, time_s, 2)
+    lift += _summed(channels.heave, time_s, 2)
     return np.arctan2(-sway, lift), np.hypot(sway, lift) / scene.g
 
 
 def _summed(wave: Harmonics | Fades | None, time_s: FloatArray, order: int) -> FloatArray:
     """Return a derivative of a sum of harmonics at some times."""
-    found = np.zeros_like(time_s)
+    total = np.zeros_like(time_s)
     if isinstance(wave, Harmonics):
-        found += 0.0 if order else wave.mean
-        each = zip(wave.amplitude, wave.angular_frequency, wave.phase, strict=True)
-        for size, omega, phase in each:
+        total += 0.0 if order else wave.mean
+        waves = zip(wave.amplitude, wave.angular_frequency, wave.phase, strict=True)
+        for size, omega, phase in waves:
             angle = omega * time_s + (phase + 0.5 * np.pi * order)
-            found += size * omega**order * np.cos(angle)
-    return found
+            total += size * omega**order * np.cos(angle)
+    return total
 
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -378,8 +378,8 @@ class _Times:
         waves = np.concatenate([turned.real, -turned.imag], axis=1)
         rows = max(1, ONE_THREAD // max(1, offset.size))
         parts = np.split(waves, range(rows, len(waves), rows))
-        found: FloatArray = np.concatenate([part @ offset for part in parts])
-        return found if order else found + wave.mean
+        total: FloatArray = np.concatenate([part @ offset for part in parts])
+        return total if order else total + wave.mean
 
 
 class _Force(NamedTuple):
@@ -406,33 +406,33 @@ class _Steep:
         least_upward: least part upwards in the ship that the force has there [m/s²].
     """
 
-    def __init__(self, moved: Channels, scene: Surroundings, ship: ShipKind) -> None:
-        self._moved, self._g, self._height = moved, scene.g, ship.height
-        assert isinstance(moved.roll, Harmonics)
-        size, omega = np.abs(moved.roll.amplitude), moved.roll.angular_frequency
+    def __init__(self, channels: Channels, scene: Surroundings, ship: ShipKind) -> None:
+        self._channels, self._g, self._height = channels, scene.g, ship.height
+        assert isinstance(channels.roll, Harmonics)
+        size, omega = np.abs(channels.roll.amplitude), channels.roll.angular_frequency
         turns, n = float(np.linalg.norm(size * omega)), SEARCHED
         step_s = scene.duration / n**2
         if turns > 0.0:
             step_s = min(step_s, SEARCH_TURN * float(np.linalg.norm(size)) / turns)
-        inside: FloatArray = step_s * np.arange(n, dtype=np.float64)
-        begins: FloatArray = n * inside
-        force = self.force(_Times(begins, inside))
-        self.at_s: FloatArray = begins + inside[np.argmax(force.bent, axis=1)]
+        offsets: FloatArray = step_s * np.arange(n, dtype=np.float64)
+        begins: FloatArray = n * offsets
+        force = self.force(_Times(begins, offsets))
+        self.at_s: FloatArray = begins + offsets[np.argmax(force.bent, axis=1)]
         self.least_upward = scene.g * float(np.min(force.upward))
 
     def force(self, times: _Times) -> _Force:
         """Return the force at some times (ship.md, hull.md)."""
-        moved, six, g, height = self._moved, self._moved.six, self._g, self._height
-        roll, heave = times.summed(moved.roll, 0), times.summed(moved.heave, 2)
+        channels, six, g, height = self._channels, self._channels.six, self._g, self._height
+        roll, heave = times.summed(channels.roll, 0), times.summed(channels.heave, 2)
         sine, cosine = np.sin(roll), np.cos(roll)
         if six is None:
-            rate, bend = (times.summed(moved.roll, order) for order in (1, 2))
+            rate, bend = (times.summed(channels.roll, order) for order in (1, 2))
             ahead, sway = np.zeros_like(roll), -height * bend
             aside = sway * cosine + height * rate**2 * sine
             upright = g + heave + sway * sine - height * rate**2 * cosine
         else:
-            forward, sway = (times.summed(each, 2) for each in (six.surge, six.sway))
-            pitch, yaw = (times.summed(each, 0) for each in (six.pitch, six.yaw))
+            forward, sway = (times.summed(motion, 2) for motion in (six.surge, six.sway))
+            pitch, yaw = (times.summed(motion, 0) for motion in (six.pitch, six.yaw))
             along = np.cos(yaw) * forward + np.sin(yaw) * sway
             aside = np.cos(yaw) * sway - np.sin(yaw) * forward
             up = g + heave
@@ -448,36 +448,36 @@ class _Steep:
         )
 
 
-def _has_overtones(moved: Channels, ship: ShipKind) -> bool:
+def _has_overtones(channels: Channels, ship: ShipKind) -> bool:
     """Return whether the force at the clock is no linear function of the waves."""
-    roll, heave = moved.roll, moved.heave
-    if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or moved.force_z is not None:
+    roll, heave = channels.roll, channels.heave
+    if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or channels.force_z is not None:
         return False
-    return moved.six is not None or ship.height != 0.0
+    return channels.six is not None or ship.height != 0.0
 
 
-def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inside: bool) -> float:
+def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) -> float:
     """Return the error of the interpolated overtones that counts, over g, or of the direction.
 
     As `_strays` does for few waves, it takes the first window, unless only those with both sides
     count, and others, but at the steepest instants: in a sea of many waves steep rolls are rare.
     """
-    found = 0.0
-    for both in {True, inside}:
-        values, _, places = _weights(stride, False, both)
-        pieces = np.floor(motion.at_s * (rate / stride)) if both else np.zeros(1)
-        first: FloatArray = np.maximum(stride * pieces - FORCE_BEFORE * both, 0.0)
+    error = 0.0
+    for wide in {True, inner}:
+        values, _, places = _weights(stride, False, wide)
+        pieces = np.floor(motion.at_s * (rate / stride)) if wide else np.zeros(1)
+        starts: FloatArray = np.maximum(stride * pieces - FORCE_BEFORE * wide, 0.0)
         nodes = np.arange(values.shape[1], dtype=np.float64)
-        within = np.concatenate([nodes, places]) * (1.0 / rate)
-        begins: FloatArray = first * (1.0 / rate)
-        force = motion.force(_Times(begins, within))
-        seen, there = np.split(force.overtones, [len(nodes)], axis=2)
+        offsets = np.concatenate([nodes, places]) * (1.0 / rate)
+        begins: FloatArray = starts * (1.0 / rate)
+        force = motion.force(_Times(begins, offsets))
+        sampled, exact = np.split(force.overtones, [len(nodes)], axis=2)
         heavy = np.min(force.size, axis=1) > NEARLY_WEIGHTLESS
-        wrong = np.max(np.abs(seen @ values.T - there), axis=2)[:, heavy]
+        wrong = np.max(np.abs(sampled @ values.T - exact), axis=2)[:, heavy]
         if wrong.size:
             mean = float(np.max(np.sqrt(np.mean(wrong * wrong, axis=1))))
-            found = max(found, (STEEP_REACHES if both else FIRST_REACHES) * mean)
-    return found
+            error = max(error, (STEEP_REACHES if wide else FIRST_REACHES) * mean)
+    return error
 
 
 def least_upward(scene: Surroundings, ship: ShipKind) -> float:
@@ -485,52 +485,48 @@ def least_upward(scene: Surroundings, ship: ShipKind) -> float:
 
     At the beginning of the run, and for a ship whose motion was computed; else infinite.
     """
-    found = math.inf
+    lowest = math.inf
     for sea in ship.worst_seas(scene):
-        moved = sea.ship.channels(scene)
-        if isinstance(moved.roll, Harmonics) and moved.force_z is None:
-            found = min(found, _Steep(moved, scene, sea.ship).least_upward)
-    return found
+        channels = sea.ship.channels(scene)
+        if isinstance(channels.roll, Harmonics) and channels.force_z is None:
+            lowest = min(lowest, _Steep(channels, scene, sea.ship).least_upward)
+    return lowest
 
 
-def _remainder(
-    stride: int, turns: FloatArray, *, slopes: bool, inside: bool = False
-) -> FloatArray:
+def _remainder(stride: int, turns: FloatArray, *, slopes: bool, inner: bool = False) -> FloatArray:
     """Return the largest error over a piece of a wave of unit amplitude.
 
     `turns` are Ωh of the waves. The window begins at the piece, as at the start of a run, or it
     has both sides.
     """
-    values, rates, places = _weights(stride, slopes, inside)
+    values, rates, places = _weights(stride, slopes, inner)
     nodes = np.arange(values.shape[1])
     waves = np.exp(1j * np.outer(nodes, turns))
-    seen = values @ waves + rates @ (1j * turns * waves)
-    error: FloatArray = np.max(np.abs(seen - np.exp(1j * np.outer(places, turns))), axis=0)
+    estimate = values @ waves + rates @ (1j * turns * waves)
+    error: FloatArray = np.max(np.abs(estimate - np.exp(1j * np.outer(places, turns))), axis=0)
     return error
 
 
 @lru_cache(maxsize=4 * MAX_STRIDE)
-def _weights(stride: int, slopes: bool, inside: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _weights(stride: int, slopes: bool, inner: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the weights of values and rates at places of a piece, and the places.
 
     Lagrange's polynomials, or with slopes Hermite's (Stoer & Bulirsch, 2.1).
     """
-    before = ROLL_BEFORE if slopes else FORCE_BEFORE
-    nodes = np.arange(stride + 1 + 2 * before, dtype=np.float64)
-    places: FloatArray = (np.arange(2 * stride, dtype=np.float64) + 0.5) / 2.0 + before * inside
-    others = [np.delete(nodes, j) for j in range(len(nodes))]
+    margin = ROLL_BEFORE if slopes else FORCE_BEFORE
+    nodes = np.arange(stride + 1 + 2 * margin, dtype=np.float64)
+    places: FloatArray = (np.arange(2 * stride, dtype=np.float64) + 0.5) / 2.0 + margin * inner
+    rows = [np.delete(nodes, j) for j in range(len(nodes))]
     lagrange: FloatArray = np.stack(
         [
-            np.prod((places[:, None] - rest) / (node - rest), axis=1)
-            for node, rest in zip(nodes, others, strict=True)
+            np.prod((places[:, None] - row) / (node - row), axis=1)
+            for node, row in zip(nodes, rows, strict=True)
         ],
         axis=1,
     )
     if not slopes:
         return lagrange, np.zeros_like(lagrange), places
     away = places[:, None] - nodes
-    bend = np.array(
-        [np.sum(1.0 / (node - rest)) for node, rest in zip(nodes, others, strict=True)]
-    )
+    bend = np.array([np.sum(1.0 / (node - row)) for node, row in zip(nodes, rows, strict=True)])
     square: FloatArray = lagrange * lagrange
     return (1.0 - 2.0 * away * bend) * square, away * square, places

@@ -57,11 +57,11 @@ def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
     """
     rows, density = np.array(spectrum.frequency), np.array(spectrum.energy_density)
     width = np.diff(rows)
-    before = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * width)])
+    sums = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * width)])
     row = np.clip(np.searchsorted(rows, frequency, side='right') - 1, 0, len(rows) - 2)
     into = frequency - rows[row]
     bent = 0.5 * (np.diff(density) / width)[row]
-    energy: FloatArray = before[row] + into * (density[row] + bent * into)
+    energy: FloatArray = sums[row] + into * (density[row] + bent * into)
     return energy
 
 
@@ -87,8 +87,8 @@ def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
     if isinstance(sea, Sea):
         return LOWEST / sea.peak_period, sea.cutoff / sea.peak_period
     waves = np.flatnonzero(sea.energy_density)
-    first, last = max(int(waves[0]) - 1, 0), min(int(waves[-1]) + 1, len(sea.frequency) - 1)
-    return sea.frequency[first], sea.frequency[last]
+    low, high = max(int(waves[0]) - 1, 0), min(int(waves[-1]) + 1, len(sea.frequency) - 1)
+    return sea.frequency[low], sea.frequency[high]
 
 
 def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics:
@@ -200,19 +200,19 @@ def operator_answer(waves: Harmonics, rao: Rao, course: Encounter, *, heave: boo
     check_operator(rao, course.heading, course.speed)
     omega = waves.angular_frequency
     met, at_rest = course.frequency(omega), rao.speeds is None
-    asked = rao.motions if heave or rao.turns_in_space else ('roll',)
-    reads = {name: np.abs(met) if name == 'roll' and at_rest else omega for name in asked}
+    names = rao.motions if heave or rao.turns_in_space else ('roll',)
+    reads = {name: np.abs(met) if name == 'roll' and at_rest else omega for name in names}
     low, high = rao.angular_frequency[0], rao.angular_frequency[-1]
     shorter = np.max(list(reads.values()), axis=0) > high
     longer = ~shorter & (np.min(list(reads.values()), axis=0) < low)
     energy = waves.amplitude**2 / np.sum(waves.amplitude**2)
-    inside = ~shorter
-    inside[0] |= not inside.any()  # a sum has at least one wave
-    kept = Harmonics(waves.amplitude[inside], waves.period[inside], waves.phase[inside])
-    omega, met = omega[inside], met[inside]
+    mask = ~shorter
+    mask[0] |= not mask.any()  # a sum has at least one wave
+    components = Harmonics(waves.amplitude[mask], waves.period[mask], waves.phase[mask])
+    omega, met = omega[mask], met[mask]
     answered = {}
-    for name in asked:
-        read = reads[name][inside]
+    for name in names:
+        read = reads[name][mask]
         at = np.clip(read, low, high)
         values = np.where(read > high, 0.0, _operator_values(rao, name, course, at))
         if name == 'roll' and at_rest:
@@ -224,7 +224,7 @@ def operator_answer(waves: Harmonics, rao: Rao, course: Encounter, *, heave: boo
         if at_rest and course.speed and name in ('surge', 'sway', 'yaw'):
             values = values * (omega / np.maximum(np.abs(met), LEAST_ENCOUNTER * omega)) ** 2
         answered[name] = values
-    return Answer(kept, answered, float(energy[shorter].sum()), float(energy[longer].sum()))
+    return Answer(components, answered, float(energy[shorter].sum()), float(energy[longer].sum()))
 
 
 def check_operator(rao: Rao, heading: float, speed: float) -> None:
@@ -266,7 +266,7 @@ def _between(rows: Sequence[float], at: float) -> tuple[int, int, float] | None:
         return nearest, nearest, 0.0
     if not rows[0] < at < rows[-1]:
         return None
-    above = next(row for row, each in enumerate(rows) if each > at)
+    above = next(row for row, value in enumerate(rows) if value > at)
     return above - 1, above, (at - rows[above - 1]) / (rows[above] - rows[above - 1])
 
 
@@ -294,8 +294,8 @@ def _operator_values(
                 values[low] if low == high else (1.0 - share) * values[low] + share * values[high]
             )
         parts.append(akima(np.array(frequency), values, omega))
-    found = np.asarray(parts[0] + 1j * parts[1])
-    return -found if mirrored and name in ATHWART else found
+    answer = np.asarray(parts[0] + 1j * parts[1])
+    return -answer if mirrored and name in ATHWART else answer
 
 
 # -----------------------------------------------------------------------------

@@ -53,8 +53,8 @@ from tauto_core.ship.weathers import HIGHEST_M, WeatherKind
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
 _PARTS = {'re': 'real', 'im': 'imaginary'}
 _OPTIONAL = tuple(
-    Column(each, optional=True)
-    for each in (SPEED, *(f'{name}_{part}' for name in MOTIONS for part in _PARTS))
+    Column(column, optional=True)
+    for column in (SPEED, *(f'{name}_{part}' for name in MOTIONS for part in _PARTS))
 )
 _OPERATOR_FORM = (
     f'Give a CSV file with the columns {HEADING}, {OMEGA} and, for each motion, its two parts: '
@@ -68,18 +68,18 @@ class HullFile(HullWeights):
     path: OneLine = Field(description='.npz file that `tauto hull` has written')
 
 
-def read_hull(asked: HullFile) -> dict[str, Any]:
+def read_hull(file: HullFile) -> dict[str, Any]:
     """Return the keys of `ship.hull`, with the contents of the file as `table`; refuse others."""
     from tauto_core.ship.hull import HullError, hull_of_file
 
-    content = read_data(data_path(asked.path))
+    content = read_data(data_path(file.path))
     try:
-        hull_of_file(content, asked.path)
+        hull_of_file(content, file.path)
     except HullError as error:
-        found = error.problem
-        raise SceneError(asked.path, found.key, ABSENT, found.problem, found.remedy) from None
+        problem = error.problem
+        raise SceneError(file.path, problem.key, ABSENT, problem.problem, problem.remedy) from None
     table = b64encode(content).decode('ascii')
-    return {**asked.model_dump(exclude={'path'}, exclude_none=True), 'table': table}
+    return {**file.model_dump(exclude={'path'}, exclude_none=True), 'table': table}
 
 
 class RaoFile(Section):
@@ -92,7 +92,7 @@ class RaoFile(Section):
     )
 
 
-def read_operator(asked: RaoFile) -> dict[str, Any]:
+def read_operator(file: RaoFile) -> dict[str, Any]:
     """Return the keys of `ship.rao`: all of the file, or one heading, linear between two.
 
     A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with sway,
@@ -100,38 +100,38 @@ def read_operator(asked: RaoFile) -> dict[str, Any]:
     outside the file's are refused, with the line.
     """
     columns = (Column(HEADING), Column(OMEGA), *_OPTIONAL)
-    table = read_table(asked.path, columns, remedy=_OPERATOR_FORM)
+    table = read_table(file.path, columns, remedy=_OPERATOR_FORM)
     parts = {name: [f'{name}_{part}' for part in _PARTS] for name in MOTIONS}
-    known = {name: both for name, both in parts.items() if any(each in table for each in both)}
-    for column in [each for both in known.values() for each in both] or ['roll_re']:
+    pairs = {name: pair for name, pair in parts.items() if any(column in table for column in pair)}
+    for column in [column for pair in pairs.values() for column in pair] or ['roll_re']:
         if column not in table:
             raise SceneError(
-                asked.path, f'line 1, column {column}', ABSENT, 'is missing', _OPERATOR_FORM
+                file.path, f'line 1, column {column}', ABSENT, 'is missing', _OPERATOR_FORM
             )
     blocks = _by_course(table)
     speeds, headings = (sorted({course[i] for course in blocks}) for i in (0, 1))
     under_way = speeds != [0.0]
     keys: dict[str, Any] = {
-        'source': source_name(asked.path),
-        **asked.model_dump(exclude={'path'}, exclude_none=True),
+        'source': source_name(file.path),
+        **file.model_dump(exclude={'path'}, exclude_none=True),
         **({'speeds': speeds} if under_way else {}),
         'angular_frequency': table[OMEGA][next(iter(blocks.values()))].tolist(),
     }
     mirrored = False
-    if asked.heading is None:
-        headings = [each for each in headings if 0.0 <= each <= 180.0]
-        keys['headings'] = [math.radians(each) for each in headings]
+    if file.heading is None:
+        headings = [angle for angle in headings if 0.0 <= angle <= 180.0]
+        keys['headings'] = [math.radians(angle) for angle in headings]
         rows = [((heading, heading, 0.0), speed) for speed in speeds for heading in headings]
     else:
-        mirrored = asked.heading > math.pi
-        heading = math.degrees(math.tau - asked.heading if mirrored else asked.heading)
-        rows = [(_neighbours(asked, headings, heading), speed) for speed in speeds]
-    for name, columns_of in known.items():
+        mirrored = file.heading > math.pi
+        heading = math.degrees(math.tau - file.heading if mirrored else file.heading)
+        rows = [(_neighbours(file, headings, heading), speed) for speed in speeds]
+    for name, columns_of in pairs.items():
         sign = -1.0 if mirrored and name in ATHWART else 1.0
         for column, part in zip(columns_of, _PARTS.values(), strict=True):
             values = []
             for (below, above, share), speed in rows:
-                low, high = (table[column][blocks[speed, each]] for each in (below, above))
+                low, high = (table[column][blocks[speed, side]] for side in (below, above))
                 values += (sign * ((1.0 - share) * low + share * high)).tolist()
             keys[f'{name}_{part}'] = values
     return keys
@@ -147,45 +147,45 @@ def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
         blocks.setdefault(course, []).append(row)
     omega, remedy = table[OMEGA], 'Give every heading the same frequencies, in rising order.'
     rising = 'greater than the one before'
-    first = next(iter(blocks.values()))
+    block = next(iter(blocks.values()))
     headings = {heading for _, heading in blocks}
     for (speed, heading), rows in blocks.items():
         table.rows(np.array(rows)).check(
             Column(OMEGA, unit='rad/s', above=0.0, rising=rising, remedy=remedy)
         )
-        if not np.array_equal(omega[rows], omega[first]):
+        if not np.array_equal(omega[rows], omega[block]):
             problem = (
                 f'begins a heading, {heading:g} deg, whose frequencies are not the first one’s'
             )
             raise table.refusal(rows[0], OMEGA, problem, remedy)
-        lacking = sorted(each for each in headings if (speed, each) not in blocks)
+        lacking = sorted(angle for angle in headings if (speed, angle) not in blocks)
         if lacking:
             problem = f'begins a speed, {speed:g} m/s, without the heading {lacking[0]:g} deg'
             remedy = 'Give every speed the same headings.'
             raise table.refusal(rows[0], SPEED, problem, remedy)
-    if len(first) < 2:
+    if len(block) < 2:
         problem = 'is not enough: an operator needs at least 2 frequencies'
-        value = float(omega[first[0]])
+        value = float(omega[block[0]])
         raise SceneError(table.name, OMEGA, value, problem, 'Give it at more frequencies.')
     return blocks
 
 
 def _neighbours(
-    asked: RaoFile, headings: list[float], heading: float
+    file: RaoFile, headings: list[float], heading: float
 ) -> tuple[float, float, float]:
     """Return the neighbouring headings of the file [deg], and the weight of the upper one."""
     # a heading in radians never equals 90 degrees to the last bit
-    near = min(headings, key=lambda each: abs(each - heading))
-    if abs(near - heading) < 1e-9:
-        return near, near, 0.0
+    nearest = min(headings, key=lambda angle: abs(angle - heading))
+    if abs(nearest - heading) < 1e-9:
+        return nearest, nearest, 0.0
     if not headings[0] < heading < headings[-1]:
         problem = (
-            f'is {heading:.6g} deg off following seas, but the operator {asked.path} covers '
+            f'is {heading:.6g} deg off following seas, but the operator {file.path} covers '
             f'{headings[0]:g} to {headings[-1]:g} deg'
         )
         remedy = 'Choose a heading that it covers; extrapolating it would be a guess.'
-        raise SceneError(asked.path, 'heading', asked.heading, problem, remedy)
-    above = next(each for each in headings if each > heading)
+        raise SceneError(file.path, 'heading', file.heading, problem, remedy)
+    above = next(angle for angle in headings if angle > heading)
     below = headings[headings.index(above) - 1]
     return below, above, (heading - below) / (above - below)
 
@@ -209,22 +209,22 @@ class SpectrumFile(Section):
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
 
-def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
+def read_spectrum(file: SpectrumFile) -> dict[str, Any]:
     """Return the keys of `ship.sea` with a measured spectrum as a table.
 
     A row at 0 Hz without energy is dropped, since no wave has that frequency. A table that is not
     a spectrum is refused, with file, row and value.
     """
-    read = read_table(asked.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
+    read = read_table(file.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
     values = {'frequency': read[FREQUENCY], 'energy density': read[DENSITY]}
-    table = Columns(asked.path, values, read.places)
+    table = Columns(file.path, values, read.places)
     frequency, density = values.values()
     if len(table) and frequency[0] == 0.0 and density[0] == 0.0:
         table = table.rows(np.arange(1, len(table)))
     if len(table) < 2:
         remedy = 'Give the energy at more frequencies.'
         problem = 'is not enough: a spectrum needs at least 2 frequencies above 0 Hz'
-        raise SceneError(asked.path, 'number of frequencies', len(table), problem, remedy)
+        raise SceneError(file.path, 'number of frequencies', len(table), problem, remedy)
     table.check(
         Column(
             'frequency',
@@ -244,13 +244,13 @@ def read_spectrum(asked: SpectrumFile) -> dict[str, Any]:
     if not np.any(density):
         remedy = 'Choose another spectrum, or ship kind still for a calm.'
         problem = 'is 0 m2/Hz at all frequencies: the spectrum is empty'
-        raise SceneError(asked.path, 'energy density', ABSENT, problem, remedy)
+        raise SceneError(file.path, 'energy density', ABSENT, problem, remedy)
     return {
         'spectrum': 'table',
-        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        'source': source_name(file.path)[-LONGEST_TEXT:],
         'frequency': table['frequency'].tolist(),
         'energy_density': table['energy density'].tolist(),
-        'components': asked.components,
+        'components': file.components,
     }
 
 
@@ -294,7 +294,7 @@ class RecordFile(WeatherKind):
     )
 
 
-def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
+def read_record(file: RecordFile, *, by_direction: bool) -> dict[str, Any]:
     """Return the keys of `ship.weather` with a buoy's record.
 
     Rows where height or period is missing are left out, and where directions are needed those
@@ -303,45 +303,45 @@ def read_record(asked: RecordFile, *, by_direction: bool) -> dict[str, Any]:
     and periods out of range, gaps longer than `max_gap` and a beginning outside the record are
     refused, with the line.
     """
-    table = _ndbc_table(asked) if asked.format == 'ndbc' else _csv_table(asked)
+    table = _ndbc_table(file) if file.format == 'ndbc' else _csv_table(file)
     if not len(table):
         problem = 'holds no row with a wave height and a period'
-        raise SceneError(asked.path, '', ABSENT, problem, _RECORD_FORM)
+        raise SceneError(file.path, '', ABSENT, problem, _RECORD_FORM)
     table = table.rows(np.argsort(table[SECONDS], kind='stable'))
     undirected = np.isnan(table[WAVES_FROM])
     by_direction_alone = by_direction and not undirected.all()
-    kept = table.rows(~undirected) if by_direction_alone else table
-    first_s, last_s = float(kept[SECONDS][0]), float(kept[SECONDS][-1])
+    rows = table.rows(~undirected) if by_direction_alone else table
+    first_s, last_s = float(rows[SECONDS][0]), float(rows[SECONDS][-1])
     begins_s = first_s
-    if asked.begins is not None:
-        begins_s = utc(asked.path, 'begins', asked.begins).timestamp()
+    if file.begins is not None:
+        begins_s = utc(file.path, 'begins', file.begins).timestamp()
         if not first_s <= begins_s <= last_s:
-            ends = (datetime.fromtimestamp(each, UTC) for each in (first_s, last_s))
-            first, last = (f'{end:%Y-%m-%dT%H:%M}' for end in ends)
-            problem = f'is not within the record, from {first} to {last}'
-            raise SceneError(asked.path, 'begins', asked.begins, problem, 'Give a time within it.')
-    latest_s = kept[SECONDS][kept[SECONDS] <= begins_s].max()
+            ends = (datetime.fromtimestamp(second, UTC) for second in (first_s, last_s))
+            start, stop = (f'{end:%Y-%m-%dT%H:%M}' for end in ends)
+            problem = f'is not within the record, from {start} to {stop}'
+            raise SceneError(file.path, 'begins', file.begins, problem, 'Give a time within it.')
+    latest_s = rows[SECONDS][rows[SECONDS] <= begins_s].max()
     missing = np.count_nonzero(undirected & (table[SECONDS] >= latest_s))
-    kept = kept.rows(kept[SECONDS] >= latest_s)
-    kept.check(
+    rows = rows.rows(rows[SECONDS] >= latest_s)
+    rows.check(
         Column(HEIGHT, above=0.0, most=HIGHEST_M), Column(PERIOD, above=0.0, most=LONGEST_S)
     )
-    gaps = kept.gaps(
+    gaps = rows.gaps(
         SECONDS,
-        asked.max_gap,
+        file.max_gap,
         after=f'row with waves{" and their direction" if by_direction_alone else ""}',
         limit='max_gap',
         remedy='Raise ship.weather.max_gap, or cut the record at the gap.',
     )
-    waves_from = kept[WAVES_FROM].tolist()
-    known = [math.radians((each + 180.0) % 360.0) for each in waves_from if not math.isnan(each)]
+    waves_from = rows[WAVES_FROM].tolist()
+    headings = [math.radians((deg + 180.0) % 360.0) for deg in waves_from if not math.isnan(deg)]
     return {
-        **asked.model_dump(exclude={'path', 'format', 'begins'}),
-        'source': source_name(asked.path)[-LONGEST_TEXT:],
-        'time': (kept[SECONDS] - begins_s).tolist(),
-        'significant_wave_height': kept[HEIGHT].tolist(),
-        'peak_period': kept[PERIOD].tolist(),
-        'waves_to': known if len(known) == len(kept) else None,
+        **file.model_dump(exclude={'path', 'format', 'begins'}),
+        'source': source_name(file.path)[-LONGEST_TEXT:],
+        'time': (rows[SECONDS] - begins_s).tolist(),
+        'significant_wave_height': rows[HEIGHT].tolist(),
+        'peak_period': rows[PERIOD].tolist(),
+        'waves_to': headings if len(headings) == len(rows) else None,
         'gaps_bridged': gaps,
         'rows_without_direction': int(missing) if by_direction else 0,
     }
@@ -356,37 +356,37 @@ def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:
     )
 
 
-def _csv_table(asked: RecordFile) -> Columns:
+def _csv_table(file: RecordFile) -> Columns:
     """Return time, height, period and direction of the waves from a CSV file."""
-    has_utc = UTC_TIME in read_header(asked.path, remedy=_RECORD_FORM)
-    if asked.begins is not None and not has_utc:
+    has_utc = UTC_TIME in read_header(file.path, remedy=_RECORD_FORM)
+    if file.begins is not None and not has_utc:
         problem = f'needs the column {UTC_TIME}; {SECONDS} counts from an unknown start'
-        raise SceneError(asked.path, 'begins', asked.begins, problem, 'Leave it out.')
+        raise SceneError(file.path, 'begins', file.begins, problem, 'Leave it out.')
     time = Column(UTC_TIME, utc=True) if has_utc else Column(SECONDS)
     columns = (time, *_waves(HEIGHT, PERIOD, WAVES_FROM))
-    table = read_table(asked.path, columns, remedy=_RECORD_FORM)
+    table = read_table(file.path, columns, remedy=_RECORD_FORM)
     unknown = {WAVES_FROM: np.full(len(table), math.nan)}
     values = {**unknown, **table.values, SECONDS: table[time.name]}
-    return Columns(asked.path, values, table.places)
+    return Columns(file.path, values, table.places)
 
 
-def _ndbc_table(asked: RecordFile) -> Columns:
+def _ndbc_table(file: RecordFile) -> Columns:
     """Return the same from a standard meteorological file; times from 1970 in UTC."""
-    header = read_header(asked.path, remedy=_RECORD_FORM, divided=' ')
+    header = read_header(file.path, remedy=_RECORD_FORM, divided=' ')
     year = next((name for name in _YEARS if name in header), _YEARS[0])
     # MM is the month in the header, and a missing value in the rows
     date = (*(Column(name) for name in (year, *_DATE)), Column('mm', optional=True))
     columns = (*date, *_waves('WVHT', 'DPD', 'MWD'))
-    table = read_table(asked.path, columns, remedy=_RECORD_FORM, divided=' ')
+    table = read_table(file.path, columns, remedy=_RECORD_FORM, divided=' ')
     count = len(table)
     minutes = table['mm'] if 'mm' in table else np.zeros(count)
     time_s = np.empty(count)
     for row in range(count):
-        whole, month, day, hour = (float(table[name][row]) for name in (year, *_DATE))
+        full_year, month, day, hour = (float(table[name][row]) for name in (year, *_DATE))
         # files before 1999 have two digits
-        whole += 1900.0 if whole < 100.0 else 0.0
+        full_year += 1900.0 if full_year < 100.0 else 0.0
         try:
-            at = utc_on(whole, month, day, 3600.0 * hour + 60.0 * float(minutes[row]))
+            at = utc_on(full_year, month, day, 3600.0 * hour + 60.0 * float(minutes[row]))
         except ValueError as error:
             raise table.refusal(row, '', f'has no date and time: {error}') from None
         time_s[row] = at.timestamp()
@@ -396,7 +396,7 @@ def _ndbc_table(asked: RecordFile) -> Columns:
         WAVES_FROM: table['MWD'] if 'MWD' in table else np.full(count, math.nan),
         SECONDS: time_s,
     }
-    return Columns(asked.path, values, table.places)
+    return Columns(file.path, values, table.places)
 
 
 _S = TypeVar('_S', bound=Section)
@@ -446,12 +446,12 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
         )
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
-        def read_weather(asked: RecordFile) -> dict[str, Any]:
+        def read_weather(file: RecordFile) -> dict[str, Any]:
             # a response operator may have its own heading
             rao = ship.get('rao')
             fixed = isinstance(rao, dict) and rao.get('heading') is not None
-            by_direction = asked.follow_route and not fixed
-            return read_record(asked, by_direction=by_direction)
+            by_direction = file.follow_route and not fixed
+            return read_record(file, by_direction=by_direction)
 
         read['weather'] = section_read(RecordFile, read_weather, ship, 'weather.path', origin)
     return read
@@ -487,15 +487,15 @@ def section_read(
     """
     section, *names = path.split('.')
     try:
-        asked = form.model_validate(ship[section])
+        keys = form.model_validate(ship[section])
     except ValidationError as error:
-        found = [
-            Problem(f'{prefix}{section}.{each.key}', each.value, each.problem, each.remedy)
-            for each in explain(error, form)
+        problems = [
+            Problem(f'{prefix}{section}.{item.key}', item.value, item.problem, item.remedy)
+            for item in explain(error, form)
         ]
     else:
-        named = str(reduce(getattr, names, asked))
-        found = missing_file(f'{prefix}{path}', named, any_size=any_size)
-        if not found:
-            return reader(asked)
-    raise SceneError.of(origin, found) from None
+        named = str(reduce(getattr, names, keys))
+        problems = missing_file(f'{prefix}{path}', named, any_size=any_size)
+        if not problems:
+            return reader(keys)
+    raise SceneError.of(origin, problems) from None

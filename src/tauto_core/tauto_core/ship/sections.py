@@ -265,7 +265,7 @@ class Rao(Section):
         for name, unit in (('speeds', 'm/s'), ('headings', 'rad')):
             rows = getattr(self, name)
             if rows is not None:
-                yield from _rising(f'ship.rao.{name}', rows, unit, least=1)
+                yield from _rising(f'ship.rao.{name}', rows, unit, fewest=1)
                 wanted *= len(rows)
         if not self.motions:
             yield Problem(
@@ -286,15 +286,15 @@ class Rao(Section):
             )
 
 
-def _rising(key: str, values: Sequence[float], unit: str, least: int = 2) -> Iterator[Problem]:
-    if len(values) < least:
-        yield Problem(key, list(values), f'has less than {counted(least, "value")}', 'Give more.')
-    for index, (before, after) in enumerate(pairwise(values), start=1):
-        if not after > before:
+def _rising(key: str, values: Sequence[float], unit: str, fewest: int = 2) -> Iterator[Problem]:
+    if len(values) < fewest:
+        yield Problem(key, list(values), f'has less than {counted(fewest, "value")}', 'Give more.')
+    for index, (previous, current) in enumerate(pairwise(values), start=1):
+        if not current > previous:
             yield Problem(
                 f'{key}[{index}]',
-                after,
-                f'must be greater than the one before, {before!r} {unit}',
+                current,
+                f'must be greater than the one before, {previous!r} {unit}',
                 'Sort them, and drop what is double.',
             )
             return

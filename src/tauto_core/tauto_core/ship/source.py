@@ -63,10 +63,10 @@ def landfalls(scene: Scene) -> IntArray:
     if scene.voyage is None:
         return np.empty(0, np.int64)
     interval = scene.log_interval_ns
-    made = [-(-time // interval) for time in Passage(scene, scene.voyage).landfalls_ns]
-    checked = [interval * (logged + 1) for logged in made]
-    within = [time for time in checked if time <= scene.duration_ns]
-    return scene.starts_at_ns + np.array(sorted(set(within)), np.int64)
+    logs = [-(-time // interval) for time in Passage(scene, scene.voyage).landfalls_ns]
+    checked = [interval * (logged + 1) for logged in logs]
+    times = [time for time in checked if time <= scene.duration_ns]
+    return scene.starts_at_ns + np.array(sorted(set(times)), np.int64)
 
 
 class Observations:
@@ -83,22 +83,22 @@ class Observations:
     def __init__(self, scene: Scene) -> None:
         self._seed, drift = scene.seed, scene.drift
         passage = None if scene.voyage is None else Passage(scene, scene.voyage)
-        made = landfalls(scene)
+        fixes = landfalls(scene)
         end = scene.duration_ns if passage is None else min(passage.sails_ns, scene.duration_ns)
         interval = nanoseconds(drift.observation_interval)
         in_port = scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
-        known = np.union1d(in_port, made)
+        stamps = np.union1d(in_port, fixes)
         lunars = np.empty(0, np.int64)
         if drift.lunars is not None and passage is not None:
             # multiples of their interval between the ports
             interval = nanoseconds(drift.lunars.interval)
-            first = passage.sails_ns // interval + 1
-            last = min(passage.arrives_ns - 1, scene.duration_ns) // interval
-            lunars = interval * np.arange(first, last + 1, dtype=np.int64)
-            lunars = np.setdiff1d(scene.starts_at_ns + lunars, known)
+            begin = passage.sails_ns // interval + 1
+            stop = min(passage.arrives_ns - 1, scene.duration_ns) // interval
+            lunars = interval * np.arange(begin, stop + 1, dtype=np.int64)
+            lunars = np.setdiff1d(scene.starts_at_ns + lunars, stamps)
         errors = {
-            int(stamp): (LANDFALL if stamp in made else PORT, k, drift.observation_sigma)
-            for k, stamp in enumerate(known)
+            int(stamp): (LANDFALL if stamp in fixes else PORT, k, drift.observation_sigma)
+            for k, stamp in enumerate(stamps)
         }
         if drift.lunars is not None:
             sigma = drift.lunars.sigma
@@ -116,8 +116,8 @@ class Observations:
         `time_ref_ns` is the observed time, rounded to the nanosecond; `source` is `port`,
         `landfall` or `lunar`.
         """
-        first, last = np.searchsorted(self.stamps, [first_ns, last_ns])
-        stamps = self.stamps[first:last]
+        begin, end = np.searchsorted(self.stamps, [first_ns, last_ns])
+        stamps = self.stamps[begin:end]
         drawn = [self._drawn[int(stamp)] for stamp in stamps]
         errors = np.empty(len(drawn), np.int64)
         for row, (kind, k, sigma) in enumerate(drawn):
@@ -127,7 +127,7 @@ class Observations:
             normal = np.random.Generator(np.random.PCG64(seeds)).standard_normal()
             errors[row] = round(NS_PER_S * sigma * float(normal))
         source = np.empty(len(stamps), object)
-        source[:] = [each[0] for each in drawn]
+        source[:] = [draw[0] for draw in drawn]
         return TimeSamples(stamps, '', stamps + errors, source)
 
     def _hidden(self, stamp_ns: int, share: float) -> bool:
@@ -197,8 +197,8 @@ class ShipMotion(Stateful):
         self._six: list[SampledHarmonics | SampledFades] | None = None
         if six is not None:
             # in the order of `SixMotions`
-            moved = (getattr(six, each.name) for each in fields(six))
-            self._six = [found for each in moved if (found := _sampled(each, scene)) is not None]
+            parts = (getattr(six, item.name) for item in fields(six))
+            self._six = [sums for part in parts if (sums := _sampled(part, scene)) is not None]
         # so far from overflow that no sample can be refused
         self._is_tame = True
         if six is not None:
@@ -215,55 +215,55 @@ class ShipMotion(Stateful):
 
     def sense(self, count: int) -> Sensed:
         """Return the same as `produce`, possibly without fields that a clock does not need."""
-        first = self._next
-        last = min(first + count, self.total)
-        self._next = last
-        begin, end = (self._starts_at_ns + self._step_ns * k for k in (first, last))
+        start = self._next
+        stop = min(start + count, self.total)
+        self._next = stop
+        begin, end = (self._starts_at_ns + self._step_ns * k for k in (start, stop))
         stamps = np.arange(begin, end, self._step_ns, dtype=np.int64)
-        if self._roll is None or first == last:
-            zero = np.zeros(last - first)
+        if self._roll is None or start == stop:
+            zero = np.zeros(stop - start)
             return imu_from_roll(stamps, zero, zero, zero, self._weighs(stamps))
         if self._force_y is not None and self._force_z is not None:
-            roll, rate = self._roll.between(first, last, 0, 1)
-            y, z = (f.between(first, last, 0)[0] for f in (self._force_y, self._force_z))
+            roll, rate = self._roll.between(start, stop, 0, 1)
+            y, z = (f.between(start, stop, 0)[0] for f in (self._force_y, self._force_z))
             return imu_from_roll(stamps, roll, rate, y, z)
 
-        def sensed(turning: bool, felt: bool, rows: slice) -> ImuSamples:
+        def sensed(turning: bool, with_force: bool, rows: slice) -> ImuSamples:
             begin, end, _ = rows.indices(len(stamps))
-            return self._sensed(stamps[begin:end], first + begin, turning, felt)
+            return self._sensed(stamps[begin:end], start + begin, turning, with_force)
 
-        imu = SpatialImu(stamps, sensed, first)
+        imu = SpatialImu(stamps, sensed, start)
         return imu if self._is_tame else message(imu)
 
-    def _sensed(self, stamps: IntArray, first: int, turning: bool, felt: bool) -> ImuSamples:
+    def _sensed(self, stamps: IntArray, start: int, turning: bool, with_force: bool) -> ImuSamples:
         """Return samples with the angular velocity and the specific force that are asked for."""
-        last = first + len(stamps)
+        stop = start + len(stamps)
         if self._six is None:
-            return self._roll_sensed(stamps, (first, last), turning, felt)
-        turned = [each.between(first, last, *range(1 + turning)) for each in self._six[3:]]
-        angle, *rate = (Turned(*each) for each in zip(*turned, strict=True))
+            return self._roll_sensed(stamps, (start, stop), turning, with_force)
+        turned = [motion.between(start, stop, *range(1 + turning)) for motion in self._six[3:]]
+        angle, *rate = (Turned(*angles) for angles in zip(*turned, strict=True))
         force = None
-        if felt:
-            forward, port, up = (each.between(first, last, 2)[0] for each in self._six[:3])
+        if with_force:
+            forward, port, up = (motion.between(start, stop, 2)[0] for motion in self._six[:3])
             force = forward, port, up
-        gravity = self._weighs(stamps) if felt else 0.0
+        gravity = self._weighs(stamps) if with_force else 0.0
         return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
 
     def _roll_sensed(
-        self, stamps: IntArray, span: tuple[int, int], turning: bool, felt: bool
+        self, stamps: IntArray, span: tuple[int, int], turning: bool, with_force: bool
     ) -> ImuSamples:
         """Return the same of a ship that rolls and heaves."""
         assert self._roll is not None
         height, gravity = self._scene.ship.height, self._scene.g
-        highest = 2 if felt and height != 0.0 else int(turning)
+        highest = 2 if with_force and height != 0.0 else int(turning)
         roll, rate, bend, *_ = (*self._roll.between(*span, *range(1 + highest)), None, None)
-        up = self._heave.between(*span, 2)[0] if felt and self._heave is not None else None
-        if felt and self._gravity is not None:
+        up = self._heave.between(*span, 2)[0] if with_force and self._heave is not None else None
+        if with_force and self._gravity is not None:
             # gravity that changes on the way is a slow acceleration beside the heave
-            more = self._weighs(stamps) - gravity
-            up = more if up is None else up + more
+            lift = self._weighs(stamps) - gravity
+            up = lift if up is None else up + lift
         return imu_samples(
-            stamps, roll, rate, bend, up, height, gravity, turning=turning, felt=felt
+            stamps, roll, rate, bend, up, height, gravity, turning=turning, felt=with_force
         )
 
     def _weighs(self, stamps: IntArray) -> FloatArray:
@@ -294,11 +294,11 @@ def _is_tame(six: SixMotions[Harmonics] | SixMotions[Fades]) -> bool:
     for number in dict.fromkeys(sums):  # a hull answers to all its motions in a sea at once
         for name in MOTIONS:
             motion = getattr(six, name)
-            here = motion.of(number) if isinstance(motion, Fades) else motion
-            if here is None:
+            part = motion.of(number) if isinstance(motion, Fades) else motion
+            if part is None:
                 continue
-            size = max(here.most(order) for order in range(3))
-            if size > 1e-2 * SQUARABLE or (name == 'pitch' and here.most(0) > GENTLE_PITCH):
+            size = max(part.most(order) for order in range(3))
+            if size > 1e-2 * SQUARABLE or (name == 'pitch' and part.most(0) > GENTLE_PITCH):
                 return False
     return True
 

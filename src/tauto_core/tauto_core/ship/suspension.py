@@ -69,37 +69,37 @@ class BearingForce(NamedTuple):
     lift_rate: FloatArray
 
 
-def felt_at(bearing: BearingMotion, x: FloatArray) -> BearingForce:
+def force_at(bearing: BearingMotion, x: FloatArray) -> BearingForce:
     """Return the specific force at a place of each part's piece, 0 ≤ x ≤ 1, (Σ parts,)."""
     piece = bearing.piece
-    found = []
+    channels = []
     for coefficients in (bearing.sway, bearing.lift):
         value, slope = np.zeros((2, len(x)))
         for j in range(coefficients.shape[1] - 1, -1, -1):
             slope = slope * x + value
             value = value * x + coefficients[piece, j]
-        found.append((value, slope / (bearing.length_ns[piece] * 1e-9)))
-    (sway, sway_rate), (lift, lift_rate) = found
+        channels.append((value, slope / (bearing.length_ns[piece] * 1e-9)))
+    (sway, sway_rate), (lift, lift_rate) = channels
     return BearingForce(sway, lift, sway_rate, lift_rate)
 
 
 def lost_at(
-    case: HungCase, bearing: BearingMotion, before: CaseMotion, after: CaseMotion
+    case: HungCase, bearing: BearingMotion, at_begin: CaseMotion, at_end: CaseMotion
 ) -> float | None:
     """Return the time at which contact is first lost [s] from the start of the run; None: never.
 
-    `before` and `after` are the motions of the case at both ends of each part, all (Σ parts,).
+    `at_begin` and `at_end` are the motions of the case at both ends of each part, all (Σ parts,).
     """
     end, end_ns, piece = bearing.end, bearing.end_ns, bearing.piece
-    first = np.concatenate([[True], piece[1:] != piece[:-1]])
-    begin = np.where(first, 0.0, np.roll(end, 1))
-    begin_ns = np.where(first, bearing.begin_ns[piece], np.roll(end_ns, 1))
+    is_first = np.concatenate([[True], piece[1:] != piece[:-1]])
+    begin = np.where(is_first, 0.0, np.roll(end, 1))
+    begin_ns = np.where(is_first, bearing.begin_ns[piece], np.roll(end_ns, 1))
     length = (end_ns - begin_ns) * 1e-9
     ends, slopes = np.empty((2, 2, len(end)))
-    for side, (motion, x) in enumerate(((before, begin), (after, end))):
-        felt = felt_at(bearing, x)
-        ends[side] = pressing(case, motion, felt.sway, felt.lift)
-        slopes[side] = length * pressing_rate(case, motion, felt)
+    for side, (motion, x) in enumerate(((at_begin, begin), (at_end, end))):
+        force = force_at(bearing, x)
+        ends[side] = pressing(case, motion, force.sway, force.lift)
+        slopes[side] = length * pressing_rate(case, motion, force)
     loss = first_loss(ends, slopes)
     if loss is None:
         return None
@@ -115,7 +115,7 @@ def pressing(case: HungCase, motion: CaseMotion, sway: FloatArray, lift: FloatAr
     return np.asarray(pressed)
 
 
-def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> FloatArray:
+def pressing_rate(case: HungCase, motion: CaseMotion, force: BearingForce) -> FloatArray:
     """Return dP/dt at small angles [m/s3], (n,), as theory/suspension.md has them."""
     e, c, k, gravity = case
     theta, phi, theta_rate, phi_rate = (
@@ -126,10 +126,10 @@ def pressing_rate(case: HungCase, motion: CaseMotion, felt: BearingForce) -> Flo
     )
     delta = phi - theta
     phi_bend = -gravity * c / (k * k) * delta
-    theta_bend = -(felt.sway + gravity * theta + c * phi_bend) / e
+    theta_bend = -(force.sway + gravity * theta + c * phi_bend) / e
     sine, cosine = np.sin(theta), np.cos(theta)
-    rate = felt.lift_rate * cosine - felt.sway_rate * sine
-    rate -= (felt.lift * sine + felt.sway * cosine) * theta_rate
+    rate = force.lift_rate * cosine - force.sway_rate * sine
+    rate -= (force.lift * sine + force.sway * cosine) * theta_rate
     rate += 2.0 * e * theta_rate * theta_bend
     rate += 2.0 * c * phi_rate * phi_bend * np.cos(delta)
     rate -= c * phi_rate**2 * np.sin(delta) * (phi_rate - theta_rate)
@@ -160,11 +160,11 @@ def _largest(coefficients: FloatArray) -> tuple[float, float]:
     """Return upper bounds of the sizes of polynomials and of their slopes, 0 ≤ x ≤ 1."""
     value = slope = 0.0
     for p in range(len(coefficients)):
-        here = steep = 0.0
+        size = steep = 0.0
         for j in range(coefficients.shape[1]):
-            here += abs(coefficients[p, j])
+            size += abs(coefficients[p, j])
             steep += j * abs(coefficients[p, j])
-        value, slope = max(value, here), max(slope, steep)
+        value, slope = max(value, size), max(slope, steep)
     return value, slope
 
 
@@ -176,34 +176,34 @@ def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None
     """
     a, b = ends
     # a + b₁x + b₂x² + b₃x³
-    first, second = slopes[0], 3.0 * (b - a) - 2.0 * slopes[0] - slopes[1]
+    b1, second = slopes[0], 3.0 * (b - a) - 2.0 * slopes[0] - slopes[1]
     third = slopes[0] + slopes[1] - 2.0 * (b - a)
     # a slope at an end adds at most 4/27 of itself to the cubic
     dips = np.maximum(-slopes[0], 0.0) + np.maximum(slopes[1], 0.0)
     low = np.minimum(a, b) - 4.0 / 27.0 * dips
     for stretch in np.flatnonzero(low <= 0.0).tolist():
-        share = _first_root(*(float(part[stretch]) for part in (a, first, second, third)))
+        share = _first_root(*(float(part[stretch]) for part in (a, b1, second, third)))
         if share is not None:
             return stretch, share
     return None
 
 
-def _first_root(a: float, first: float, second: float, third: float) -> float | None:
+def _first_root(a: float, b1: float, second: float, third: float) -> float | None:
     """Return the least x in [0, 1] where a cubic is not above 0; None: nowhere."""
 
     def value(x: float) -> float:
-        return a + x * (first + x * (second + x * third))
+        return a + x * (b1 + x * (second + x * third))
 
     if a <= 0.0:
         return 0.0
     low = 0.0
     # it is monotonic between extremes, where 3·third·x² + 2·second·x + first = 0
     twice, thrice = 2.0 * second, 3.0 * third
-    square = twice * twice - 4.0 * thrice * first
+    square = twice * twice - 4.0 * thrice * b1
     extremes: list[float] = []
     if square >= 0.0:
         q = -0.5 * (twice + math.copysign(math.sqrt(square), twice))
-        quotients = (q, thrice), (first, q)
+        quotients = (q, thrice), (b1, q)
         extremes = [above / below for above, below in quotients if abs(above) < abs(below)]
     for place in (*sorted(root for root in extremes if root > 0.0), 1.0):
         if value(place) <= 0.0:
@@ -225,7 +225,7 @@ def _feel(
     Return the least N/M on an axle, and the largest |θ|, |φ|, |θ̇| and |φ̇|. Outputs are longer
     than the motion, up to a multiple of eight; each sample is computed by itself.
     """
-    n, least = len(motion.phi), math.inf
+    n, press = len(motion.phi), math.inf
     widest, farthest, fast, faster = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
     for i in range(len(lean) // SIZE):
         theta, phi = eight(motion.theta, i), eight(motion.phi, i)
@@ -237,10 +237,10 @@ def _feel(
             )
             y, z = contact * sine, contact * cosine
             if SIZE * i + SIZE <= n:
-                least = min(least, lowest(contact))
+                press = min(press, lowest(contact))
             else:
                 for r in range(n - SIZE * i):
-                    least = min(least, lane(contact, r))
+                    press = min(press, lane(contact, r))
             widest, farthest = larger(widest, theta), larger(farthest, phi)
             fast, faster = larger(fast, rates[0]), larger(faster, rates[1])
         else:
@@ -249,7 +249,7 @@ def _feel(
             y = sway * cosine + lift * sine + case.c * eight(motion.phi_bend, i)
             z = lift * cosine - sway * sine + case.c * (rates[1] * rates[1])
         store_forces(y, z, i, lean, pull)
-    return least, largest(widest), largest(farthest), largest(fast), largest(faster)
+    return press, largest(widest), largest(farthest), largest(fast), largest(faster)
 
 
 class BearingBuffer(MotionBuffer):
@@ -307,7 +307,7 @@ class BearingBuffer(MotionBuffer):
         if not len(pieces.begin):
             return None
         begin, end = self._times[pieces.begin], self._times[pieces.end]
-        found = BearingMotion(
+        motion = BearingMotion(
             begin_ns=begin,
             length_ns=end - begin,
             parts=-(-(end - begin) // self._felt_ns),
@@ -316,7 +316,7 @@ class BearingBuffer(MotionBuffer):
             roll=self.fitted('roll', pieces, self._data['roll_rate']) if self._rolls else None,
         )
         self.forget(pieces)
-        return found
+        return motion
 
 
 class Suspension(Stateful):
@@ -374,7 +374,7 @@ class Suspension(Stateful):
         return self._advance(origin_ns, final=True)
 
     def _advance(self, origin_ns: int, *, final: bool) -> HungImu | None:
-        first: tuple[float, ...] | None = None
+        start: tuple[float, ...] | None = None
         if not self._released and self._buffer.has_samples:  # in equilibrium
             sway, lift, *rolling = self._buffer.first()
             if not lift > 0.0:
@@ -383,54 +383,54 @@ class Suspension(Stateful):
             self._last = np.array([tilt, tilt, 0.0, 0.0])
             rubbed = self._swing.bend_at_rest(rolling[1]) if rolling else 0.0
             across, upright = self._case.c * rubbed, lift * math.cos(tilt) - sway * math.sin(tilt)
-            first = tilt, 0.0, math.atan2(-across, upright), math.hypot(across, upright)
+            start = tilt, 0.0, math.atan2(-across, upright), math.hypot(across, upright)
         bearing = self._buffer.motion(final=final)
         if bearing is None:
             return None
         case = self._swing.advance(bearing)
         n, stamps = len(case.phi), bearing.end_ns
         lean, pull = np.empty((2, -(-n // SIZE) * SIZE))
-        least, *most = _feel(self._case, case, lean, pull)
+        press, *widest = _feel(self._case, case, lean, pull)
         if case.phi_bend is None and self._large:
-            if not least > 0.0:  # at a sample; its propagator checks between samples
+            if not press > 0.0:  # at a sample; its propagator checks between samples
                 lost = pressing(self._case, case, case.sway, case.lift) <= 0.0
                 raise lifted_off(float(stamps[np.argmax(lost)] * 1e-9))
         elif case.phi_bend is None:
-            self._check_small(case, bearing, least, most)
+            self._check_small(case, bearing, press, widest)
         columns = [case.phi, case.phi_rate, lean[:n], pull[:n]]
-        if first is not None:
+        if start is not None:
             self._released = True
             stamps = np.concatenate([bearing.begin_ns[:1], stamps])
-            columns = [np.append(*pair) for pair in zip(first, columns, strict=True)]
+            columns = [np.append(*pair) for pair in zip(start, columns, strict=True)]
         return HungImu(stamps + origin_ns, *columns)
 
     def _check_small(
-        self, case: CaseMotion, bearing: BearingMotion, least: float, most: list[float]
+        self, case: CaseMotion, bearing: BearingMotion, press: float, widest: list[float]
     ) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
 
         The interval between two batches is checked with the later batch, so batches do not matter.
-        `least` is the least contact force, `most` has the largest sizes of angles and rates.
+        `press` is the least contact force, `widest` has the largest sizes of angles and rates.
         """
-        last, self._last = self._last, np.array([column[-1] for column in case[:4]])
-        theta, phi, *rates = np.maximum(np.abs(last), most).tolist()
+        last_row, self._last = self._last, np.array([column[-1] for column in case[:4]])
+        theta, phi, *rates = np.maximum(np.abs(last_row), widest).tolist()
         longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
-        presses = least > 2.0 * longest * _steepest(self._case, bearing, theta, phi, rates)
-        if presses and max(most[:2]) <= SMALL_ANGLE:
+        presses = press > 2.0 * longest * _steepest(self._case, bearing, theta, phi, rates)
+        if presses and max(widest[:2]) <= SMALL_ANGLE:
             return
-        before = case._replace(
+        at_begin = case._replace(
             **{
-                name: np.append(last[i], getattr(case, name)[:-1])
+                name: np.append(last_row[i], getattr(case, name)[:-1])
                 for i, name in enumerate(CaseMotion._fields[:4])
             }
         )
-        lost_s = None if presses else lost_at(self._case, bearing, before, case)
+        lost_s = None if presses else lost_at(self._case, bearing, at_begin, case)
         size = np.maximum(np.abs(case.theta), np.abs(case.phi))
-        beyond = np.flatnonzero(size > SMALL_ANGLE)
-        if beyond.size:
-            at_s = float(bearing.end_ns[beyond[0]] * 1e-9)
+        wide = np.flatnonzero(size > SMALL_ANGLE)
+        if wide.size:
+            at_s = float(bearing.end_ns[wide[0]] * 1e-9)
             if lost_s is None or at_s < lost_s:
-                raise beyond_small_angles(float(size[beyond[0]]), SMALL_ANGLE, at_s)
+                raise beyond_small_angles(float(size[wide[0]]), SMALL_ANGLE, at_s)
         if lost_s is not None:
             raise lifted_off(lost_s)
 

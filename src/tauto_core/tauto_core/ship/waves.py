@@ -21,7 +21,7 @@ from tauto_core.scene.times import NS_PER_S
 SUM_BLOCK = 512
 TOGETHER = 8
 """Number of samples summed together, as lanes (`kernels`)."""
-KEPT = 3
+MOST_KEPT = 3
 """Number of sums kept in memory: two during a change, and one that has ended or comes next."""
 _UNITS_PER_TURN = 2**64
 _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
@@ -60,10 +60,10 @@ class Harmonics:
 def together(sums: Sequence[Harmonics]) -> Harmonics:
     """Return the sum of several sums of harmonics."""
     amplitude, period, phase = (
-        np.concatenate([getattr(each, name) for each in sums])
+        np.concatenate([getattr(part, name) for part in sums])
         for name in ('amplitude', 'period', 'phase')
     )
-    return Harmonics(amplitude, period, phase, sum(each.mean for each in sums))
+    return Harmonics(amplitude, period, phase, sum(part.mean for part in sums))
 
 
 class SampledHarmonics:
@@ -102,28 +102,28 @@ class SampledHarmonics:
         )
         self._kept: dict[tuple[int, ...], tuple[int, list[FloatArray]]] = {}
 
-    def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
-        """Return samples k = first ... last - 1 of each order of derivative, (last - first,).
+    def between(self, start: int, stop: int, *orders: int) -> list[FloatArray]:
+        """Return samples k = start ... stop - 1 of each order of derivative, (stop - start,).
 
         The orders 0 (the value), 1, 2 are asked for in rising order, 0 or 2 among them.
         """
         if self._is_zero:
-            return [np.zeros(last - first) for _ in orders]
+            return [np.zeros(stop - start) for _ in orders]
         begin, blocks = self._kept.get(orders, (0, [np.empty(0)]))
-        if first < begin or last > begin + len(blocks[0]):
+        if start < begin or stop > begin + len(blocks[0]):
             from tauto_core.ship.kernels import sum_blocks  # only when needed
 
-            begin, end = first // SUM_BLOCK * SUM_BLOCK, -(-last // SUM_BLOCK) * SUM_BLOCK
+            begin, end = start // SUM_BLOCK * SUM_BLOCK, -(-stop // SUM_BLOCK) * SUM_BLOCK
             outputs: list[FloatArray | None] = [None, None, None]
             for order in orders:
                 outputs[order] = np.empty(((end - begin) // SUM_BLOCK, SUM_BLOCK))
             sum_blocks(begin // SUM_BLOCK, self._mean, *self._arguments, *outputs)
             blocks = [out.reshape(-1) for out in outputs if out is not None]
             self._kept[orders] = end - SUM_BLOCK, [x[-SUM_BLOCK:].copy() for x in blocks]
-        return [x[first - begin : last - begin] for x in blocks]
+        return [x[start - begin : stop - begin] for x in blocks]
 
 
-@lru_cache(maxsize=2 * KEPT)
+@lru_cache(maxsize=2 * MOST_KEPT)
 def _advance(
     periods: bytes, step_ns: int
 ) -> tuple[list[tuple[int, int]], NDArray[np.uint64], FloatArray]:
@@ -136,15 +136,15 @@ def _advance(
     pairs = [period.as_integer_ratio() for period in np.frombuffer(periods).tolist()]
     steps = [(step_ns * below, NS_PER_S * above) for above, below in pairs]
     # from the middle of a block, between two samples, to those after it
-    within = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
+    units = _units([(n, 2 * d) for n, d in steps])[:, None] * np.arange(
         1, SUM_BLOCK, 2, dtype=np.uint64
     )
-    angle = within.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
+    angle = units.astype(np.int64) * float(_TWO_PI / _UNITS_PER_TURN)
     angle = angle.reshape(len(steps), SUM_BLOCK // 2 // TOGETHER, TOGETHER).swapaxes(0, 1)
     # cosines and sines by turns, a row of eight in one line of the cache
     spare = np.empty(2 * angle.size + TOGETHER)
-    first = -(spare.ctypes.data // spare.itemsize) % TOGETHER
-    table = spare[first : first + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
+    offset = -(spare.ctypes.data // spare.itemsize) % TOGETHER
+    table = spare[offset : offset + 2 * angle.size].reshape(*angle.shape[:2], 2, TOGETHER)
     np.cos(angle, out=table[:, :, 0])
     np.sin(angle, out=table[:, :, 1])
     return steps, _units([(SUM_BLOCK * n, d) for n, d in steps]), table.reshape(-1, TOGETHER)
@@ -152,12 +152,12 @@ def _advance(
 
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
     """Return the fractional parts of exact turns, rounded to 2⁻⁶⁴ turns, halves to even."""
-    found = []
+    units = []
     for numerator, denominator in turns:
-        whole, rest = divmod(numerator * _UNITS_PER_TURN, denominator)
-        up = 2 * rest > denominator or (2 * rest == denominator and whole % 2 == 1)
-        found.append((whole + up) % _UNITS_PER_TURN)
-    return np.array(found, np.uint64)
+        unit, part = divmod(numerator * _UNITS_PER_TURN, denominator)
+        up = 2 * part > denominator or (2 * part == denominator and unit % 2 == 1)
+        units.append((unit + up) % _UNITS_PER_TURN)
+    return np.array(units, np.uint64)
 
 
 # -----------------------------------------------------------------------------
@@ -242,7 +242,7 @@ class Fades:
         changes of ten seconds or more.
         """
         sums = [self.of(number) for number in set(self.sums)]
-        sizes = [sum(each.most(n) for n in range(order + 1)) for each in sums if each is not None]
+        sizes = [sum(wave.most(n) for n in range(order + 1)) for wave in sums if wave is not None]
         return 4.0 * max(sizes, default=0.0)
 
 
@@ -265,23 +265,23 @@ class SampledFades:
         self._kept: dict[int, SampledHarmonics | None] = {}
         self._zeros = np.zeros(0)
 
-    def between(self, first: int, last: int, *orders: int) -> list[FloatArray]:
-        """Return samples k = first ... last - 1 of each order, as `SampledHarmonics.between`."""
+    def between(self, start: int, stop: int, *orders: int) -> list[FloatArray]:
+        """Return samples k = start ... stop - 1 of each order, as `SampledHarmonics.between`."""
         parts, sums = [], self._fades.sums
-        while first < last:
-            state = bisect_right(self._begins, first) - 1
+        while start < stop:
+            state = bisect_right(self._begins, start) - 1
             following = state + 1
-            end = last
+            end = stop
             if following < len(self._begins):
                 end = min(end, self._begins[following])
             state = max(state, 0)
             old = sums[state]
             new = sums[following] if following < len(sums) else old
             if old == new:
-                parts.append(self._alone(old, (first, end), orders))
+                parts.append(self._alone(old, (start, end), orders))
             else:
-                parts.append(self._fading(state, (old, new), (first, end), orders))
-            first = end
+                parts.append(self._fading(state, (old, new), (start, end), orders))
+            start = end
         if len(parts) == 1:
             return parts[0]
         return [np.concatenate(columns) for columns in zip(*parts, strict=True)]
@@ -292,14 +292,14 @@ class SampledFades:
         """Return samples of one sum; zeros in a calm, one array for all orders."""
         if number not in self._kept:
             harmonics = self._fades.of(number)
-            while len(self._kept) >= KEPT:
+            while len(self._kept) >= MOST_KEPT:
                 self._kept.pop(next(iter(self._kept)))
             self._kept[number] = (
                 None if harmonics is None else SampledHarmonics(harmonics, self._step_ns)
             )
-        found = self._kept[number]
-        if found is not None:
-            return found.between(*span, *orders)
+        sums = self._kept[number]
+        if sums is not None:
+            return sums.between(*span, *orders)
         samples = span[1] - span[0]
         if len(self._zeros) < samples:
             self._zeros = np.zeros(samples)

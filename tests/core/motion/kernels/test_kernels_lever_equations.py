@@ -17,8 +17,8 @@ from tauto_core.machines import compile_machine
 from tauto_core.motion.gauss_step import Mode, make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.lever import LEVER_NODES
-from tauto_core.motion.real_threads import HeldAt, RealThreads, _within
-from tauto_core.motion.system import ChannelAt, Outside, Plane
+from tauto_core.motion.real_threads import RealThreads, TautLever, _within
+from tauto_core.motion.system import ChannelAt, Inputs, Plane
 
 LEVER = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
@@ -50,7 +50,7 @@ def test_stages_and_instants_of_the_lever_have_the_same_rates(drag):
     edge = float(machine.arc(machine.release_angle)) / np.sqrt(machine.inertia)
     for _ in range(20):
         line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
-        at = Outside(line, tilt, 9.8 + random.normal())
+        at = Inputs(line, tilt, 9.8 + random.normal())
         work['x'], work['y'] = random.uniform(-edge, edge, SIZE), random.normal(0.0, 1.0, SIZE)
         nodes = work['nodes']
         nodes['alpha_rate'], nodes['alpha_bend'] = line.rate - tilt.rate, line.bend - tilt.bend
@@ -61,18 +61,18 @@ def test_stages_and_instants_of_the_lever_have_the_same_rates(drag):
 
 
 @entry
-def margin_of(lever: Any, held: HeldAt, height: float) -> float:
+def margin_of(lever: Any, held: TautLever, height: float) -> float:
     return _within(lever, held, height)
 
 
 def test_a_slack_lever_is_within_up_to_the_ends_of_its_arc_and_upright() -> None:
     """The margin falls to 0 at both ends, and a quarter turn above or below where it is held."""
     lever, _ = RealThreads(compile_machine(scene_of(trochlea=LEVER)))._model
-    middle, half, root = lever.shape.whole.middle, lever.shape.whole.half, lever.root_j
+    middle, half, root = lever.shape.full.middle, lever.shape.full.half_width, lever.root_j
     assert middle != 0.0
 
     def margin(s: float, over: float, beta: float = 0.2) -> float:
-        return margin_of(lever, HeldAt(s, 0.0, 0.0, 0.0, beta), root * (beta + over))
+        return margin_of(lever, TautLever(s, 0.0, 0.0, 0.0, beta), root * (beta + over))
 
     assert margin(middle, 0.0) == 1.0
     for side in (1.0, -1.0):

@@ -22,7 +22,7 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import Mode, make_work
 from tauto_core.motion.lanes import SIZE
-from tauto_core.motion.system import ChannelAt, Outside, Plane
+from tauto_core.motion.system import ChannelAt, Inputs, Plane
 from tauto_core.motion.wheel import WHEEL_NODES, disturbance_on_land, holding_torque
 
 HEAVY = {
@@ -76,7 +76,7 @@ def disturbed(wheel: Any, mode: Any, omega: Any, work: Any) -> None:
     wheel.disturb(mode, omega, work)
 
 
-def acceleration(machine: Machine, q: Any, speed: Any, at: Outside, mode: Mode) -> Any:
+def acceleration(machine: Machine, q: Any, speed: Any, at: Inputs, mode: Mode) -> Any:
     """ϑ̈ by the printed equation, and the tension of the thread."""
     t, slope = machine.cam.lever_arm(q), machine.cam.lever_rate(q)
     rate, drag, escapement = speed + at.tilt.rate, machine.drag, machine.escapement
@@ -106,7 +106,7 @@ def system_of(machine: Machine) -> Any:
         tilt=sea,
         gravity=sea if machine.pulling_mass else None,
     )
-    return Collocation(machine)._moved(forcing)
+    return Collocation(machine)._model_of(forcing)
 
 
 @pytest.mark.parametrize('name', WHEELS)
@@ -119,7 +119,7 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
     mu = machine.carried_mass / machine.inertia
     for _ in range(20):
         line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
-        at = Outside(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
+        at = Inputs(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
         mode = Mode(*random.choice([-1.0, 1.0], 3))
         q = np.abs(random.uniform(0.02, 1.2, SIZE))
         # a kinked cam is continued from the side that is felt; the plain law is that of this side
@@ -158,7 +158,7 @@ def test_the_torque_that_holds_a_wheel_is_what_is_missing_to_its_rest_in_the_cas
     random = np.random.default_rng(6)
     for _ in range(20):
         line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
-        at = Outside(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
+        at = Inputs(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
         side, pallet = random.choice([-1.0, 1.0], 2)
         q = side * random.uniform(0.02, 1.2)
         mode = Mode(side, 0.0, pallet)

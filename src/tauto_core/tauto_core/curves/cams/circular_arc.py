@@ -47,8 +47,8 @@ class CircularArc(Cam):
         return math.pi
 
     def _arm(self, x: FloatArray) -> FloatArray:
-        half = 0.5 * x
-        return 2.0 * np.sin(half) * (self.root_depth * np.cos(half) + self.radius * np.sin(half))
+        h = 0.5 * x
+        return 2.0 * np.sin(h) * (self.root_depth * np.cos(h) + self.radius * np.sin(h))
 
     def _rate(self, x: FloatArray) -> FloatArray:
         return self.root_depth * np.cos(x) + self.radius * np.sin(x)
@@ -66,9 +66,9 @@ class CircularArc(Cam):
 
     def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         sine = np.sin(0.5 * angle)
-        back = 2.0 * self.radius * (sine * sine)
+        drop = 2.0 * self.radius * (sine * sine)
         side = self.root_depth + self.radius * np.sin(np.abs(angle))
-        return -np.copysign(back, angle), side
+        return -np.copysign(drop, angle), side
 
 
 class CircularArcCam(CamKind):

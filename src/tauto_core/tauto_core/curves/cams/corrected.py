@@ -144,9 +144,9 @@ class WeightCorrected(CorrectedCam):
         per_rad, flat = 2.0 * self.rate / self.gyration, np.atleast_1d(x)
         mean = per_rad * flat
         # from three quarters of the way to the edge at π/2 the angle is counted from there
-        found, near = np.empty_like(mean), mean < 1.2
-        if near.any():
-            part = mean[near]
+        values, is_near = np.empty_like(mean), mean < 1.2
+        if is_near.any():
+            part = mean[is_near]
 
             def rising(chi: FloatArray) -> tuple[FloatArray, FloatArray]:
                 cosine = np.cos(chi)
@@ -154,25 +154,25 @@ class WeightCorrected(CorrectedCam):
 
             # two terms of the series of χ about the middle; χ lies within half of the mean and all
             start, bracket = 0.5 * part * (1.0 + part * part / 12.0), (0.5 * part, part)
-            found[near] = np.tan(
+            values[is_near] = np.tan(
                 bracketed_newton(rising, start, bracket, relative=ROOT_ROUNDING, absolute=1e-17)
             )
-        if not near.all():
+        if not is_near.all():
             # near the edge the angle is counted from there: w = π/2 − χ, w − sin w cos w = left
             edge = 0.25 * math.pi * self.gyration / self.rate
-            left = per_rad * (edge - flat[~near])
+            gap = per_rad * (edge - flat[~is_near])
 
             def falling(w: FloatArray) -> tuple[FloatArray, FloatArray]:
                 sine = np.sin(w)
-                return 0.5 * sine_defect(2.0 * w) - left, 2.0 * sine * sine
+                return 0.5 * sine_defect(2.0 * w) - gap, 2.0 * sine * sine
 
             # w − sin w cos w = ⅔w³ − …, whose second term gives the factor of the start
-            w = np.cbrt(1.5 * left)
+            w = np.cbrt(1.5 * gap)
             start, bracket = w * (1.0 + w * w / 15.0), (0.5 * w, 2.0 * w)
-            found[~near] = 1.0 / np.tan(
+            values[~is_near] = 1.0 / np.tan(
                 bracketed_newton(falling, start, bracket, relative=ROOT_ROUNDING)
             )
-        return found.reshape(x.shape)
+        return values.reshape(x.shape)
 
     def _arm(self, x: FloatArray) -> FloatArray:
         return self.gyration * self._slope(x)
@@ -216,13 +216,13 @@ class WeightCorrected(CorrectedCam):
         A heavier weight or a longer period needs shorter lever arms.
         """
 
-        def heavier(tried: float) -> bool:
-            share = tried / mass
+        def heavier(trial: float) -> bool:
+            share = trial / mass
             wider = replace(self, rate=self.rate / share, mass_ratio=self.mass_ratio * share)
             return wider.range_rad >= amplitude
 
-        def slower(tried: float) -> bool:
-            share = tried / period
+        def slower(trial: float) -> bool:
+            share = trial / period
             return replace(self, rate=self.rate / (share * share)).range_rad >= amplitude
 
         heaviest, slowest = nearest(mass, 2.0, heavier), nearest(period, 2.0, slower)
@@ -361,8 +361,8 @@ class ForceTableCorrected(CorrectedCam):
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
         """Return ϑ = √(2E/F(0)b) [rad]."""
-        found = np.sqrt(2.0 * self.law.energy(lift) / self._stiffness)
-        return np.asarray(np.minimum(found, self.range_rad))
+        angle = np.sqrt(2.0 * self.law.energy(lift) / self._stiffness)
+        return np.asarray(np.minimum(angle, self.range_rad))
 
     @property
     def _edge(self) -> float:
@@ -380,16 +380,16 @@ class ForceTableCorrected(CorrectedCam):
             return float(self._arm(np.array([angle]))[0]) <= self.distance
 
         angles = np.linspace(0.0, edge, _PROBES)
-        beyond = np.flatnonzero(self._arm(angles) > self.distance)
-        if not len(beyond):
+        bad = np.flatnonzero(self._arm(angles) > self.distance)
+        if not len(bad):
             return edge
-        return bisect(within, float(angles[beyond[0] - 1]), float(angles[beyond[0]]))[0]
+        return bisect(within, float(angles[bad[0] - 1]), float(angles[bad[0]]))[0]
 
     @cached_property
     def joints(self) -> FloatArray:
         """Angles at which F is joined [rad]."""
-        found = np.sqrt(2.0 * self.law.energy(self.law.joints) / self._stiffness)
-        return np.asarray(found[found < self.range_rad])
+        angles = np.sqrt(2.0 * self.law.energy(self.law.joints) / self._stiffness)
+        return np.asarray(angles[angles < self.range_rad])
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
@@ -424,10 +424,10 @@ class ForceTableCorrected(CorrectedCam):
     def _risen(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the lift, F, and F − F(0) without cancellation near rest."""
         lift = self._lift(x)
-        coefficients, first = self.law.splines.force.c, float(self.law.splines.force.x[1])
-        near = lift * np.polynomial.polynomial.polyval(lift, coefficients[-2::-1, 0])
+        coefficients, knot = self.law.splines.force.c, float(self.law.splines.force.x[1])
+        series = lift * np.polynomial.polynomial.polyval(lift, coefficients[-2::-1, 0])
         force = self.law.force(lift)
-        return lift, force, np.where(lift < first, near, force - self.law.at_rest)
+        return lift, force, np.where(lift < knot, series, force - self.law.at_rest)
 
     def _rate_gain(self, x: FloatArray) -> FloatArray:
         lift, force, risen = self._risen(x)
@@ -443,12 +443,12 @@ def pulled(cam: Cam, law: ForceLaw) -> Cam:
     """Return the cam on which the constant F(0) makes the torque of a force on a given cam."""
     corrected = getattr(cam, 'corrected_for', None)
     if corrected == law:
-        return Evened(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
-    return Pulled(cam, law)
+        return LinearisedCam(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
+    return EquivalentCam(cam, law)
 
 
 @dataclass(frozen=True, eq=False)
-class Pulled(Cam):
+class EquivalentCam(Cam):
     """A cam on which the constant F(0) makes the torque that the force F(h) makes on another.
 
     Attributes:
@@ -481,8 +481,8 @@ class Pulled(Cam):
         highest = self.scale * float(self.cam.lift(edge))
         lifts = self.law.joints
         angles = self.cam.angle_of_lift(lifts[lifts < highest] / self.scale)
-        found = np.unique(np.concatenate([self.cam.joints, angles]))
-        return np.asarray(found[found < edge])
+        joints = np.unique(np.concatenate([self.cam.joints, angles]))
+        return np.asarray(joints[joints < edge])
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
@@ -490,10 +490,10 @@ class Pulled(Cam):
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
         """Return the ϑ ≥ 0 of a lift h* [rad]."""
-        found = self.law.lift_of_energy(np.asarray(lift) * self.law.at_rest) / self.scale
+        lifts = self.law.lift_of_energy(np.asarray(lift) * self.law.at_rest) / self.scale
         if np.isfinite(self.cam.range_rad):
-            found = np.minimum(found, float(self.cam.lift(self.cam.range_rad)))
-        return np.minimum(self.cam.angle_of_lift(found), self.range_rad)
+            lifts = np.minimum(lifts, float(self.cam.lift(self.cam.range_rad)))
+        return np.minimum(self.cam.angle_of_lift(lifts), self.range_rad)
 
     def _forced(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the lift of the other cam, as far as the points reach, and F there."""
@@ -526,7 +526,7 @@ class Pulled(Cam):
 
 
 @dataclass(frozen=True, eq=False)
-class Evened(LinearCam):
+class LinearisedCam(LinearCam):
     """The cam made for a force: with it F(h) t = F(0) b ϑ, so that t* = b ϑ exactly.
 
     Attributes:
@@ -606,10 +606,10 @@ class SpringCorrectedCam(PeriodCam):
             rate = rate_for_period(setting, period)
             return SpringCorrected(rate, stiffness / pull.force, distance)
 
-        made = cam(self.period, pull.stiffness)
-        stretch = hollow(made)
+        shape = cam(self.period, pull.stiffness)
+        stretch = hollow(shape)
         if stretch is None:
-            return made
+            return shape
         softest = nearest(
             pull.stiffness, 0.5, lambda value: hollow(cam(self.period, value)) is None
         )
@@ -644,10 +644,10 @@ class ForceTableCorrectedCam(PeriodCam):
         def cam(period: float) -> ForceTableCorrected:
             return ForceTableCorrected(rate_for_period(setting, period), law, setting.distance)
 
-        made = cam(self.period)
-        stretch = hollow(made)
+        shape = cam(self.period)
+        stretch = hollow(shape)
         if stretch is None:
-            return made
+            return shape
         slowest = nearest_if_any(self.period, 2.0, lambda period: hollow(cam(period)) is None)
         longer = '' if slowest is None else f'Use a period of at least {slowest:.4g} s, or points'
         raise SceneError(

@@ -103,10 +103,10 @@ class CorrectedLeverGeometry(LeverLinkage):
         """Return θ, the wheel's angle [rad]; NaN beyond the cam."""
         tau = np.asarray(tau, np.float64)
         flat = tau.ravel()
-        known = np.isfinite(self._theta_rate(flat))
-        found = np.full(flat.shape, np.nan)
-        found[known] = integrate(self._theta_rate, np.zeros(int(known.sum())), flat[known])
-        return found.reshape(tau.shape)
+        fits = np.isfinite(self._theta_rate(flat))
+        theta = np.full(flat.shape, np.nan)
+        theta[fits] = integrate(self._theta_rate, np.zeros(int(fits.sum())), flat[fits])
+        return theta.reshape(tau.shape)
 
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dθ/dτ and dβ/dτ."""
@@ -172,11 +172,11 @@ class CorrectedLeverGeometry(LeverLinkage):
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
-        left = self.weight_torque * (cosine * cosine)
-        left = left - 2.0 * self.turned_inertia * self.frequency**2 * sine
-        left = np.where(np.real(left) > 0.0, left, np.nan)
+        balance = self.weight_torque * (cosine * cosine)
+        balance = balance - 2.0 * self.turned_inertia * self.frequency**2 * sine
+        balance = np.where(np.real(balance) > 0.0, balance, np.nan)
         per = self.frequency * math.sqrt(self.inertia)
-        return 2.0 / per * np.sqrt(left / (1.0 + quartic))
+        return 2.0 / per * np.sqrt(balance / (1.0 + quartic))
 
     def _raised(self, tau: Any) -> tuple[Any, Any, Any]:
         """Return β, ρ = dβ/dθ and dρ/dθ, which do not depend on how the thread is tied."""
@@ -186,8 +186,8 @@ class CorrectedLeverGeometry(LeverLinkage):
         beta = 2.0 * np.arctan(square)
         ratio = 4.0 * tau / (1.0 + quartic) / self._theta_rate(tau)
         torque, stiff = self.weight_torque, self.frequency**2
-        left = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
-        bend = self.inertia * stiff * torque * cosine * (1.0 + sine * sine) / (left * left)
+        balance = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
+        bend = self.inertia * stiff * torque * cosine * (1.0 + sine * sine) / (balance * balance)
         return beta, ratio, bend
 
     @np.errstate(invalid='ignore', divide='ignore')
@@ -207,8 +207,8 @@ class CorrectedLeverGeometry(LeverLinkage):
         turns = ratio * (ratio - 1.0) * sine_between - bend * cosine_between
         turns = self.arm * turns / (reach + ratio * self.arm * sine_between)
         arm = ratio * self.arm * cosine_between
-        more = bend * cosine_between - ratio * sine_between * (ratio - turns)
-        p = self.arm * more / (1.0 - turns)
+        total = bend * cosine_between - ratio * sine_between * (ratio - turns)
+        p = self.arm * total / (1.0 - turns)
         return ThreadLine(ratio, bend, beta, delta, turns, arm, p, reach)
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
@@ -260,7 +260,7 @@ class LeverCorrectedCam(PeriodCam):
         Raises:
             SceneError: a lever that is not level at rest, or a pull that is not constant.
         """
-        for wrong, key, given, made_for, remedy in (
+        for wrong, key, value, made_for, remedy in (
             (
                 lever.inclination != 0.0,
                 'trochlea.thread.inclination',
@@ -280,12 +280,12 @@ class LeverCorrectedCam(PeriodCam):
                 raise SceneError(
                     'trochlea',
                     key,
-                    given,
+                    value,
                     f'does not go with cam kind {self.kind}, which is made for {made_for}',
                     remedy,
                 )
-        made = CorrectedArcLeverGeometry if lever.on_arc else CorrectedLeverGeometry
-        return made(
+        geometry = CorrectedArcLeverGeometry if lever.on_arc else CorrectedLeverGeometry
+        return geometry(
             inertia=lever.inertia,
             frequency=math.tau / self.period,
             weight_torque=lever.weight_torque,

@@ -141,8 +141,8 @@ class InvoluteCam(CamKind):
 
     def on_lever(self, lever: LeverSetting) -> LeverGeometry:
         """Return the lever machine with an involute."""
-        made = ArcLeverGeometry if lever.on_arc else LeverGeometry
-        return made(self.base_radius, lever.arm, lever.length, lever.inclination)
+        geometry = ArcLeverGeometry if lever.on_arc else LeverGeometry
+        return geometry(self.base_radius, lever.arm, lever.length, lever.inclination)
 
 
 class HoleCam(CamKind):

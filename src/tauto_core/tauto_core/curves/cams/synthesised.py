@@ -138,14 +138,14 @@ def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis
         largest = math.sqrt(2.0 * train.largest) / frequency
     # the least arc at which the train has all of the speed
     arcs = min(largest, 1e6) * np.logspace(-12.0, 0.0, 400)
-    beyond = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
+    too_fast = np.flatnonzero(~(_speed(train, frequency, arcs) < 1.0))
     edge = largest
-    if len(beyond) and beyond[0] > 0:
-        low, high = float(arcs[beyond[0] - 1]), float(arcs[beyond[0]])
+    if len(too_fast) and too_fast[0] > 0:
+        low, high = float(arcs[too_fast[0] - 1]), float(arcs[too_fast[0]])
         edge, _ = bisect(
             lambda arc: bool(_speed(train, frequency, np.array([arc]))[0] < 1.0), low, high
         )
-    if (len(beyond) and beyond[0] == 0) or not edge > 0.0:
+    if (len(too_fast) and too_fast[0] == 0) or not edge > 0.0:
         raise SynthesisError(
             f'no cam makes this power train swing at {frequency!r} rad/s: it is slower by itself '
             'at any amplitude. Use less inertia, a stronger pull or a longer period'
@@ -224,9 +224,9 @@ class SynthesisedCam(PeriodCam):
         rate_for_period(setting, self.period)
         key, value = 'trochlea.cam.period', self.period
         try:
-            found = synthesise(setting.inertia, math.tau / self.period, power_train(setting))
+            motion = synthesise(setting.inertia, math.tau / self.period, power_train(setting))
             key, value = 'trochlea.cam.range', self.range
-            return synthesised_cam(found, setting.distance, self.range)
+            return synthesised_cam(motion, setting.distance, self.range)
         except (SynthesisError, FitError) as error:
             problem, _, remedy = str(error).rpartition('. ')
             raise SceneError(
@@ -240,11 +240,11 @@ class SynthesisedCam(PeriodCam):
 
 def power_train(setting: Setting) -> PowerTrain:
     """Return V and M of a power as functions of its lift y: F = F(0) + κy, V = F(0) y + κy²/2."""
-    pull, first = setting.pull, setting.pull.at_rest(setting.gravity)
+    pull, force = setting.pull, setting.pull.at_rest(setting.gravity)
     stiffness = pull.stiffness
     return PowerTrain(
-        pull=lambda y: first + stiffness * y,
-        place=lambda v: 2.0 * v / (first + np.sqrt(first * first + 2.0 * stiffness * v)),
+        pull=lambda y: force + stiffness * y,
+        place=lambda v: 2.0 * v / (force + np.sqrt(force * force + 2.0 * stiffness * v)),
         mass=lambda y: np.full_like(y, pull.carried_mass),
     )
 

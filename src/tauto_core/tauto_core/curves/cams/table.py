@@ -36,7 +36,7 @@ LEAST_ROWS = 6
 _MOST_ROWS = 500
 # Largest number of halvings of S, beginning where all points are off by the tolerance; after them
 # the points are interpolated.
-_TRIED = 32
+_TRIALS = 32
 # Largest tolerance as a share of the longest arm: a larger one would ignore the measurement.
 _LARGEST_SHARE = 0.5
 _FORM = f'Write the header {",".join(TABLE_COLUMNS)} and rows of two plain numbers.'
@@ -146,10 +146,10 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
             f'no spline goes through these rows: {error}',
             'Space the angles more evenly.',
         ) from error
-    whole = PPoly.from_spline(spline.tck)
-    knots = np.unique(whole.x[whole.x >= 0.0])
-    pieces = np.searchsorted(whole.x, knots[:-1], side='right') - 1
-    law = _law_of_pieces(knots, np.ascontiguousarray(whole.c[::-1, pieces].T))
+    ppoly = PPoly.from_spline(spline.tck)
+    knots = np.unique(ppoly.x[ppoly.x >= 0.0])
+    pieces = np.searchsorted(ppoly.x, knots[:-1], side='right') - 1
+    law = _law_of_pieces(knots, np.ascontiguousarray(ppoly.c[::-1, pieces].T))
     cam = Table(path.name, law, distance)
     _check_spline(path, cam)
     return cam
@@ -165,8 +165,8 @@ def _read_rows(path: Path, *, at_rest: bool) -> Columns:
     sort = 'Sort the rows and remove duplicates.'
     rising = Column(angle, unit='rad', rising='greater than the angle before', remedy=sort)
     table = read_table(str(path), (rising, Column(arm, unit='m')), remedy=_FORM)
-    first = table[angle][0] == 0.0 and table[arm][0] == 0.0
-    if at_rest and not first:
+    has_rest = table[angle][0] == 0.0 and table[arm][0] == 0.0
+    if at_rest and not has_rest:
         raise SceneError(
             str(path),
             table.where(0),
@@ -174,7 +174,7 @@ def _read_rows(path: Path, *, at_rest: bool) -> Columns:
             'the first row is not 0,0',
             'Begin at rest; negative angles are the mirror image and are not tabulated.',
         )
-    if first and not at_rest:
+    if has_rest and not at_rest:
         table = table.rows(np.arange(1, len(table)))  # the point at rest is part of every cam
     if len(table) < LEAST_ROWS:
         raise SceneError(
@@ -248,14 +248,14 @@ def _wrappable(path: Path, table: Table) -> Table:
     if stretch is None:
         return table
     start, end = stretch
-    sooner = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
+    change = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
     raise SceneError(
         str(path),
         TABLE_COLUMNS[1],
         float(table.lever_arm(start)),
         f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
         'below 0), and a thread bridges a hollow',
-        f'{sooner} the lever arm bend down less there.',
+        f'{change} the lever arm bend down less there.',
     )
 
 
@@ -276,26 +276,26 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
         odd = 0.5 * (spline(angles) - spline(-angles))
         return spline if np.all(np.abs(odd - arms) <= tolerance) else None
 
-    found, rough, smooth = within(0), 0, _TRIED
-    while found is None and smooth - rough > 1:
+    best, rough, smooth = within(0), 0, _TRIALS
+    while best is None and smooth - rough > 1:
         middle = (rough + smooth) // 2
-        tried = within(middle)
-        rough, smooth = (middle, smooth) if tried is None else (rough, middle)
-    if found is None:
-        found = within(smooth) or _fitted(x, y, tolerance, 0.0)
-    assert found is not None  # interpolation always succeeds
+        trial = within(middle)
+        rough, smooth = (middle, smooth) if trial is None else (rough, middle)
+    if best is None:
+        best = within(smooth) or _fitted(x, y, tolerance, 0.0)
+    assert best is not None  # interpolation always succeeds
     # (s(ϑ) − s(−ϑ))/2 piece by piece from 0, since FITPACK's knots are not symmetric
-    whole = PPoly.from_spline(found.tck)
-    ends = np.unique(whole.x)
+    ppoly = PPoly.from_spline(best.tck)
+    ends = np.unique(ppoly.x)
     knots = np.unique(np.concatenate([[0.0], np.abs(ends)]))
     # knots that mirror each other are equal to rounding
-    apart = np.diff(knots) > 1e-12 * knots[-1]
-    knots = np.append(knots[:-1][apart], knots[-1])
+    distinct = np.diff(knots) > 1e-12 * knots[-1]
+    knots = np.append(knots[:-1][distinct], knots[-1])
     rows = []
-    for left, right in pairwise(knots.tolist()):
-        middle = 0.5 * (left + right)
-        here, there = _piece(whole, middle, left, 1.0), _piece(whole, -middle, -left, -1.0)
-        odd = 0.5 * (here - there)
+    for begin, right in pairwise(knots.tolist()):
+        middle = 0.5 * (begin + right)
+        piece, image = _piece(ppoly, middle, begin, 1.0), _piece(ppoly, -middle, -begin, -1.0)
+        odd = 0.5 * (piece - image)
         rows.append(np.pad(odd.coef, (0, 6 - len(odd.coef))))
     return _law_of_pieces(knots, np.array(rows))
 
@@ -309,12 +309,12 @@ def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> B
     return None if code > 0 else BSpline(*tck)
 
 
-def _piece(whole: PPoly, at: float, start: float, way: float) -> Polynomial:
+def _piece(ppoly: PPoly, at: float, start: float, way: float) -> Polynomial:
     """Return the piece that contains an angle, as a polynomial in h of start + way·h."""
-    x, c = whole.x, whole.c
+    x, c = ppoly.x, ppoly.c
     k = int(np.clip(np.searchsorted(x, at, side='right') - 1, 0, len(x) - 2))
-    found: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
-    return found
+    piece: Polynomial = Polynomial(c[::-1, k])(Polynomial([start - x[k], way]))
+    return piece
 
 
 class TableCam(CamKind):
@@ -413,9 +413,9 @@ class MeasuredCam(CamKind):
         try:
             return made(self.tolerance)
         except SceneError as error:
-            found = nearest_if_any(self.tolerance, 1.5, works)
-            least = f'Use a tolerance of at least {found:.4g} m, or ' if found is not None else ''
-            remedy = f'{least}measure those angles again.'
+            floor = nearest_if_any(self.tolerance, 1.5, works)
+            wider = f'Use a tolerance of at least {floor:.4g} m, or ' if floor is not None else ''
+            remedy = f'{wider}measure those angles again.'
             raise SceneError(
                 'trochlea',
                 'trochlea.cam.tolerance',

@@ -15,7 +15,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
-from tauto_core.machines.parts import Ebb, EscapementKind, Train
+from tauto_core.machines.parts import EscapementKind, ImpulseDecline, Train
 from tauto_core.scene.errors import Problem
 from tauto_core.scene.sections import Positive, Section
 
@@ -32,11 +32,11 @@ class Escapement(EscapementKind):
     )
 
     @property
-    def ebb(self) -> Ebb | None:
+    def ebb(self) -> ImpulseDecline | None:
         """That of the train."""
         if self.train is None or self.train.fall == 0.0:
             return None
-        return Ebb(self.train.fall, self.train.impulses)
+        return ImpulseDecline(self.train.fall, self.train.impulses)
 
 
 class Remontoire(Section):
@@ -81,11 +81,11 @@ class RemontoireEscapement(EscapementKind):
     )
 
     @property
-    def ebb(self) -> Ebb | None:
+    def ebb(self) -> ImpulseDecline | None:
         """That of the small spring; the train has no influence."""
         if self.remontoire.fall == 0.0:
             return None
-        return Ebb(self.remontoire.fall, self.remontoire.impulses)
+        return ImpulseDecline(self.remontoire.fall, self.remontoire.impulses)
 
     def problems(self) -> Iterator[Problem]:
         """Yield what is wrong between its keys, for example a train that is too weak to rewind."""

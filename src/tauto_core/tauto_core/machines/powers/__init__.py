@@ -157,21 +157,21 @@ class ForceTablePower(PowerKind):
 
     def problems(self) -> Iterator[Problem]:
         """Yield lifts that do not increase from 0, and forces that do not pull."""
-        first = self.points[0][0]
-        if first != 0.0:
+        start = self.points[0][0]
+        if start != 0.0:
             yield Problem(
                 'trochlea.power.points[0]',
-                first,
+                start,
                 'is not the lift at rest, 0 m',
                 'Begin with the force at rest: [0.0, force].',
             )
             return
-        for at, ((before, _), (lift, _)) in enumerate(pairwise(self.points), 1):
-            if not lift > before:
+        for at, ((lower, _), (lift, _)) in enumerate(pairwise(self.points), 1):
+            if not lift > lower:
                 yield Problem(
                     f'trochlea.power.points[{at}]',
                     lift,
-                    f'is not above the lift before it, {before!r} m',
+                    f'is not above the lift before it, {lower!r} m',
                     'Sort the points by lift, and remove duplicates.',
                 )
                 return

@@ -74,12 +74,12 @@ def common_swing(
     """
     terms = _FEWEST_TERMS
     while terms <= _MOST_TERMS:
-        found = _continued(accelerations, amplitude, frequency, share, terms)
-        if found is None:
+        swing = _continued(accelerations, amplitude, frequency, share, terms)
+        if swing is None:
             break
-        if np.max(np.abs(found[[terms - 2, terms - 1, -3, -2]])) <= _TAIL * amplitude:
-            angles, rates, _ = _along(found[None], terms)
-            return math.tau / float(found[-1]), [part[0] for part in (*angles, *rates)]
+        if np.max(np.abs(swing[[terms - 2, terms - 1, -3, -2]])) <= _TAIL * amplitude:
+            angles, rates, _ = _along(swing[None], terms)
+            return math.tau / float(swing[-1]), [part[0] for part in (*angles, *rates)]
         terms *= 2
     raise SwingError(
         f'at {amplitude:.6g} rad wheel and thread have no common swing that continues the mode of '
@@ -100,10 +100,10 @@ def _continued(
     for step in range(1, steps + 1):
         reached = amplitude * step / steps
         unknowns[: 2 * terms] *= reached / np.sum(unknowns[:terms])
-        found = _newton(accelerations, reached, unknowns, terms)
-        if found is None:
+        solution = _newton(accelerations, reached, unknowns, terms)
+        if solution is None:
             return None
-        unknowns = found
+        unknowns = solution
     return unknowns
 
 
@@ -115,7 +115,7 @@ def _newton(
     The equations are divided by ω²; all columns of their derivative are computed together.
     """
     count, scale = len(unknowns), np.append(np.full(2 * terms, amplitude), unknowns[-1])
-    before = math.inf
+    old = math.inf
     for _ in range(_ITERATIONS):
         shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
         # imaginary parts give derivatives without a difference, so the step may be tiny
@@ -124,21 +124,21 @@ def _newton(
         angles, rates, bends = _along(shifted, terms)
         pushed = accelerations(angles[0], angles[1], rates[0], rates[1])
         omega = shifted[:, -1:]
-        rest = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
+        residuals = [bend - push / omega**2 for bend, push in zip(bends, pushed, strict=True)]
         size = np.sum(shifted[:, :terms], axis=1, keepdims=True)
-        left = np.hstack([*rest, size - amplitude])
-        residual, matrix = left[0].real, (left.imag / steps[:, None]).T
+        errors = np.hstack([*residuals, size - amplitude])
+        residual, matrix = errors[0].real, (errors.imag / steps[:, None]).T
         if not np.all(np.isfinite(residual)):
             return None
         change = np.linalg.solve(matrix, residual)
         unknowns = unknowns - change
-        moved = float(np.max(np.abs(change / scale)))
+        shift = float(np.max(np.abs(change / scale)))
         # or rounding keeps Newton's method from halving what is left
-        if moved <= _SETTLED or (moved <= 2.0**-40 and moved >= 0.5 * before):
+        if shift <= _SETTLED or (shift <= 2.0**-40 and shift >= 0.5 * old):
             return unknowns
-        if not math.isfinite(moved) or not unknowns[-1] > 0.0:
+        if not math.isfinite(shift) or not unknowns[-1] > 0.0:
             return None
-        before = moved
+        old = shift
     return None
 
 
@@ -253,7 +253,7 @@ class HangingMachine:
         """Largest |u|, at which only a hundredth of the thread is still free [rad]."""
         return math.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius)
 
-    def felt_angle(self, angle: float, tilt: float) -> float:
+    def sensed_angle(self, angle: float, tilt: float) -> float:
         """Return u of a wheel at `angle` in its case with the thread plumb [rad]."""
         return angle - tilt
 

@@ -99,16 +99,16 @@ class LeverMachine:
         grown = math.sqrt(float(factors.inertia))
         # `kept` scales the pull by the masses. J must not change with a compensation, so the lever
         # takes the moment of inertia that the scaled masses lose.
-        kept = float(factors.weight) / grown
+        share = float(factors.weight) / grown
         of_weights = self.turned_inertia - self.lever_inertia
         return replace(
             self,
             inertia=self.inertia * grown * grown,
-            mass=kept * self.mass,
+            mass=share * self.mass,
             weight_arm=grown * self.weight_arm,
-            lever_inertia=grown * grown * (self.lever_inertia + (1.0 - kept) * of_weights),
+            lever_inertia=grown * grown * (self.lever_inertia + (1.0 - share) * of_weights),
             drag=None if self.drag is None else self.drag.thinned(float(factors.viscous)),
-            tail=(kept * self.tail[0], grown * self.tail[1]),
+            tail=(share * self.tail[0], grown * self.tail[1]),
             heat=Heat(celsius),
             force=float(factors.force) / grown * self.force,
         )
@@ -172,15 +172,15 @@ class LeverMachine:
         """Largest |θ| that geometry and force allow on both sides [rad]."""
         return min(-self.sides[0], self.sides[1])
 
-    def felt_angle(self, angle: float, tilt: float) -> float:
+    def sensed_angle(self, angle: float, tilt: float) -> float:
         """Return the angle that `range_rad` bounds: θ, since the lever is fixed in the case."""
         return angle
 
     def wider_range(self, amplitude: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
         if self.law is not None and amplitude <= self.geometry.range_rad:
-            both = self.geometry.tau_of(np.array([-amplitude, amplitude]))
-            reached = self.weight_arm * float(np.max(self._risen(both)))
+            ends = self.geometry.tau_of(np.array([-amplitude, amplitude]))
+            reached = self.weight_arm * float(np.max(self._risen(ends)))
             return (
                 f', or give trochlea.power.points up to a draw of {reached:.6g} m (they end at '
                 f'{self.law.longest!r} m)'
@@ -228,17 +228,17 @@ class LeverMachine:
 
     def _risen(self, tau: FloatArray) -> FloatArray:
         """Return H/AD = sin β − sin β₀."""
-        half, start = np.arctan(tau * tau), self.geometry.inclination
-        back = 2.0 * np.sin(half) ** 2
-        return np.asarray(math.cos(start) * np.sin(2.0 * half) - math.sin(start) * back)
+        angle, start = np.arctan(tau * tau), self.geometry.inclination
+        versine = 2.0 * np.sin(angle) ** 2
+        return np.asarray(math.cos(start) * np.sin(2.0 * angle) - math.sin(start) * versine)
 
     def _tau_of_risen(self, risen: FloatArray) -> FloatArray:
         """Return |τ| at which H/AD has a value, to rounding."""
         start = self.geometry.inclination
         cosine, sine = math.cos(start), math.sin(start)
         # cos² β, as a product that keeps its digits near a dead point of a level lever
-        left = (cosine - risen) * (cosine + risen) - 2.0 * sine * risen
-        return np.asarray(np.sqrt(risen / (cosine + np.sqrt(np.maximum(left, 0.0)))))
+        square = (cosine - risen) * (cosine + risen) - 2.0 * sine * risen
+        return np.asarray(np.sqrt(risen / (cosine + np.sqrt(np.maximum(square, 0.0)))))
 
     def _energy(self, risen: FloatArray) -> FloatArray:
         """Return V over the torque at rest with a level lever, at H/AD."""
@@ -295,8 +295,8 @@ class LeverMachine:
     def angle_of_potential(self, potential: float) -> float:
         """Return θ ≥ 0 at which V is `potential` [J], at most the end of the geometry."""
         edge = self.edges[1]
-        most = float(self._energy(self._risen(np.asarray(edge))))
-        energy = np.array([min(potential / self.weight_torque, most)])
+        top = float(self._energy(self._risen(np.asarray(edge))))
+        energy = np.array([min(potential / self.weight_torque, top)])
         tau = min(float(self._tau_of_risen(self._risen_of_energy(energy))[0]), edge)
         return float(self.geometry.theta(np.array([tau]))[0])
 
@@ -315,9 +315,9 @@ class LeverMachine:
             return self.small_period
         self._within(np.asarray(amplitude))
         # V is even in τ, so that the swing turns at −τ on the other side
-        far = -float(self.geometry.tau_of(np.asarray(amplitude)))
+        tau = -float(self.geometry.tau_of(np.asarray(amplitude)))
         low, high = self.edges
-        if not low <= far <= high:
+        if not low <= tau <= high:
             raise CamRangeError(
                 f'a swing from {amplitude!r} rad goes beyond the lever geometry on the other '
                 f'side: it reaches from {self.sides[0]:.6g} to {self.sides[1]:.6g} rad. Use a '
@@ -402,14 +402,14 @@ class LeverThread(ThreadKind):
     ) -> Iterator[Problem]:
         """Yield what is wrong between its keys, or not compatible with a lever."""
         yield from super().problems(power, drag, escapement)
-        both, is_force, tail = self.arm is not None, not power.pull.pulling_mass, self.tail
+        has_arm, is_force, tail = self.arm is not None, not power.pull.pulling_mass, self.tail
         kind = f'does not go with trochlea.power.kind {power.kind}'
         yield from wrong(
             (
-                both == (self.arc is not None),
-                'trochlea.thread.arc' if both else 'trochlea.thread.arm',
-                self.arc if both else ABSENT,
-                'does not go with trochlea.thread.arm' if both else 'is missing, and so is arc',
+                has_arm == (self.arc is not None),
+                'trochlea.thread.arc' if has_arm else 'trochlea.thread.arm',
+                self.arc if has_arm else ABSENT,
+                'does not go with trochlea.thread.arm' if has_arm else 'is missing, and so is arc',
                 'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
                 'lies on an arc about the fulcrum (Sully).',
             ),
@@ -446,12 +446,12 @@ class LeverThread(ThreadKind):
         """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
         pull, tail = parts.power.pull, self.tail
         mass, force, law = pull.carried_mass, pull.force, self._law(pull)
-        beyond = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
-        balance = beyond[0] * parts.gravity * beyond[1]
+        tip = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
+        balance = tip[0] * parts.gravity * tip[1]
         lever = LeverSetting(
             inertia=parts.inertia,
             weight_torque=(mass * parts.gravity + force) * self.weight_arm - balance,
-            turned_inertia=mass * self.weight_arm**2 + self.inertia + beyond[0] * beyond[1] ** 2,
+            turned_inertia=mass * self.weight_arm**2 + self.inertia + tip[0] * tip[1] ** 2,
             arm=self.pulled_at,
             length=self.length,
             on_arc=self.arc is not None,
@@ -469,7 +469,7 @@ class LeverThread(ThreadKind):
             drag=parts.drag,
             escapement=parts.escapement,
             release_angle=parts.release_angle,
-            tail=beyond,
+            tail=tip,
             heat=parts.heat,
             stops_when_slack=law is not None,
             force=force,

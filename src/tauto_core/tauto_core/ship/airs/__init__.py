@@ -108,8 +108,8 @@ def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntAr
 def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
     """Yield a problem for a temperature [°C] that air cannot have."""
     if not COLDEST <= celsius <= WARMEST:
-        said = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
-        yield Problem(key, celsius, said, in_celsius(celsius))
+        problem = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
+        yield Problem(key, celsius, problem, in_celsius(celsius))
 
 
 def in_celsius(value: float) -> str:
@@ -172,12 +172,12 @@ class BoxTemperature:
         which = np.arange(len(knots_ns))
         forced = self._forced(which, np.zeros(len(knots_ns))).tolist()
         reached = self._forced(which[:-1], steps[:-1]).tolist()
-        kept = _each(math.exp, -steps[:-1] / self._lag_s).tolist()
-        rest = self._slope[0] * self._lag_s
+        decay = _each(math.exp, -steps[:-1] / self._lag_s).tolist()
+        offset = self._slope[0] * self._lag_s
         for index in which.tolist():
-            self._rest[index] = rest
+            self._rest[index] = offset
             if index < len(reached):
-                rest = reached[index] + rest * kept[index] - forced[index + 1]
+                offset = reached[index] + offset * decay[index] - forced[index + 1]
 
     def at(self, k: IntArray) -> FloatArray:
         """Return the temperature [°C] at `starts_at` + k log intervals, k ≥ 0, (n,).
@@ -188,8 +188,8 @@ class BoxTemperature:
         which = np.searchsorted(self._knots_ns, time_ns, 'right') - 1
         since = (time_ns - self._knots_ns[which]) / NS_PER_S
         fading = _each(math.exp, -since / self._lag_s)
-        found = self._forced(which, since) + self._rest[which] * fading
-        return np.asarray(found)
+        celsius = self._forced(which, since) + self._rest[which] * fading
+        return np.asarray(celsius)
 
     def _forced(self, which: IntArray, since: FloatArray) -> FloatArray:
         """Return the part without c at times after some knots [s]."""
@@ -253,9 +253,9 @@ def zonal_celsius(latitude_deg: FloatArray, year_part: FloatArray) -> FloatArray
     row = np.clip((latitude_deg - ZONAL_LATITUDES[0]) / 10.0, 0.0, len(ZONAL_LATITUDES) - 1.0)
     low = np.minimum(row.astype(np.int64), len(ZONAL_LATITUDES) - 2)
     month = np.mod(year_part, 1.0) * 12.0 - 0.5
-    before = np.floor(month)
-    across, along = row - low, month - before
-    now, then = before.astype(np.int64) % 12, (before.astype(np.int64) + 1) % 12
+    floor = np.floor(month)
+    across, along = row - low, month - floor
+    now, then = floor.astype(np.int64) % 12, (floor.astype(np.int64) + 1) % 12
     south = (1.0 - along) * ZONAL_CELSIUS[low, now] + along * ZONAL_CELSIUS[low, then]
     north = (1.0 - along) * ZONAL_CELSIUS[low + 1, now] + along * ZONAL_CELSIUS[low + 1, then]
     return np.asarray((1.0 - across) * south + across * north)
@@ -318,8 +318,8 @@ class RouteAir(AirKind):
         passage = Passage(scene, scene.voyage)
         if self.at is not None:
             return (
-                np.array([passage.places_ns[each.waypoint] for each in self.at], np.int64),
-                np.array([each.celsius for each in self.at]),
+                np.array([passage.places_ns[place.waypoint] for place in self.at], np.int64),
+                np.array([place.celsius for place in self.at]),
             )
         grid = knots_between(0, nanoseconds(LAST_STAMP_S), scene)
         at_ns = np.union1d(grid, np.array(passage.places_ns, np.int64))
@@ -350,23 +350,23 @@ class RouteAir(AirKind):
             ),
             (at == (), 'air.at', ABSENT, 'is empty', 'Name at least one place.'),
         )
-        last = 0 if voyage is None else len(voyage.places) - 1
-        for index, each in enumerate(at or ()):
-            yield from implausible_celsius(f'air.at[{index}].celsius', each.celsius)
-            if voyage is not None and each.waypoint > last:
+        arrival = 0 if voyage is None else len(voyage.places) - 1
+        for index, place in enumerate(at or ()):
+            yield from implausible_celsius(f'air.at[{index}].celsius', place.celsius)
+            if voyage is not None and place.waypoint > arrival:
                 yield Problem(
                     f'air.at[{index}].waypoint',
-                    each.waypoint,
-                    f'is not a place of the voyage, which has {last + 1}: 0 is the departure, '
-                    f'{last} the arrival',
-                    f'Give a number from 0 to {last}.',
+                    place.waypoint,
+                    f'is not a place of the voyage, which has {arrival + 1}: 0 is the departure, '
+                    f'{arrival} the arrival',
+                    f'Give a number from 0 to {arrival}.',
                 )
-        for index, (before, after) in enumerate(pairwise(at or ()), 1):
-            if after.waypoint <= before.waypoint:
+        for index, (previous, current) in enumerate(pairwise(at or ()), 1):
+            if current.waypoint <= previous.waypoint:
                 yield Problem(
                     f'air.at[{index}].waypoint',
-                    after.waypoint,
-                    f'does not come after the place before it, {before.waypoint}',
+                    current.waypoint,
+                    f'does not come after the place before it, {previous.waypoint}',
                     'Name each place once, in the order of the voyage.',
                 )
 
@@ -398,43 +398,43 @@ class AirRecordFile(AirKind):
     )
 
 
-def read_air(asked: AirRecordFile) -> dict[str, Any]:
+def read_air(record: AirRecordFile) -> dict[str, Any]:
     """Return the keys of `air` with the rows of a record.
 
     Temperatures that no air has, times that do not increase and longer gaps are refused, with the
     line.
     """
-    has_utc = _UTC in read_header(asked.path, remedy=_FORM)
-    if asked.begins is not None and not has_utc:
+    has_utc = _UTC in read_header(record.path, remedy=_FORM)
+    if record.begins is not None and not has_utc:
         problem = f'needs the column {_UTC}; {_SECONDS} counts from the start of the scene'
-        raise SceneError(asked.path, 'begins', asked.begins, problem, 'Leave it out.')
+        raise SceneError(record.path, 'begins', record.begins, problem, 'Leave it out.')
     time = _UTC if has_utc else _SECONDS
     columns = (
         Column(time, utc=has_utc, unit='s', rising='later than the row before'),
         Column(_CELSIUS),
     )
-    table = read_table(asked.path, columns, remedy=_FORM)
+    table = read_table(record.path, columns, remedy=_FORM)
     celsius = table[_CELSIUS]
     wrong = np.flatnonzero((celsius < COLDEST) | (celsius > WARMEST))
     if wrong.size:
         row = int(wrong[0])
-        said, remedy = f'must lie between {COLDEST:g} and {WARMEST:g} °C', in_celsius(celsius[row])
-        raise table.refusal(row, _CELSIUS, said, remedy)
+        limits = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
+        raise table.refusal(row, _CELSIUS, limits, in_celsius(celsius[row]))
     table.gaps(
         time,
-        asked.longest_gap_hours * 3600.0,
+        record.longest_gap_hours * 3600.0,
         limit='the longest, by air.longest_gap_hours,',
         remedy='Fill the gap, or raise air.longest_gap_hours.',
     )
     zero_s, first_utc = 0.0, None
-    if asked.begins is not None:
-        zero_s = utc(asked.path, 'begins', asked.begins).timestamp()
+    if record.begins is not None:
+        zero_s = utc(record.path, 'begins', record.begins).timestamp()
     elif has_utc:
         zero_s = float(table[time][0])
         first_utc = datetime.datetime.fromtimestamp(zero_s, datetime.UTC).isoformat()
     return {
-        **asked.model_dump(exclude={'path', 'begins'}),
-        'source': source_name(asked.path)[-LONGEST_TEXT:],
+        **record.model_dump(exclude={'path', 'begins'}),
+        'source': source_name(record.path)[-LONGEST_TEXT:],
         'first_utc': first_utc,
         'time': (table[time] - zero_s).tolist(),
         'celsius': celsius.tolist(),
@@ -483,7 +483,7 @@ class RecordAir(AirKind):
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
         """Return the times and temperatures of the rows."""
         ahead_s = self._ahead_s(scene)
-        times = [nanoseconds(each + ahead_s) for each in self.time]
+        times = [nanoseconds(time_s + ahead_s) for time_s in self.time]
         return np.array(times, np.int64), np.array(self.celsius)
 
     def _ahead_s(self, scene: AirySurroundings) -> float:
@@ -491,10 +491,10 @@ class RecordAir(AirKind):
         voyage = scene.voyage
         if self.first_utc is None or voyage is None or voyage.date is None:
             return 0.0
-        first = utc(self.source, 'air.first_utc', self.first_utc)
-        midnight = datetime.datetime.combine(first.date(), datetime.time(), datetime.UTC)
-        days = first.toordinal() - voyage.day_at(scene.starts_at, scene.starts_at)
-        return float(round(days * DAY_S, 3)) + (first - midnight).total_seconds()
+        moment = utc(self.source, 'air.first_utc', self.first_utc)
+        midnight = datetime.datetime.combine(moment.date(), datetime.time(), datetime.UTC)
+        days = moment.toordinal() - voyage.day_at(scene.starts_at, scene.starts_at)
+        return float(round(days * DAY_S, 3)) + (moment - midnight).total_seconds()
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
         """Yield the problems of its rows."""
@@ -509,12 +509,12 @@ class RecordAir(AirKind):
         for index, celsius in enumerate(self.celsius):
             yield from implausible_celsius(f'air.celsius[{index}]', celsius)
         longest_s = self.longest_gap_hours * 3600.0
-        for index, (before, after) in enumerate(pairwise(self.time), 1):
-            if not 0.0 < after - before <= longest_s:
+        for index, (previous, current) in enumerate(pairwise(self.time), 1):
+            if not 0.0 < current - previous <= longest_s:
                 yield Problem(
                     f'air.time[{index}]',
-                    after,
-                    f'must be later than the time before, {before!r} s, by at most '
+                    current,
+                    f'must be later than the time before, {previous!r} s, by at most '
                     f'longest_gap_hours, {self.longest_gap_hours:g} h',
                     'Sort the rows, fill the gap, or raise longest_gap_hours.',
                 )
@@ -547,7 +547,7 @@ Of the noons with a thermometer in 371 passages those withheld are predicted bes
 """
 
 
-def departures(time_s: FloatArray, known: FloatArray) -> FloatArray:
+def departures(time_s: FloatArray, values: FloatArray) -> FloatArray:
     """Return departures of the air from its mean where some are known and the others nan [K].
 
     A departure that is not known is the expected one of a process that forgets within
@@ -557,23 +557,23 @@ def departures(time_s: FloatArray, known: FloatArray) -> FloatArray:
 
     Args:
         time_s: times in their order, whole numbers, so that their differences are exact [s], (n,).
-        known: departures [K], (n,).
+        values: departures [K], (n,).
     """
-    found, there = np.zeros(len(time_s)), np.flatnonzero(~np.isnan(known))
-    for index in range(len(time_s) if len(there) else 0):
-        place = int(np.searchsorted(there, index))
-        before, after = there[max(place - 1, 0)], there[min(place, len(there) - 1)]
-        past = abs(time_s[index] - time_s[before]) / DEPARTS_S
-        ahead = abs(time_s[after] - time_s[index]) / DEPARTS_S
-        if index == after:
-            found[index] = known[index]
-        elif before == after:
-            found[index] = known[before] * math.exp(-past)
+    estimates, rows = np.zeros(len(time_s)), np.flatnonzero(~np.isnan(values))
+    for index in range(len(time_s) if len(rows) else 0):
+        place = int(np.searchsorted(rows, index))
+        low, high = rows[max(place - 1, 0)], rows[min(place, len(rows) - 1)]
+        past = abs(time_s[index] - time_s[low]) / DEPARTS_S
+        ahead = abs(time_s[high] - time_s[index]) / DEPARTS_S
+        if index == high:
+            estimates[index] = values[index]
+        elif low == high:
+            estimates[index] = values[low] * math.exp(-past)
         else:
             weights = math.sinh(ahead), math.sinh(past)
-            found[index] = weights[0] * known[before] + weights[1] * known[after]
-            found[index] /= math.sinh(past + ahead)
-    return found
+            estimates[index] = weights[0] * values[low] + weights[1] * values[high]
+            estimates[index] /= math.sinh(past + ahead)
+    return estimates
 
 
 class LogAir(AirKind):
@@ -593,14 +593,14 @@ class LogAir(AirKind):
         """Return the times and temperatures of the entries."""
         log = None if scene.voyage is None else scene.voyage.log
         assert log is not None
-        times = [log_time(each[0]) for each in log.entries]
+        times = [log_time(entry[0]) for entry in log.entries]
         years = [
-            (each - datetime.datetime(each.year, 1, 1)).total_seconds() / DAY_S / 365.2425
-            for each in times
+            (moment - datetime.datetime(moment.year, 1, 1)).total_seconds() / DAY_S / 365.2425
+            for moment in times
         ]
-        usual = zonal_celsius(np.array([each[1] for each in log.entries]), np.array(years))
-        read = np.array([math.nan if each[5] is None else each[5] for each in log.entries])
-        since = np.array([(each - times[0]).total_seconds() for each in times])
+        usual = zonal_celsius(np.array([entry[1] for entry in log.entries]), np.array(years))
+        read = np.array([math.nan if entry[5] is None else entry[5] for entry in log.entries])
+        since = np.array([(moment - times[0]).total_seconds() for moment in times])
         celsius = usual + departures(since, read - usual)
         celsius = np.where(np.isnan(read), celsius, read)
         return np.array([nanoseconds(at) for at in log.at], np.int64), celsius

@@ -115,13 +115,13 @@ class Channels:
 
     def without(self, names: Collection[str]) -> Channels:
         """Return the same with some motions switched off; a force keeps its mean."""
-        own = [name for name in ('roll', 'heave', 'force_y', 'force_z') if name in names]
-        changed: dict[str, Any] = {name: _quiet(name, getattr(self, name)) for name in own}
+        present = [name for name in ('roll', 'heave', 'force_y', 'force_z') if name in names]
+        changed: dict[str, Any] = {name: _quiet(name, getattr(self, name)) for name in present}
         if self.six is not None:
             six: dict[str, Any] = {
-                each.name: _quiet(each.name, getattr(self.six, each.name))
-                for each in fields(self.six)
-                if each.name in names
+                item.name: _quiet(item.name, getattr(self.six, item.name))
+                for item in fields(self.six)
+                if item.name in names
             }
             changed['six'] = replace(self.six, **six)
         return replace(self, **changed)
@@ -268,7 +268,7 @@ class ShipKind(Kind):
     @property
     def motions(self) -> tuple[str, ...]:
         """The motions that it has, by the names of `SixMotions`."""
-        return tuple(each.name for each in fields(SixMotions))
+        return tuple(item.name for item in fields(SixMotions))
 
 
 def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
@@ -348,8 +348,8 @@ class ComponentsShip(ShipKind):
     def with_roll_scaled(self, factor: float) -> Self:
         """Return the ship with all amplitudes of the roll times a factor."""
         scaled = tuple(
-            each.model_copy(update={'amplitude': factor * each.amplitude})
-            for each in self.components
+            part.model_copy(update={'amplitude': factor * part.amplitude})
+            for part in self.components
         )
         return self.model_copy(update={'components': scaled})
 

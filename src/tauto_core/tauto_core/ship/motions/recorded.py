@@ -54,9 +54,9 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
     wanted = topic.lstrip('/')
     try:
         bag = read_bag(path)
-        full = {each.lstrip('/'): each for each in bag.topics}.get(wanted)
+        full = {topic.lstrip('/'): topic for topic in bag.topics}.get(wanted)
         if full is None:
-            listed = ', '.join(f'{each}: {kind}' for each, kind in sorted(bag.topics.items()))
+            listed = ', '.join(f'{topic}: {kind}' for topic, kind in sorted(bag.topics.items()))
             raise MotionDataError(
                 f'{name}: has no topic {topic!r}; it has {listed or "none"}. Name one with Imu '
                 'messages.'
@@ -67,8 +67,8 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
         raise MotionDataError(f'{name}: {error}') from error
     if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
         raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
-    said = f'the {len(imu.stamp_ns)} Imu messages that can be read are used'
-    return imu, tuple(f'{warning}; {said}' for warning in bag.warnings)
+    note = f'the {len(imu.stamp_ns)} Imu messages that can be read are used'
+    return imu, tuple(f'{warning}; {note}' for warning in bag.warnings)
 
 
 # -----------------------------------------------------------------------------
@@ -184,11 +184,11 @@ def band_limited(
     coefficients = np.fft.rfft(mirrored).real / steps
     n = np.arange(1, steps)
     frequency = n / (2.0 * length)
-    inside = n[(passband[0] <= frequency) & (frequency <= passband[1])]
+    numbers = n[(passband[0] <= frequency) & (frequency <= passband[1])]
     return Harmonics(
-        coefficients[inside],
-        2.0 * length / inside,
-        np.zeros(len(inside)),
+        coefficients[numbers],
+        2.0 * length / numbers,
+        np.zeros(len(numbers)),
         0.5 * float(coefficients[0]) if keep_mean else 0.0,
     )
 
@@ -230,12 +230,12 @@ def _read_bag(recorded: Recorded) -> tuple[Columns, tuple[str, ...]]:
             'Every message needs a later stamp than the one before, finite vectors, a unit '
             'quaternion and no covariance that starts with -1.'
         )
-    felt = attitude(imu)
+    pose = attitude(imu)
     values = {
         'time': (imu.stamp_ns - imu.stamp_ns[0]) / NS_PER_S,
-        'roll': np.unwrap(felt.roll),
-        'force_y': felt.force_y,
-        'force_z': felt.force_z,
+        'roll': np.unwrap(pose.roll),
+        'force_y': pose.force_y,
+        'force_z': pose.force_z,
     }
     places = np.arange(1, len(reasons) + 1)
     return Columns(recorded.path, values, places, 'message'), warnings

@@ -95,19 +95,19 @@ class SeaMotion:
         elevation: elevation of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
         heave: [m], upwards; None: not set.
-        outside: shares of the waves' energy above and below the frequencies of the operator.
+        unanswered: shares of the waves' energy above and below the frequencies of the operator.
         six: all motions at the clock, of a ship with a hull.
     """
 
     elevation: Harmonics
     roll: Harmonics
     heave: Harmonics | None
-    outside: tuple[float, float] = (0.0, 0.0)
+    unanswered: tuple[float, float] = (0.0, 0.0)
     six: SixMotions[Harmonics] | None = None
 
 
 @dataclass(frozen=True)
-class Around:
+class WeatherScope:
     """`Surroundings` that are equal where the weather is the same; errors alone say the name."""
 
     name: str = field(compare=False)
@@ -178,8 +178,8 @@ class SeaShip(ShipKind):
 
     @field_validator('hull', mode='before')
     @classmethod
-    def _shape_alone(cls, given: Any) -> Any:
-        return {'shape': given} if isinstance(given, str) else given
+    def _shape_alone(cls, value: Any) -> Any:
+        return {'shape': value} if isinstance(value, str) else value
 
     @model_validator(mode='after')
     def _cut_where_the_hull_is_still(self) -> Self:
@@ -236,7 +236,7 @@ class SeaShip(ShipKind):
             sea.heave,
             six=sea.six,
             metadata=self.metadata(scene),
-            warnings=sea_warnings(*sea.outside),
+            warnings=sea_warnings(*sea.unanswered),
         )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
@@ -250,17 +250,15 @@ class SeaShip(ShipKind):
     def setting(self, scene: Surroundings) -> WeatherSetting:
         """Return scene and ship for which the weather is resolved."""
         assert self.weather is not None
-        around = Around(**{each.name: getattr(scene, each.name) for each in fields(Around)})
-        return WeatherSetting(
-            around, self.weather, self.relative_heading, self.speed, self._length
-        )
+        scope = WeatherScope(**{f.name: getattr(scene, f.name) for f in fields(WeatherScope)})
+        return WeatherSetting(scope, self.weather, self.relative_heading, self.speed, self._length)
 
     def in_state(self, state: WeatherState) -> Self:
         """Return the ship in the sea of one state."""
-        here = {'sea': state.sea, 'weather': None, 'speed': state.speed}
+        keys = {'sea': state.sea, 'weather': None, 'speed': state.speed}
         if self.rao is None or self.rao.heading is None:
-            here['heading'] = state.heading
-        return self.model_copy(update=here)
+            keys['heading'] = state.heading
+        return self.model_copy(update=keys)
 
     def roughest(self, scene: Surroundings) -> ShipKind:
         """Return the ship in the highest of its seas."""
@@ -296,8 +294,8 @@ class SeaShip(ShipKind):
         reasons = {highest: 'highest'}
         reasons[fastest] = 'highest and met fastest' if fastest == highest else 'met fastest'
         at_s = np.array([state.at_ns for state in states]) / NS_PER_S
-        inside = at_s[(at_s > 0.0) & (at_s < scene.duration)]
-        times = np.concatenate([[0.0], inside, [scene.duration]])
+        changes = at_s[(at_s > 0.0) & (at_s < scene.duration)]
+        times = np.concatenate([[0.0], changes, [scene.duration]])
         lasts_s = trapezoid(np.interp(times, at_s, abrupt), times)
         lasts_s = lasts_s / abrupt[fastest] if abrupt[fastest] > 0.0 else scene.duration
         return tuple(
@@ -317,29 +315,29 @@ class SeaShip(ShipKind):
         if self.weather is None:
             return super().seas_at_start(scene)
         states = self.states(scene)
-        after = next((k for k, state in enumerate(states) if state.at_ns > 0), len(states))
-        around = states[max(after - 1, 0) : after + 1]
-        seas = [sea for state in around for sea in state.alone if sea.sea is not None]
+        index = next((k for k, state in enumerate(states) if state.at_ns > 0), len(states))
+        pair = states[max(index - 1, 0) : index + 1]
+        seas = [sea for state in pair for sea in state.alone if sea.sea is not None]
         return tuple(self.in_state(sea) for sea in seas)
 
     def _abruptness(self, scene: Surroundings, state: WeatherState) -> float:
         """Return the size of the derivative of order `MET_ORDER` of the motion in a state."""
         if state.sea is None:
             return 0.0
-        found = sea_motion(scene, self.in_state(state))
-        moved = found.roll if found.heave is None else found.heave
-        met = 2.0 * math.pi / moved.period
-        return float(np.linalg.norm(moved.amplitude * met**MET_ORDER))
+        motion = sea_motion(scene, self.in_state(state))
+        wave = motion.roll if motion.heave is None else motion.heave
+        met = 2.0 * math.pi / wave.period
+        return float(np.linalg.norm(wave.amplitude * met**MET_ORDER))
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
         """Yield the damping of the roll and, with a hull, how her weights lie (hull.md)."""
         if self.roll is not None:
-            least, most = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
+            low, high = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
             yield RoughlyKnown(
                 'ship.roll.damping_ratio',
                 '',
-                (least, most),
-                (self._with('roll', damping_ratio=least), self._with('roll', damping_ratio=most)),
+                (low, high),
+                (self._with('roll', damping_ratio=low), self._with('roll', damping_ratio=high)),
             )
         if self.hull is None or self.roll is None:
             return
@@ -347,12 +345,12 @@ class SeaShip(ShipKind):
         k_yy = 0.25 * hull.coefficients.length if self.hull.k_yy is None else self.hull.k_yy
         # a ship with half of her metacentric height is as tender as any that sails
         aside = min(CENTRE_PART * hull.coefficients.beam, 0.5 * hull.gm)
-        for key, least, most in (
+        for key, low, high in (
             ('k_yy', GYRATION_PARTS[0] * k_yy, GYRATION_PARTS[1] * k_yy),
             ('centre_of_gravity', hull.z_g - aside, hull.z_g + aside),
         ):
-            ships = self._with('hull', **{key: least}), self._with('hull', **{key: most})
-            yield RoughlyKnown(f'ship.hull.{key}', 'm', (least, most), ships)
+            ships = self._with('hull', **{key: low}), self._with('hull', **{key: high})
+            yield RoughlyKnown(f'ship.hull.{key}', 'm', (low, high), ships)
 
     def _with(self, section: str, **values: float) -> Self:
         changed = getattr(self, section).model_copy(update=values)
@@ -373,7 +371,7 @@ class SeaShip(ShipKind):
             return self.model_copy(update={'roll': roll})
         assert self.rao is not None  # a scene has roll or rao
         parts = {
-            key: tuple(factor * each for each in getattr(self.rao, key) or ())
+            key: tuple(factor * value for value in getattr(self.rao, key) or ())
             for key in ('roll_real', 'roll_imaginary')
         }
         return self.model_copy(update={'rao': self.rao.model_copy(update=parts)})
@@ -465,13 +463,13 @@ class SeaShip(ShipKind):
         if bare and clock is not None and rao is not None:
             # without a length that of the longest ship; none is wider than half of it
             length = rao.length or 400.0
-            for key, most in (('forward', 0.5 * length), ('port', 0.25 * length)):
+            for key, limit in (('forward', 0.5 * length), ('port', 0.25 * length)):
                 at = getattr(clock, key)
-                if not abs(at) <= most:
+                if not abs(at) <= limit:
                     yield Problem(
                         f'ship.clock.{key}',
                         at,
-                        f'must lie in [{-most:g}, {most:g}] m: the clock is outside the ship',
+                        f'must lie in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
                         "Measure from the operator's origin.",
                     )
 
@@ -491,17 +489,17 @@ def _coefficients(keys: HullSection) -> HullCoefficients:
     from tauto_core.ship.hull import hull_of_file, named_hull
 
     if keys.shape is not None:
-        found = named_hull(keys.shape)
+        table = named_hull(keys.shape)
     else:
-        found = hull_of_file(b64decode(keys.table or ''), 'ship.hull.table')
-    return found if keys.length is None else found.scaled(keys.length)
+        table = hull_of_file(b64decode(keys.table or ''), 'ship.hull.table')
+    return table if keys.length is None else table.scaled(keys.length)
 
 
 @lru_cache(maxsize=16)
 def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
     from tauto_core.ship.hull import Hull, HullError
 
-    made = Hull(
+    hull = Hull(
         _coefficients(keys),
         roll_period=roll.natural_period,
         roll_damping_ratio=roll.damping_ratio,
@@ -512,15 +510,15 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
         centre_of_gravity=keys.centre_of_gravity,
     )
     # C44 is that of the period, so that a hull taken by itself moves with any; no ship floats so
-    if keys.centre_of_gravity is not None and keys.centre_of_gravity >= made.metacentre:
+    if keys.centre_of_gravity is not None and keys.centre_of_gravity >= hull.metacentre:
         raise HullError(
             'centre_of_gravity',
             keys.centre_of_gravity,
-            f'must be below the metacentre, {made.metacentre:.3g} m over the waterline: her '
+            f'must be below the metacentre, {hull.metacentre:.3g} m over the waterline: her '
             'metacentric height is negative, and she capsizes',
             'Leave it out: it is then the height that gives her roll its period.',
         )
-    return made
+    return hull
 
 
 ANSWERS_KEPT = 1024
@@ -537,9 +535,9 @@ def _answered(
 
 def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
     """Return the refusal of a hull or an operator in the keys of a scene."""
-    found = error.problem
-    key = _KEYS_OF_HULLS.get(found.key, f'hull.{found.key}')
-    return SceneError(scene.name, f'ship.{key}', found.value, found.problem, found.remedy)
+    problem = error.problem
+    key = _KEYS_OF_HULLS.get(problem.key, f'hull.{problem.key}')
+    return SceneError(scene.name, f'ship.{key}', problem.value, problem.problem, problem.remedy)
 
 
 def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> None:
@@ -554,8 +552,8 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
         elif ship.hull is not None and ship.roll is not None:
             _made_hull(ship.hull, ship.roll, scene.g).check_speed(ship.speed)
     except HullError as error:
-        found, voyage = error.problem, scene.voyage
-        if found.key not in ('speed', 'heading'):
+        problem, voyage = error.problem, scene.voyage
+        if problem.key not in ('speed', 'heading'):
             raise _in_keys(scene, error) from None  # she has none on any course
         where = f'after {state.at_ns / NS_PER_S / DAY_S:.3g} days'
         if voyage is not None:
@@ -566,9 +564,9 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
         raise SceneError(
             scene.name,
             state.key,
-            found.value,
-            f'{where}: {found.key} {found.problem}',
-            found.remedy,
+            problem.value,
+            f'{where}: {problem.key} {problem.problem}',
+            problem.remedy,
         ) from None
 
 
@@ -616,22 +614,22 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
             six = _answered(ship.hull, ship.roll, place, course, sea)
             return SeaMotion(met, six.roll, six.heave, six=six)
         assert ship.rao is not None  # a scene has roll or rao
-        found = operator_answer(waves, ship.rao, course, heave=ship.heave)
+        answer = operator_answer(waves, ship.rao, course, heave=ship.heave)
     except HullError as error:
         raise _in_keys(scene, error) from None
-    kept, outside = found.waves, (found.above, found.below)
-    omega = kept.angular_frequency
+    parts, shares = answer.waves, (answer.above, answer.below)
+    omega = parts.angular_frequency
     if ship.turns_in_space:
-        none = np.zeros(len(omega), np.complex128)
-        motions = np.stack([found.motions.get(name, none) for name in MOTIONS], axis=1)
+        zeros = np.zeros(len(omega), np.complex128)
+        motions = np.stack([answer.motions.get(name, zeros) for name in MOTIONS], axis=1)
         response = Response(omega, course.frequency(omega), motions, scene.g)
-        six = at_clock(kept, response, place, course)
-        return SeaMotion(met, six.roll, six.heave, outside, six)
-    moved = {
-        name: course.answer(kept, kept.amplitude * np.abs(each), np.angle(each))
-        for name, each in found.motions.items()
+        six = at_clock(parts, response, place, course)
+        return SeaMotion(met, six.roll, six.heave, shares, six)
+    answers = {
+        name: course.answer(parts, parts.amplitude * np.abs(operator), np.angle(operator))
+        for name, operator in answer.motions.items()
     }
-    return SeaMotion(met, moved['roll'], moved.get('heave'), outside)
+    return SeaMotion(met, answers['roll'], answers.get('heave'), shares)
 
 
 def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str) -> None:
@@ -660,35 +658,35 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
         for place, alone in enumerate(state.alone):
             if alone.sea is None:
                 continue
-            here = ship.in_state(alone)
-            low, high = (2.0 * np.pi * each for each in band_hz(alone.sea))
+            ship_in_sea = ship.in_state(alone)
+            low, high = (2.0 * np.pi * edge for edge in band_hz(alone.sea))
             # between the ends of the band the encounter frequency may have an extreme
             along = alone.speed * math.cos(alone.heading)
             turns = 0.5 * scene.g / along if along > 0.0 else low
             band = np.array([low, high, min(max(turns, low), high)])
-            _check_course(scene, here, alone)
-            _check_rate(scene, here, band, f'{alone.key}.peak_period')
+            _check_course(scene, ship_in_sea, alone)
+            _check_rate(scene, ship_in_sea, band, f'{alone.key}.peak_period')
             if ship.rao is not None:
-                outside = sea_motion(scene, here, number + place * SWELL_STREAMS).outside
-                above, below = max(above, outside[0]), max(below, outside[1])
+                shares = sea_motion(scene, ship_in_sea, number + place * SWELL_STREAMS).unanswered
+                above, below = max(above, shares[0]), max(below, shares[1])
 
-    names = [each.name for each in fields(SixMotions)]
+    names = [item.name for item in fields(SixMotions)]
     if not ship.turns_in_space:
         names = ['roll', 'heave'] if ship.heave else ['roll']
 
     def motions_of(number: int) -> list[Harmonics]:
         parts = []
         for place, alone in enumerate(states[number].alone):
-            found = sea_motion(scene, ship.in_state(alone), number + place * SWELL_STREAMS)
-            parts.append([getattr(found.six or found, name) for name in names])
+            motion = sea_motion(scene, ship.in_state(alone), number + place * SWELL_STREAMS)
+            parts.append([getattr(motion.six or motion, name) for name in names])
         return parts[0] if len(parts) == 1 else list(map(together, zip(*parts, strict=True)))
 
     setting = ship.setting(scene)
-    moved = dict(zip(names, fades_of(states, motions_of, len(names)), strict=True))
+    motions = dict(zip(names, fades_of(states, motions_of, len(names)), strict=True))
     return Channels(
-        moved['roll'],
-        moved.get('heave'),
-        six=SixMotions(**moved) if ship.turns_in_space else None,
+        motions['roll'],
+        motions.get('heave'),
+        six=SixMotions(**motions) if ship.turns_in_space else None,
         metadata=ship.metadata(scene),
         warnings=(*sea_warnings(above, below), *setting.weather.warnings(setting)),
     )
@@ -756,14 +754,14 @@ def sea_warnings(above: float, below: float) -> tuple[str, ...]:
         above: share of their energy beyond its highest frequency; in weather of the worst sea.
         below: the same under its lowest.
     """
-    said = (
+    cases = (
         (above, 'beyond', 'not to move the ship'),
         (below, 'under', 'to move her as their surface does'),
     )
     return tuple(
         f'{100.0 * share:.2g} % of the energy of the waves lies {where} the frequencies of '
         f'ship.rao: these waves are taken {how}'
-        for share, where, how in said
+        for share, where, how in cases
         if share
     )
 

@@ -58,8 +58,8 @@ class WeatherState:
     @property
     def height(self) -> float:
         """Significant wave height of all seas together [m]."""
-        own = 0.0 if self.sea is None else self.sea.significant_wave_height
-        return own if self.swell is None else math.hypot(own, self.swell.height)
+        size = 0.0 if self.sea is None else self.sea.significant_wave_height
+        return size if self.swell is None else math.hypot(size, self.swell.height)
 
     @property
     def alone(self) -> tuple[WeatherState, ...]:
@@ -68,13 +68,13 @@ class WeatherState:
             return (self,)
         return (replace(self, swell=None), *self.swell.alone)
 
-    def goes_on(self, before: WeatherState) -> bool:
+    def goes_on(self, previous: WeatherState) -> bool:
         """Return whether nothing has changed since the previous state."""
-        if self.swell is not None or before.swell is not None:
-            ours, theirs = self.alone, before.alone
+        if self.swell is not None or previous.swell is not None:
+            ours, theirs = self.alone, previous.alone
             return len(ours) == len(theirs) and all(map(WeatherState.goes_on, ours, theirs))
-        same_way = (self.heading, self.speed) == (before.heading, before.speed)
-        return self.sea == before.sea and (self.sea is None or same_way)
+        same_way = (self.heading, self.speed) == (previous.heading, previous.speed)
+        return self.sea == previous.sea and (self.sea is None or same_way)
 
 
 class WeatherKind(Kind):
@@ -244,17 +244,17 @@ class WeatherSetting:
 
 def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[WeatherState, ...]:
     """Return the states; a `SceneError` where times do not increase, or a change is too quick."""
-    for before, after in pairwise(states):
-        apart_s = (after.at_ns - before.at_ns) / NS_PER_S
+    for previous, state in pairwise(states):
+        apart_s = (state.at_ns - previous.at_ns) / NS_PER_S
         if apart_s <= 0.0:
-            problem = f'is at {after.at_ns / NS_PER_S:g} s, not later than the state before, at '
-            problem += f'{before.at_ns / NS_PER_S:g} s'
+            problem = f'is at {state.at_ns / NS_PER_S:g} s, not later than the state before, at '
+            problem += f'{previous.at_ns / NS_PER_S:g} s'
             remedy = 'Give the states in the order of their times.'
-            raise SceneError(scene.name, after.key, ABSENT, problem, remedy)
-        if apart_s < LEAST_CHANGE_S and not after.goes_on(before):
+            raise SceneError(scene.name, state.key, ABSENT, problem, remedy)
+        if apart_s < LEAST_CHANGE_S and not state.goes_on(previous):
             problem = f'comes {apart_s:g} s after the state before; a sea takes at least '
             problem += f'{LEAST_CHANGE_S:g} s to turn into another'
-            raise SceneError(scene.name, after.key, ABSENT, problem, 'Put them further apart.')
+            raise SceneError(scene.name, state.key, ABSENT, problem, 'Put them further apart.')
     return tuple(states)
 
 
@@ -265,8 +265,8 @@ def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[Weathe
 def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
     """Return the number of each state's sum of harmonics, which equal states in a row share."""
     sums = [0]
-    for number, (before, after) in enumerate(pairwise(states), 1):
-        sums.append(sums[-1] if after.goes_on(before) else number)
+    for number, (previous, state) in enumerate(pairwise(states), 1):
+        sums.append(sums[-1] if state.goes_on(previous) else number)
     return tuple(sums)
 
 
@@ -275,10 +275,10 @@ def fades_of(
 ) -> list[Fades]:
     """Return `count` motions that change from state to state, by the number of the state."""
     at_ns, sums = tuple(state.at_ns for state in states), sums_of(states)
-    made = lru_cache(maxsize=4)(motions_of)
+    memo = lru_cache(maxsize=4)(motions_of)
 
     def motion(index: int, number: int) -> Harmonics | None:
-        return None if states[number].sea is None else made(number)[index]
+        return None if states[number].sea is None else memo(number)[index]
 
     return [Fades(at_ns, sums, partial(motion, index)) for index in range(count)]
 
@@ -289,7 +289,7 @@ def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
     sums = sums_of(states)
     pairs = [(sums[0],), *pairwise(sums), (sums[-1],)]
-    seas = [sum(each.sea is not None for each in state.alone) for state in states]
+    seas = [sum(sea.sea is not None for sea in state.alone) for state in states]
     present = [sum(seas[number] for number in set(pair)) for pair in pairs]
     return float(np.dot(lengths, present) / max(lengths.sum(), 1))
 
@@ -370,11 +370,11 @@ class SeaState(Section):
             if self.at is not None:
                 what, remedy = 'does not go with waypoint', 'Leave one of them out.'
             yield Problem(f'{key}.at', ABSENT if self.at is None else self.at, what, remedy)
-        given = {name: getattr(self, name) for name in _OF_WAVES}
-        told = [name for name, value in given.items() if value is not None]
-        if self.still and told:
-            said = 'does not go with still: a calm has no waves'
-            yield Problem(f'{key}.{told[0]}', given[told[0]], said, 'Leave out one of them.')
+        waves = {name: getattr(self, name) for name in _OF_WAVES}
+        names = [name for name, value in waves.items() if value is not None]
+        if self.still and names:
+            problem = 'does not go with still: a calm has no waves'
+            yield Problem(f'{key}.{names[0]}', waves[names[0]], problem, 'Leave out one of them.')
         if not self.still:
             yield from (
                 Problem(
@@ -384,7 +384,7 @@ class SeaState(Section):
                     f'Write `{name}: …`, or `still: true` for a calm.',
                 )
                 for name in ('significant_wave_height', 'peak_period')
-                if name not in told
+                if name not in names
             )
             if self.peak_period is not None:
                 yield from sampled(f'{key}.peak_period', self.peak_period, rate_hz)
@@ -472,13 +472,13 @@ class StatesWeather(WeatherKind):
         for index, state in enumerate(self.states):
             key = f'ship.weather.states[{index}]'
             yield from state.problems(key, rate_hz, follow_route=self.follow_route)
-        timed = [(k, each.at) for k, each in enumerate(self.states) if each.at is not None]
-        for (_, before), (index, at) in pairwise(timed):
-            if not at > before:
+        timed = [(k, state.at) for k, state in enumerate(self.states) if state.at is not None]
+        for (_, previous), (index, at) in pairwise(timed):
+            if not at > previous:
                 yield Problem(
                     f'ship.weather.states[{index}].at',
                     at,
-                    f'must be later than the time before, {before!r} s',
+                    f'must be later than the time before, {previous!r} s',
                     'Give the states in the order of their times.',
                 )
 
@@ -582,13 +582,13 @@ class RecordWeather(WeatherKind):
         number = self.rows_without_direction
         if not number:
             return ()
-        said = f'ship.weather: {counted(number, "row")} of {self.source} without a direction '
+        text = f'ship.weather: {counted(number, "row")} of {self.source} without a direction '
         if self.waves_to is None:
             return (
-                f'{said}and none with one: all waves have the heading of ship.heading. Fill in '
+                f'{text}and none with one: all waves have the heading of ship.heading. Fill in '
                 'the directions, or set follow_route: false.',
             )
-        return (f'{said}left out, since the heading of the waves follows from it.',)
+        return (f'{text}left out, since the heading of the waves follows from it.',)
 
 
 KINDS = (StatesWeather, RecordWeather)

@@ -125,10 +125,10 @@ class Region(Section):
 
     def resolved(self) -> Climate:
         """Return all numbers, its own where given, otherwise those of the known climate."""
-        known = CLIMATES[self.climate]._asdict() if self.climate is not None else {}
-        own = {name: getattr(self, name) for name in (*_NUMBERS, 'waves_to')}
-        given = {name: value for name, value in own.items() if value is not None}
-        return Climate(**({'waves_to': None, 'source': 'the scene'} | known | given))
+        climate = CLIMATES[self.climate]._asdict() if self.climate is not None else {}
+        numbers = {name: getattr(self, name) for name in (*_NUMBERS, 'waves_to')}
+        values = {name: value for name, value in numbers.items() if value is not None}
+        return Climate(**({'waves_to': None, 'source': 'the scene'} | climate | values))
 
 
 class Port(Section):
@@ -175,13 +175,13 @@ class ClimateWeather(WeatherKind):
         begin_ns, step_ns = 0, nanoseconds(self.interval)
         # the state that follows the end too: the sea of a scene does not depend on its duration
         end_ns = scene.duration_ns + step_ns
-        first, port = 0, self.port
+        sea_ns, port = 0, self.port
         if port is not None:
             passage = setting.passage_for('ship.weather.port', ABSENT)
-            begin_ns, first = passage.sails_ns, passage.sails_ns + step_ns
+            begin_ns, sea_ns = passage.sails_ns, passage.sails_ns + step_ns
             last_change_ns = max(step_ns // 2, nanoseconds(LEAST_CHANGE_S))
             end_ns = min(passage.arrives_ns - last_change_ns, end_ns)
-        at_sea = list(range(first, end_ns, step_ns))
+        at_sea = list(range(sea_ns, end_ns, step_ns))
         normal = np.random.Generator(
             np.random.PCG64(np.random.SeedSequence(scene.seed, spawn_key=(_STREAM,)))
         ).standard_normal(len(at_sea))
@@ -190,8 +190,8 @@ class ClimateWeather(WeatherKind):
         for index, (at_ns, drawn) in enumerate(zip(at_sea, normal.tolist(), strict=True)):
             number = max(bisect_right(begins, at_ns) - 1, 0)
             climate = self.regions[number].resolved()
-            kept = math.exp(-self.interval / climate.correlation_time) if index else 0.0
-            departure = kept * departure + math.sqrt(1.0 - kept * kept) * drawn
+            decay = math.exp(-self.interval / climate.correlation_time) if index else 0.0
+            departure = decay * departure + math.sqrt(1.0 - decay * decay) * drawn
             # ln Hs departs from its mean by so many deviations
             height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
             period = math.sqrt(math.tau * height / (scene.g * climate.steepness))
@@ -207,12 +207,12 @@ class ClimateWeather(WeatherKind):
             waves = port.significant_wave_height, port.peak_period
             return setting.state(at_ns, *waves, key, heading=port.heading, speed=0.0)
 
-        before = [in_port(at_ns) for at_ns in [0] * (begin_ns > 0) + [begin_ns]]
-        return (*before, *states, in_port(passage.arrives_ns))
+        in_harbour = [in_port(at_ns) for at_ns in [0] * (begin_ns > 0) + [begin_ns]]
+        return (*in_harbour, *states, in_port(passage.arrives_ns))
 
     def _begins_ns(self, setting: WeatherSetting) -> list[int]:
         """Return when the regions begin, from the start of the scene."""
-        found: list[int] = []
+        times: list[int] = []
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'
             begins = 0
@@ -220,12 +220,12 @@ class ClimateWeather(WeatherKind):
                 begins = nanoseconds(region.at)
             elif region.waypoint is not None:
                 begins = setting.time_of_place(region.waypoint, f'{key}.waypoint')
-            if found and begins <= found[-1]:
+            if times and begins <= times[-1]:
                 problem = f'begins at {begins / NS_PER_S:g} s, not later than the region before'
                 remedy = 'Give the regions in the order of the way.'
                 raise SceneError(setting.scene.name, key, ABSENT, problem, remedy)
-            found.append(begins)
-        return found
+            times.append(begins)
+        return times
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the keys missing in the regions and the port."""

@@ -109,26 +109,26 @@ def grown_seas(
         winds: U [m/s].
         winds_from: directions from which it blows [degrees].
     """
-    found: list[tuple[WindSea, WindSea]] = []
+    seas: list[tuple[WindSea, WindSea]] = []
     sea, swell = NO_SEA, NO_SEA
     for number, (wind, wind_from) in enumerate(zip(winds, winds_from, strict=True)):
         lasted = hours[number] - hours[number - 1] if number else FIRST_HOURS
-        left = math.exp(-lasted / DECAY_HOURS)
-        swell = swell._replace(height=left * swell.height)
+        decay = math.exp(-lasted / DECAY_HOURS)
+        swell = swell._replace(height=decay * swell.height)
         blows = wind >= LEAST_WIND
         turned = abs(math.remainder(wind_from - sea.runs_from, 360.0))
         begun = 0.0
         if blows and turned <= SAME_WIND_DEG and 0.0 < sea.height < highest_m(wind):
             begun = fetch_of_height(sea.height, wind)
         elif sea.height:
-            old = sea._replace(height=left * sea.height)
+            old = sea._replace(height=decay * sea.height)
             swell = max(old, swell)._replace(height=math.hypot(old.height, swell.height))
         sea = NO_SEA
         if blows:
             fetch = fetch_of_hours(hours_of_fetch(begun, wind) + lasted, wind)
             sea = WindSea(*grown(max(begun, min(fetch, LARGEST_FETCH_M)), wind), wind_from)
-        found.append((sea, swell))
-    return found
+        seas.append((sea, swell))
+    return seas
 
 
 # -----------------------------------------------------------------------------
@@ -203,10 +203,10 @@ class LogWeather(WeatherKind):
         leaves_ns = nanoseconds(log.at[0] - LEAVES_HARBOUR_S)
         if leaves_ns >= 0:
             states.append(setting.calm(leaves_ns, 'voyage.log.harbour_days'))
-        for number, both in zip(windy, seas, strict=True):
+        for number, pair in zip(windy, seas, strict=True):
             key, at_ns = f'voyage.log.entries[{number}]', nanoseconds(log.at[number])
             turns = [-turn_ns] * (number > 0) + [turn_ns] * (number < len(log.entries) - 1)
-            states += [self._state(setting, at_ns + turn, both, key) for turn in turns]
+            states += [self._state(setting, at_ns + turn, pair, key) for turn in turns]
         return tuple(states)
 
     def _state(
@@ -218,8 +218,8 @@ class LogWeather(WeatherKind):
             for sea in seas
             if sea.height >= RIPPLES_M
         ]
-        if (far := self.background_swell) is not None:
-            towards.append((far.significant_wave_height, far.peak_period, far.waves_to))
+        if (swell := self.background_swell) is not None:
+            towards.append((swell.significant_wave_height, swell.peak_period, swell.waves_to))
         return state_of_seas(setting, at_ns, towards, key)
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
@@ -228,21 +228,21 @@ class LogWeather(WeatherKind):
         log = None if voyage is None else voyage.log
         if log is None:
             return ()
-        said = []
+        texts = []
         if log.harbour_days:
-            said.append(
+            texts.append(
                 f'voyage.log: the {log.harbour_days:g} days in harbour before the log are invented'
             )
-        passage, most = setting.passage_for('voyage.log', log.passage), fastest_m_s(setting)
-        legs = [(before + after) // 2 for before, after in pairwise(passage.places_ns)]
-        fast = sum(passage.speed_m_s(at) > most for at in legs)
+        passage, limit = setting.passage_for('voyage.log', log.passage), fastest_m_s(setting)
+        legs = [(a + b) // 2 for a, b in pairwise(passage.places_ns)]
+        fast = sum(passage.speed_m_s(at) > limit for at in legs)
         if fast:
-            said.append(
-                f'voyage.log: on {counted(fast, "leg")} she makes more than {most:.3g} m/s over '
+            texts.append(
+                f'voyage.log: on {counted(fast, "leg")} she makes more than {limit:.3g} m/s over '
                 'the ground, for which the answer of her hull is not known: there she meets the '
                 'waves at that speed'
             )
-        return tuple(said)
+        return tuple(texts)
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the problems of the swell from afar."""
@@ -252,8 +252,8 @@ class LogWeather(WeatherKind):
 
     def facts(self) -> dict[str, object]:
         """Return the swell from afar."""
-        far = self.background_swell
-        return {} if far is None else {'background_swell_m': far.significant_wave_height}
+        swell = self.background_swell
+        return {} if swell is None else {'background_swell_m': swell.significant_wave_height}
 
 
 def state_of_seas(
@@ -274,11 +274,11 @@ def state_of_seas(
         if moves_her < 1.0:
             continue
         # of a young sea a hull only feels the longer waves, whose spectrum stays as it is
-        cutoff, felt = None, height
+        cutoff, size = None, height
         if moves_her < CUTOFF and weather.cutoff is None:
             cutoff = max(moves_her, LEAST_CUTOFF)
-            felt = height * math.exp(0.625 * (CUTOFF**-4 - cutoff**-4))
-        above = setting.state(at_ns, felt, period, key, waves_to=waves_to, cutoff=cutoff)
+            size = height * math.exp(0.625 * (CUTOFF**-4 - cutoff**-4))
+        above = setting.state(at_ns, size, period, key, waves_to=waves_to, cutoff=cutoff)
         state = replace(above, speed=min(above.speed, fastest_m_s(setting)), swell=state)
     return setting.calm(at_ns, key) if state is None else state
 
