@@ -332,8 +332,8 @@ class Intake:
 P = ParamSpec('P')
 
 TICK_S = 0.01
-"""Interval at which a node of a graph with flow control, or one that paces time, works [s]. Others
-work so long after a message has come, and if they are calm, CALM_S after it."""
+"""Interval at which a node that paces time works [s]. Others work so long after a message has
+come, and if they are calm, without flow control, CALM_S after it."""
 
 CALM_S = 0.1
 
@@ -511,13 +511,14 @@ class GraphNode(Node):
         except InvalidQosOverridesError as error:
             raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
         refuse_unknown_qos(self)
-        is_driven = self.flow is None and not self.paces
-        every_s = LOOK_S if is_driven else TICK_S
-        self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
-        if is_driven:
-            soon_s = CALM_S if self.is_calm else TICK_S
+        if self.paces:
+            every_s = TICK_S
+        else:
+            every_s = LOOK_S if self.flow is None else self.flow.turns_s
+            soon_s = CALM_S if self.is_calm and self.flow is None else TICK_S
             self._soon = self.create_timer(soon_s, self.guard(self._hurry), clock=self.steady)
             self._soon.cancel()
+        self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
 
     def _publish_on(self, port: TopicPort) -> None:
         def offers_too_little(info: Any) -> None:
@@ -632,16 +633,23 @@ class GraphNode(Node):
             return
         source.received += len(payloads)
         source.pending += payloads
-        if self._soon is not None and self._soon.is_canceled():
-            self._soon.reset()
+        self.hurry()
         batch = BATCH if self.flow is None else self.flow.batch
         if len(source.pending) >= batch and not self.backlogged:
             self.work()
             if self.flow is not None:
                 self.flow.report()
 
+    def hurry(self) -> None:
+        """Work soon, not only when the next look is due."""
+        if self._soon is not None and self._soon.is_canceled():
+            self._soon.reset()
+
     def _hurry(self) -> None:
         self._soon.cancel()
+        if self.flow is not None:
+            self._tick()
+            return
         self.tick()
         self.work()
 

@@ -43,14 +43,12 @@ constant cost of a piece of work is shared by more messages."""
 RUN = 'TAUTO_RUN'
 """Environment variable: the key of a node's graph, which its processes alone know."""
 
-HELLO_S = 0.05
+HELLO_S = 0.1
 """Interval of the reports until all nodes of the graph are ready [s]."""
 
-SOON_S = 0.1
-"""Fewer messages than a batch are reported as taken after this time [s]."""
-
 REPEAT_S = 1.0
-"""Interval of the reports from then on, if nothing is new [s]: they say that a node lives."""
+"""Interval of the reports from then on, if less than a batch is new [s]: a node lives. A window is
+four batches, so what is not yet reported holds nobody back."""
 
 LOST_AFTER_S = 10.0
 """Silence after the end markers that makes what is still missing count as lost [s]."""
@@ -314,6 +312,9 @@ class Credits:
     differed from the one before, both by `time.monotonic()` [s].
     """
 
+    turns_s = HELLO_S
+    """Interval at which the node takes its turn, though nothing has come [s]."""
+
     def __init__(self, owner: GraphNode, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self._owner, self._inputs, self._outputs = owner, inputs, outputs
         self._name, self._graph = owner.get_name(), owner.settings['graph']
@@ -417,7 +418,7 @@ class Credits:
         is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
         if last is not None and not is_news:
             fresh = [n - last.taken[topic] for topic, n in taken.items()]
-            is_news = max(fresh, default=0) >= self.batch or (any(fresh) and since_s >= SOON_S)
+            is_news = max(fresh, default=0) >= self.batch
         if since_s >= due_s or is_news:
             self._credit.publish(report.to_octets(self._key))
             self._note(report)
@@ -452,9 +453,12 @@ class Credits:
             owner.pump(topic)
         if not owner.backlogged:
             owner.tick()
+        if any(source.pending for source in owner.inputs.values()):
+            owner.hurry()
 
     def _hear_end(self, octets: bytes) -> None:
         self.totals.update(End.from_octets(octets, self._key).sent)
+        self._owner.hurry()
 
     def _waiting(self) -> list[str]:
         """Return the nodes and subscriptions that must come before anything may be sent."""
