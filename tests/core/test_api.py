@@ -28,6 +28,7 @@ from tauto_core.ensembles.trials import _content, replaced_by_log
 from tauto_core.plots import contents
 from tauto_core.results import LOGGED, MOTION, OBSERVED
 from tauto_core.samples import Samples
+from tauto_core.scene.errors import TautoWarning
 from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 
 BAGS = Path(__file__).parents[2] / 'bags'
@@ -90,6 +91,8 @@ def test_a_voyage_has_the_figures_and_the_arrays_of_the_command(sailed: tauto.Vo
     assert sailed.time_s[[0, -1]].tolist() == [0.0, 120.0]
     assert sailed.clock_error_s[-1] == printed['clock']['error_s']
     assert sailed.estimated_error_s[-1] == printed['drift']['offset_s']
+    with pytest.warns(TautoWarning, match='offset_s is estimated_error_s now'):
+        assert sailed.offset_s is sailed.estimated_error_s  # its name in 0.2
     assert sailed.raw_longitude_error_nmi[-1] == printed['longitude']['raw_error_nmi']
     assert sailed.angle_rad[0] == 1.0
     assert np.abs(sailed.motion_roll_rad).max() < 0.3

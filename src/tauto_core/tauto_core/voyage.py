@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
+from warnings import warn
 
 import numpy as np
 
@@ -52,7 +53,14 @@ from tauto_core.samples import (
     text,
 )
 from tauto_core.scene import Scene, parse_scene, scene_yaml
-from tauto_core.scene.errors import Argument, BagError, PropagationError, TautoError, naming
+from tauto_core.scene.errors import (
+    Argument,
+    BagError,
+    PropagationError,
+    TautoError,
+    TautoWarning,
+    naming,
+)
 from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.airs import BoxTemperature
@@ -214,6 +222,16 @@ def pipeline(
 # A voyage as arrays: all data of a run or a bag, each array named with its unit.
 
 
+_RENAMED = {
+    'offset_s': 'estimated_error_s',
+    'offset_sigma_s': 'estimated_error_sigma_s',
+    'rate_sigma_s_per_day': 'estimated_rate_sigma_s_per_day',
+    'mean_rate_s_per_day': 'estimated_mean_rate_s_per_day',
+    'mean_rate_sigma_s_per_day': 'estimated_mean_rate_sigma_s_per_day',
+}
+"""Arrays of estimates by their names in version 0.2."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Voyage:
     """The data of a clock on a voyage.
@@ -340,6 +358,15 @@ class Voyage:
     def estimated_rate_sigma_s_per_day(self) -> FloatArray:
         """Standard deviation of `estimated_rate_s_per_day` [s/day]."""
         return self._named(ESTIMATE, 'rate_sigma_s_per_day')
+
+    def __getattr__(self, name: str) -> FloatArray:
+        """Return an array of estimates by its name in version 0.2."""
+        renamed = _RENAMED.get(name)
+        if renamed is None:
+            raise AttributeError(f'{type(self).__name__!r} object has no attribute {name!r}')
+        warn(f'Voyage.{name} is {renamed} now; say that', TautoWarning, stacklevel=2)
+        array: FloatArray = getattr(self, renamed)
+        return array
 
     @property
     def angle_rad(self) -> FloatArray:

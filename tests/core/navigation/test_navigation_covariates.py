@@ -792,8 +792,8 @@ def test_the_sigma_grows_from_the_departure_by_the_wandering_alone():
     given = {'duration': 3600.0, 'voyage__sails_at': 1800.0, 'drift__observation_interval': 600.0}
     still = tauto.sail('clock_second_cam_force', **given, drift__random_walk_fm=0.001)
     found = tauto.sail('clock_second_cam_force', **given)
-    np.testing.assert_array_equal(found.offset_s, still.offset_s)
-    more = found.offset_sigma_s**2 - still.offset_sigma_s**2
+    np.testing.assert_array_equal(found.estimated_error_s, still.estimated_error_s)
+    more = found.estimated_error_sigma_s**2 - still.estimated_error_sigma_s**2
     under_way = np.maximum(found.time_s - 1800.0, 0.0)
     wanted = climate_walk(found.scene).density_per_s * under_way**3 / 3.0
     np.testing.assert_allclose(more, wanted, rtol=1e-6, atol=1e-12)
