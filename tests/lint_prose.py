@@ -25,6 +25,7 @@ LARGEST_PICTURE = 400_000
 WORDS = {
     # figure: (most today, goal)
     'README.md': (600, 600),
+    'CONTRIBUTING.md': (600, 600),
     'docs': (45_000, 45_000),
 }
 """Words of the pages that are kept. A limit is lowered when a figure has fallen."""
@@ -117,7 +118,7 @@ def test_every_make_target_of_the_pages_exists() -> None:
 
 @pytest.mark.parametrize('figure', WORDS)
 def test_no_more_words_than_a_reader_has_patience_for(figure: str) -> None:
-    pages = PAGES[:1] if figure == 'README.md' else PAGES[1:]
+    pages = PAGES[1:] if figure == 'docs' else [ROOT / figure]
     counted = sum(len(text_of(page).split()) for page in pages)
     most, goal = WORDS[figure]
     assert counted <= most, (
