@@ -34,7 +34,7 @@ from tauto_core.plots.cutting import write_rows
 from tauto_core.samples import SCENE
 from tauto_core.samples import text as text_samples
 from tauto_core.scene.errors import TautoError, UsageError
-from tauto_core.scene.reference import write_scene
+from tauto_core.scene.reference import new_scene, write_scene
 
 
 @pytest.fixture
@@ -81,7 +81,10 @@ def test_what_was_there_remains_where_there_is_no_room(
 @pytest.mark.parametrize(
     ('write', 'error'),
     [
-        (lambda folder: write_scene(str(folder / 'new.yaml'), {}), UsageError),
+        (
+            lambda folder: write_scene(str(folder / 'new.yaml'), lambda name: new_scene(name, {})),
+            UsageError,
+        ),
         (lambda folder: write_site(folder, []), PageError),
         (lambda folder: write_page(folder, []), PageError),
     ],

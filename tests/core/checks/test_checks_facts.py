@@ -19,6 +19,7 @@ from tauto_core.checks.facts import (
     reason,
     slack_thread,
     thread_following,
+    way,
 )
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import answers, modes
@@ -28,6 +29,7 @@ from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.loader import parse_scene
 from tauto_core.scene.tables import data_path
 from tauto_core.scene.times import DAY_S
+from tauto_core.ship.coast import ends_of
 
 ESCAPEMENT = {'kind': 'impulse', 'energy': 9e-5}
 RECOIL = ESCAPEMENT | {'rest': {'recoil': 1e-6}}
@@ -243,3 +245,20 @@ def test_no_slack_is_reckoned_for_an_operator_without_heave(tmp_path):
     assert slack_thread(load_scene('buoy_44004_supply')) is not None
     scene = load_scene('buoy_44004_supply', **{'ship.rao.path': str(operator)})
     assert slack_thread(scene) is None
+
+
+@pytest.mark.parametrize(
+    ('name', 'landfalls', 'at_sea'),
+    [('boussole_pacific', 0, True), ('portsmouth_jamaica', 2, False)],
+)
+def test_the_check_and_the_voyage_agree_on_a_landfall(
+    name: str, landfalls: int, at_sea: bool
+) -> None:
+    """The log of the Boussole ends 176 km from a coast; Madeira and Jamaica are landfalls."""
+    scene = tauto.load(name)
+    facts = way(scene)
+    assert facts is not None
+    assert len(facts['landfalls_s']) == landfalls
+    ends = {key: facts[key] for key in ('ends',) if key in facts}
+    assert ends == ends_of(scene.voyage, scene.duration)
+    assert bool(ends) is at_sea
