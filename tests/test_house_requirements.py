@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import runpy
+import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,20 @@ def test_setup_and_manifest_say_the_same(monkeypatch: pytest.MonkeyPatch, packag
         assert manifest.findtext(key) == said[key]
     # REP 149 has three numbers and no place for `.dev0`
     assert manifest.findtext('version') == Version(said['version']).base_version
+
+
+@pytest.mark.parametrize(
+    ('command', 'player'), [('install', 'player'), ('bdist_wheel', 'tauto-player')]
+)
+def test_executables_have_a_prefix_where_pip_installs_them(
+    command: str, player: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`ros2 run tauto_nodes player` starts what colcon installs."""
+    monkeypatch.setattr(sys, 'argv', ['setup.py', command])
+    scripts = setup_of('tauto_nodes', monkeypatch)['entry_points']['console_scripts']
+    names = [script.partition(' = ')[0] for script in scripts]
+    assert player in names
+    assert {name.startswith('tauto-') for name in names} == {player != 'player'}
 
 
 def test_both_packages_and_the_changelog_say_one_version(monkeypatch: pytest.MonkeyPatch) -> None:

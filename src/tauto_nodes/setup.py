@@ -1,5 +1,6 @@
 """Build script: colcon reads it, pip reads it through setuptools."""
 
+import sys
 from glob import glob
 from pathlib import Path
 
@@ -7,6 +8,8 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'tauto_nodes'
 VERSION = '0.3.0.dev0'
+# colcon installs into a folder of the package, for `ros2 run`; pip into bin/, beside all others
+PREFIX = '' if {'install', 'develop'}.intersection(sys.argv) else 'tauto-'
 
 setup(
     name=PACKAGE,
@@ -52,7 +55,7 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            f'{node} = {PACKAGE}.{module}:{node}'
+            f'{PREFIX}{node} = {PACKAGE}.{module}:{node}'
             for module, nodes in (
                 ('live.stages', ('trochlea', 'drift_estimator', 'longitude')),
                 ('live.recorder', ('recorder',)),
