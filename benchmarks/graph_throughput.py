@@ -14,9 +14,7 @@ trochlea. Where they are packed, one ROS message carries many of them: `ros_mess
 what all nodes published, a pack as one. `cpu_us` is the CPU time of all nodes per message, without
 start-up. `ours` is the share of our code and its libraries in the nodes' CPU time while they spin;
 the rest is rclpy and DDS.
-`latency` is the time from the stamp of a message of a 100 Hz sensor, sent by one process, to its
-receipt by another one through rclpy, and to the receipt of the reading that it leads to, for which
-the clock also needs later samples. Results: benchmarks/graph_throughput.json.
+Results: benchmarks/graph_throughput.json. benchmarks/live.py has the latencies of a live clock.
 """
 
 from __future__ import annotations
@@ -37,26 +35,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import rclpy
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
-from rclpy.task import Future
 
-from tauto_core.bags import encode, header_stamp_ns
-from tauto_core.samples import READING, SHIP_IMU
 from tauto_core.scene import load_scene
-from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.imu import imu_from_roll
-from tauto_nodes.live import executor_named
-from tauto_nodes.live.node import port
-from tauto_nodes.simulation import graph_environment
 from tauto_nodes.simulation.supervisor import GraphPlan, run_graph
 
 SCENE = 'second_cam_at_sea'
 SHORT_S = 60.0
-RATE_HZ = 100
-LATENCY_S = 20.0
 LOOK_S = 0.002
 RECORDED_BYTES = 2000
 RESULTS = Path(__file__).with_suffix('.json')
@@ -188,82 +173,6 @@ def sampled(tree: Path | None, options: Row, duration_s: float) -> tuple[float, 
     return round(counts['ours'] / counts.total(), 2), published
 
 
-def percentiles_ms(waits_ns: list[int]) -> dict[str, float]:
-    """Return the median and the 99th percentile [ms]."""
-    p50, p99 = np.percentile(waits_ns, [50, 99]) / 1e6
-    return {'p50_ms': round(float(p50), 2), 'p99_ms': round(float(p99), 2), 'n': len(waits_ns)}
-
-
-def listen(count: int) -> None:
-    """Print the delays of so many messages of the sensor [ns] (`--listen`)."""
-    rclpy.init()
-    node, executor = Node('listener'), executor_named('events')
-    executor.add_node(node)
-    waits: list[int] = []
-    known = port(SHIP_IMU)
-    node.create_subscription(
-        known.message,
-        SHIP_IMU,
-        lambda octets: waits.append(time.time_ns() - header_stamp_ns(octets)),
-        known.profile,
-        raw=True,
-    )
-    while len(waits) < count:
-        executor.spin_until_future_complete(Future(), 0.2)
-    print(json.dumps(waits))
-
-
-def latency() -> None:
-    """Print the delays of a sensor's messages, and of the readings that they lead to."""
-    count = round(RATE_HZ * LATENCY_S)
-    with graph_environment():
-        modules = (
-            ['-m', 'tauto_nodes', 'trochlea', '--ros-args', '-p', 'source:=foreign'],
-            [__file__, '--listen', str(count - RATE_HZ)],
-        )
-        clock, listener = (
-            subprocess.Popen([sys.executable, *words], stdout=subprocess.PIPE, text=True)
-            for words in modules
-        )
-        try:
-            waits = _send(count)
-            under_way = json.loads(listener.communicate(timeout=60.0)[0])
-        finally:
-            listener.kill()
-            clock.terminate()
-            clock.wait(60.0)
-    print(json.dumps({SHIP_IMU: percentiles_ms(under_way), READING: percentiles_ms(waits)}))
-
-
-def _send(count: int) -> list[int]:
-    """Send as the sensor; return the delays of the readings after the stamps [ns]."""
-    rclpy.init()
-    node, executor = Node('sensor'), executor_named('events')
-    executor.add_node(node)
-    imu, reading = port(SHIP_IMU), port(READING)
-    publisher = node.create_publisher(imu.message, SHIP_IMU, imu.profile)
-    waits: list[int] = []
-    node.create_subscription(
-        reading.message,
-        READING,
-        lambda octets: waits.append(time.time_ns() - header_stamp_ns(octets)),
-        QoSProfile(depth=100),
-        raw=True,
-    )
-    while publisher.get_subscription_count() < 2:
-        executor.spin_until_future_complete(Future(), 0.05)
-    none, began_ns = np.zeros(1), time.time_ns()
-    for number in range(count):
-        due_ns = began_ns + number * NS_PER_S // RATE_HZ
-        while (left_ns := due_ns - time.time_ns()) > 0:
-            executor.spin_until_future_complete(Future(), min(left_ns / 1e9, 0.002))
-        stamp = np.array([time.time_ns()])
-        publisher.publish(encode(SHIP_IMU, imu_from_roll(stamp, none, none, none, none + 9.81))[0])
-    node.destroy_node()
-    rclpy.try_shutdown()
-    return waits
-
-
 def compare(rows: list[Row]) -> list[Row]:
     """Return the ratios of the other build to ours, for each variant that both have."""
     found = {(row['build'], row['variant']): row for row in rows}
@@ -299,9 +208,7 @@ def run(asked: argparse.Namespace) -> Row:
         each['ros_messages_per_s'] = round(published / row['voyage_s'])
         rows.append({'build': build, 'variant': variant, **row, **each})
         print(json.dumps(rows[-1]), flush=True)
-    waits = {build: ask(environment_of(tree), '--latency') for build, tree in builds.items()}
-    print(json.dumps(waits))
-    return {'rows': rows, 'times': compare(rows), 'latency': waits}
+    return {'rows': rows, 'times': compare(rows)}
 
 
 def main() -> None:
@@ -311,18 +218,10 @@ def main() -> None:
     parser.add_argument('--duration', type=float, default=3600.0, help='of the voyages [s]')
     parser.add_argument('--variants', nargs='+', default=list(VARIANTS), choices=VARIANTS)
     parser.add_argument('--beside', type=Path, help='another tree of the repository')
-    parser.add_argument('--listen', type=int, default=0, help=argparse.SUPPRESS)
-    parser.add_argument('--latency', action='store_true', help=argparse.SUPPRESS)
     parser.add_argument('--sail', type=json.loads, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.sail is not None:
         sail(asked.sail, asked.duration)
-        return
-    if asked.listen:
-        listen(asked.listen)
-        return
-    if asked.latency:
-        latency()
         return
     found = run(asked)
     machine = {
