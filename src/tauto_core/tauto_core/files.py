@@ -62,19 +62,19 @@ def write_whole(path: Path, content: bytes) -> None:
     place = path.resolve()
     # The name is random, so that in a shared folder no other user can place a link there.
     draft = place.with_name(DRAFTS.replace('*', secrets.token_hex(8)))
-    for left in place.parent.glob(DRAFTS):
-        with suppress(OSError), one_writer(left, make=False):
+    for draft_left in place.parent.glob(DRAFTS):
+        with suppress(OSError), one_writer(draft_left, make=False):
             pass
-    made, was_there = -1, place.is_file()
-    while made < 0 or not os.fstat(made).st_nlink:  # another process took it for a stale one
-        made = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+    handle, was_there = -1, place.is_file()
+    while handle < 0 or not os.fstat(handle).st_nlink:  # another process took it for a stale one
+        handle = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
         with suppress(OSError):  # some network file systems lock no files
-            fcntl.flock(made, fcntl.LOCK_EX)
+            fcntl.flock(handle, fcntl.LOCK_EX)
     try:
-        with open(made, 'wb') as file:
+        with open(handle, 'wb') as file:
             file.write(content)
             file.flush()
-            os.fsync(made)
+            os.fsync(handle)
             is_aside = was_there and _exchange(draft, place)
             if not is_aside:
                 draft.replace(place)
@@ -162,7 +162,7 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
     return aside if is_aside else new
 
 
-def _exchange(one: Path, other: Path) -> bool:
+def _exchange(a: Path, b: Path) -> bool:
     """Exchange two names in one step; False where this system or file system cannot."""
     # renameat2(2) of the C library: macOS and old glibc have none
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
@@ -170,13 +170,13 @@ def _exchange(one: Path, other: Path) -> bool:
         return False
     path = ctypes.c_char_p
     renameat2.argtypes = [ctypes.c_int, path, ctypes.c_int, path, ctypes.c_uint]
-    names = os.fsencode(one), os.fsencode(other)
+    names = os.fsencode(a), os.fsencode(b)
     if renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0:
         return True
     code = ctypes.get_errno()
     if code in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
         return False
-    raise OSError(code, os.strerror(code), str(one), None, str(other))
+    raise OSError(code, os.strerror(code), str(a), None, str(b))
 
 
 # -----------------------------------------------------------------------------
@@ -284,9 +284,9 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         what = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'not YAML'
-        said = ', '.join(filter(None, (getattr(error, 'context', None), what)))
+        why = ', '.join(filter(None, (getattr(error, 'context', None), what)))
         where = '' if mark is None else f', line {mark.line + 1}, column {mark.column + 1}'
-        raise YamlError(None, f'YAML syntax{where}: {said}', 'Correct the YAML there.') from None
+        raise YamlError(None, f'YAML syntax{where}: {why}', 'Correct the YAML there.') from None
 
 
 class _Document:
@@ -301,9 +301,9 @@ class _Document:
         if isinstance(next(events), kinds.DocumentStartEvent):
             self.value = self._node(next(events), 0)
             next(events)  # its end
-            after = next(events)
-            if not isinstance(after, kinds.StreamEndEvent):
-                raise YamlError(after, 'another document begins', 'Keep one document.')
+            event = next(events)
+            if not isinstance(event, kinds.StreamEndEvent):
+                raise YamlError(event, 'another document begins', 'Keep one document.')
 
     def _node(self, event: Any, depth: int) -> Any:
         """Return the value that begins with an event, and read to its end."""
@@ -332,21 +332,21 @@ class _Document:
             content[key] = self._node(next(self._events), depth + 1)
         return items if is_list else content
 
-    def _key(self, event: Any, before: dict[str, Any]) -> str:
+    def _key(self, event: Any, mapping: dict[str, Any]) -> str:
         is_scalar = isinstance(event, self._kinds.ScalarEvent)
         value = _scalar(event) if is_scalar else None
         if not isinstance(value, str) and not (is_scalar and self._any_key):
             remedy = 'Use the names of the scene reference.'
-            last = before[next(reversed(before))] if before else ''
+            prior = mapping[next(reversed(mapping))] if mapping else ''
             # such as 322 in `{mass: 0,322}`
-            if type(value) is int and type(last) is int:
+            if type(value) is int and type(prior) is int:
                 remedy = (
-                    f'Write {last}.{event.value} with a decimal point if {last},{event.value} '
+                    f'Write {prior}.{event.value} with a decimal point if {prior},{event.value} '
                     'is meant.'
                 )
             raise YamlError(event, 'a key must be a word', remedy)
         key: str = event.value
-        if key in before:
+        if key in mapping:
             raise YamlError(event, f'the key {key[:80]!r} comes twice', 'Keep one of them.')
         return key
 
@@ -398,8 +398,8 @@ def write_output(path: Path, content: bytes) -> None:
     try:
         write_whole(path, content)
     except OSError as error:
-        said = f'{path}: cannot be written: {error.strerror}. Name another file'
-        raise OutputError(said) from None
+        problem = f'{path}: cannot be written: {error.strerror}. Name another file'
+        raise OutputError(problem) from None
 
 
 def check_plot(path: Path, argument: str = 'plot') -> None:

@@ -20,8 +20,8 @@ def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any
             raise AttributeError(f'module {package!r} has no attribute {name!r}')
         home = modules[name]
         home = home if home.startswith('tauto_core.') else f'{package}.{home}'
-        found = getattr(import_module(home), name)
-        setattr(sys.modules[package], name, found)
-        return found
+        value = getattr(import_module(home), name)
+        setattr(sys.modules[package], name, value)
+        return value
 
     return find

@@ -250,7 +250,7 @@ class Stateful:
 
 def _saved(part: Any) -> Any:
     if isinstance(part, tuple) and part and hasattr(part[0], 'restore'):
-        return [each.state() for each in part]
+        return [item.state() for item in part]
     return part.state() if hasattr(part, 'restore') else deepcopy(part)
 
 
@@ -311,5 +311,5 @@ def same(value: object, n: int) -> NDArray[np.object_]:
 
 def scalars(stamp_ns: IntArray, names: tuple[str, ...], values: FloatArray) -> JointSamples:
     """Return named scalars with stamps: values of shape (n, len(names))."""
-    none = np.empty((len(stamp_ns), 0))
-    return JointSamples(stamp_ns, '', names, values, none, none)
+    empty = np.empty((len(stamp_ns), 0))
+    return JointSamples(stamp_ns, '', names, values, empty, empty)

@@ -54,21 +54,21 @@ def hull_in_waves(
         check_place(out, 'out')
     # refusals that need no coefficients come first: those take a minute
     if not (math.isfinite(roll_damping) and 0.0 <= roll_damping < 1.0):
-        given = Argument('roll_damping', roll_damping, spaced=True)
-        raise UsageError(given, ': must lie in [0, 1). Leave it out')
+        argument = Argument('roll_damping', roll_damping, spaced=True)
+        raise UsageError(argument, ': must lie in [0, 1). Leave it out')
     if roll_period is not None and not 0.0 < roll_period < math.inf:
-        given = Argument('roll_period', roll_period, spaced=True)
-        raise UsageError(given, ': must be above 0 s. Leave it out')
-    found = _coefficients(shape, mesh, sizes, speed, roll_period, progress)
+        argument = Argument('roll_period', roll_period, spaced=True)
+        raise UsageError(argument, ': must be above 0 s. Leave it out')
+    coefficients = _coefficients(shape, mesh, sizes, speed, roll_period, progress)
     ship = hulls.Hull(
-        found,
-        roll_period=3.1 * math.sqrt(found.beam) if roll_period is None else roll_period,
+        coefficients,
+        roll_period=3.1 * math.sqrt(coefficients.beam) if roll_period is None else roll_period,
         roll_damping_ratio=roll_damping,
     )
     ship.check_speed(speed)
     facts = _facts(ship, speed)
     if out is not None:
-        found.save(out)
+        coefficients.save(out)
         facts['path'] = str(out)
     for path in plots:
         write_figure(lambda: _drawn(ship, speed), path)
@@ -97,33 +97,33 @@ def _coefficients(
 
     from tauto_core.ship import hull as hulls
 
-    given = [name for name, size in sizes.items() if size is not None]
+    names = [name for name, size in sizes.items() if size is not None]
     if shape is not None:
-        if mesh is not None or set(given) - {'length'}:
-            others = _listed(('mesh', 'beam', 'draught', 'block'))
-            remedy = ': already has its proportions. Leave out ', *others, ', or ', SHAPE
+        if mesh is not None or set(names) - {'length'}:
+            dimensions = _listed(('mesh', 'beam', 'draught', 'block'))
+            remedy = ': already has its proportions. Leave out ', *dimensions, ', or ', SHAPE
             raise UsageError(Argument('shape', shape), *remedy)
-        found = hulls.named_hull(shape)
+        hull = hulls.named_hull(shape)
         length = sizes['length']
-        return found if length is None else found.scaled(length)
+        return hull if length is None else hull.scaled(length)
     if mesh is not None:
-        if given:
-            remedy = ': has its own sizes. Leave out ', *_listed(given), ', or ', Argument('mesh')
+        if names:
+            remedy = ': has its own sizes. Leave out ', *_listed(names), ', or ', Argument('mesh')
             raise UsageError(Argument('mesh', mesh), *remedy)
         from tauto_core.ship import hull_bem
 
         panels, name = hull_bem.read_mesh(mesh), mesh.stem
     else:
-        if not given:
-            known = f' (one of {", ".join(hulls.SHAPES)}), '
+        if not names:
+            shapes = f' (one of {", ".join(hulls.SHAPES)}), '
             four = *_listed(sizes), '.'
             raise UsageError(
-                *('names no hull. Give ', SHAPE, known, Argument('mesh', 'FILE'), ', or ', *four)
+                *('names no hull. Give ', SHAPE, shapes, Argument('mesh', 'FILE'), ', or ', *four)
             )
-        missing = [name for name in sizes if name not in given]
+        missing = [name for name in sizes if name not in names]
         if missing:
-            beside = ': needs ', *_listed(missing), ' beside it. Give all four'
-            raise UsageError(Argument(given[0]), *beside)
+            needs = ': needs ', *_listed(missing), ' beside it. Give all four'
+            raise UsageError(Argument(names[0]), *needs)
         from tauto_core.ship import hull_bem
 
         length, beam, draught, block = (size or 0.0 for size in sizes.values())
@@ -150,7 +150,7 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
 
     hull = ship.coefficients
     places = [ClockPlace(x * hull.length, 0.0, z * hull.length) for x, z in _PLACES]
-    headings = [math.radians(each) for each in HEADINGS_DEG]
+    headings = [math.radians(degrees) for degrees in HEADINGS_DEG]
     omega = math.sqrt(ship.gravity / hull.length) * np.geomspace(0.1, 6.0, 2000)
     peaks = []
     for heading in headings:
@@ -171,8 +171,8 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
     )
     radiated = hull.radiated_damping()
     diagonal = np.arange(6)
-    own = hull.damping[:, diagonal, diagonal]
-    apart = np.abs(own - radiated[:, diagonal, diagonal]).max(axis=0) / own.max(axis=0)
+    total = hull.damping[:, diagonal, diagonal]
+    error = np.abs(total - radiated[:, diagonal, diagonal]).max(axis=0) / total.max(axis=0)
     return {
         'hull': {
             'name': hull.name,
@@ -182,7 +182,7 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
             'draught_m': hull.draught,
             'block_coefficient': hull.block,
             'volume_m3': hull.volume,
-            'damping_off_by': float(apart.max()),
+            'damping_off_by': float(error.max()),
         },
         'ship': {
             'roll_period_s': ship.roll_period,
@@ -199,17 +199,17 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
         },
         'rates_s_per_day': [
             {
-                'heading_rad': each.heading,
-                'forward_m': each.place.forward,
-                'up_m': each.place.up,
-                'heave': each.heave,
-                'athwart': each.athwart,
-                'fore_and_aft': each.fore_and_aft,
-                'kept_vertical': each.kept_vertical,
-                'leaning_freely': each.leaning_freely,
-                'pitching': each.pitching,
+                'heading_rad': row.heading,
+                'forward_m': row.place.forward,
+                'up_m': row.place.up,
+                'heave': row.heave,
+                'athwart': row.athwart,
+                'fore_and_aft': row.fore_and_aft,
+                'kept_vertical': row.kept_vertical,
+                'leaning_freely': row.leaning_freely,
+                'pitching': row.pitching,
             }
-            for each in rates
+            for row in rates
         ],
     }
 
@@ -228,7 +228,7 @@ def _drawn(ship: Hull, speed: float) -> Figure:
         (90.0, 'beam', 'green'),
         (0.0, 'following', 'grey'),
     )
-    found = [
+    curves = [
         (
             f'{name}, {degrees:g}°',
             colour,
@@ -246,8 +246,8 @@ def _drawn(ship: Hull, speed: float) -> Figure:
             x_label='period of the waves, s',
             y_label=f'{motion}, {"m" if column < 3 else "°"}/m',
             lines=[
-                Line(name if column == 0 else '', period, size * each[:, column], colour)
-                for name, colour, each in found
+                Line(name if column == 0 else '', period, size * motions[:, column], colour)
+                for name, colour, motions in curves
             ],
             below=panels,
         )
@@ -275,16 +275,16 @@ def axle_motion(
     try:
         body = AxleRegulator(kind='axle', **keys)
     except ValidationError as error:
-        first = error.errors()[0]
-        given = Argument(str(first['loc'][0]), repr(first['input']), spaced=True)
-        raise UsageError(given, f': {first["msg"]}; give another') from None
+        detail = error.errors()[0]
+        argument = Argument(str(detail['loc'][0]), repr(detail['input']), spaced=True)
+        raise UsageError(argument, f': {detail["msg"]}; give another') from None
     for problem in body.problems({}, 'still', still=True):
-        given = Argument(problem.key.removeprefix('regulator.'))
-        raise UsageError(given, f': {problem.problem}. {problem.remedy}')
+        argument = Argument(problem.key.removeprefix('regulator.'))
+        raise UsageError(argument, f': {problem.problem}. {problem.remedy}')
     for name, value in (('gravity', gravity), ('duration', duration), ('every', every)):
         if not 0.0 < value < math.inf:
-            given = Argument(name, repr(value), spaced=True)
-            raise UsageError(given, ': must be above 0 and finite; give another')
+            argument = Argument(name, repr(value), spaced=True)
+            raise UsageError(argument, ': must be above 0 and finite; give another')
     if duration / every > MOST_ROWS:
         rows = f': makes more than {MOST_ROWS} rows of {duration!r} s; give a longer interval'
         raise UsageError(Argument('every', repr(every), spaced=True), rows)
@@ -297,7 +297,7 @@ def axle_motion(
     return {
         **lengths,
         # the old names, for one release
-        **{f'b{name[1:]}': found for name, found in lengths.items() if name.startswith('h')},
+        **{f'b{name[1:]}': length for name, length in lengths.items() if name.startswith('h')},
         'ends_s': table.ends_s,
         'ends_why': table.ends_why or None,
         'rows': [
@@ -315,17 +315,17 @@ def body_lengths(clock: AxleClock) -> dict[str, float | None]:
         length = clock.lengths[0]
         period = math.tau * math.sqrt(length / clock.body.gravity) if length > 0.0 else None
         return {'length_m': length, 'period_s': period}
-    modes, found = clock.body.modes, {}
+    modes, lengths = clock.body.modes, {}
     shapes = modes.tilt_per_arc
     for name, length, shape in (('h', modes.h, shapes[0]), ('h_prime', modes.h_prime, shapes[1])):
         finite = math.isfinite(length)
-        found[f'{name}_m'] = length if finite else None
-        found[f'{name}_period_s'] = (
+        lengths[f'{name}_m'] = length if finite else None
+        lengths[f'{name}_period_s'] = (
             math.tau * math.sqrt(length / clock.body.gravity) if finite and length > 0.0 else None
         )
         # φ : s, which a plane has too
-        found[f'{name}_tilt_per_arc_rad/m'] = shape if math.isfinite(shape) else None
-    return found
+        lengths[f'{name}_tilt_per_arc_rad/m'] = shape if math.isfinite(shape) else None
+    return lengths
 
 
 # -----------------------------------------------------------------------------
@@ -346,18 +346,18 @@ def three_altitudes(
     import numpy as np
 
     gaps, turn_s = np.diff(times), TURN_S.get(body, DAY_S)
-    apart = len(times) == 3 and gaps.min() > 0.0 and gaps.sum() < 0.5 * turn_s
-    within = len(heights) == 3 and np.all(np.abs(heights) < 90.0)
+    rises = len(times) == 3 and gaps.min() > 0.0 and gaps.sum() < 0.5 * turn_s
+    fits = len(heights) == 3 and np.all(np.abs(heights) < 90.0)
     for name, value, holds, words in (
-        ('altitudes_deg', list(heights), within, 'be three, each within 90 deg'),
-        ('times', list(times), apart, f'be three that rise, within {0.5 * turn_s:.0f} s'),
+        ('altitudes_deg', list(heights), fits, 'be three, each within 90 deg'),
+        ('times', list(times), rises, f'be three that rise, within {0.5 * turn_s:.0f} s'),
         ('latitude_deg', account, abs(account) < 90.0, 'be within 90 deg'),
         ('rate', rate, abs(rate) < 0.5 * DAY_S, f'be within {0.5 * DAY_S:.0f} s/day'),
         ('body', body, body in TURN_S, 'be star or sun'),
     ):
         if not holds:
-            given = Argument(name, repr(value), spaced=True)
-            raise UsageError(given, f': must {words}. Give another')
+            argument = Argument(name, repr(value), spaced=True)
+            raise UsageError(argument, f': must {words}. Give another')
     turn = math.tau / turn_s / (1.0 + rate / DAY_S)  # by the clock [rad/s]
     turned, height = turn * (np.array(times) - times[0]), np.radians(heights)
     sines, (_, a, b) = np.sin(height), turned
@@ -369,21 +369,21 @@ def three_altitudes(
     hour, reach = math.atan2(across, along), math.hypot(across, along)
     level = sines[0] - along
     if reach < 1e-9 or max(reach + level, reach - level) >= 1.0:
-        given = Argument('altitudes_deg', repr(list(heights)), spaced=True)
+        argument = Argument('altitudes_deg', repr(list(heights)), spaced=True)
         slip = ': no star that rises and sets has them at these times. Look for a slip'
-        raise UsageError(given, slip)
-    less, more = math.acos(reach + level), math.acos(reach - level)
-    one, other = 0.5 * (more + less), 0.5 * (more - less)
-    places = (one, other), (other, one), (-one, -other), (-other, -one)
-    phi, delta = min(places, key=lambda each: abs(each[0] - math.radians(account)))
+        raise UsageError(argument, slip)
+    small, large = math.acos(reach + level), math.acos(reach - level)
+    p, q = 0.5 * (large + small), 0.5 * (large - small)
+    places = (p, q), (q, p), (-p, -q), (-q, -p)
+    phi, delta = min(places, key=lambda pair: abs(pair[0] - math.radians(account)))
     # by how much φ, δ and H are wrong: they must undo what each cause does to sin h
     cosine, by_hour = np.cos(hour + turned), -reach * np.sin(hour + turned)
     by_phi = math.cos(phi) * math.sin(delta) - math.sin(phi) * math.cos(delta) * cosine
     by_delta = math.sin(phi) * math.cos(delta) - math.cos(phi) * math.sin(delta) * cosine
     gains = 1.0 / (DAY_S + rate)
     causes = np.column_stack((-by_hour * gains * turned, np.diag(np.cos(height) * _ARCMIN)))
-    found = np.linalg.solve(np.column_stack((by_phi, by_delta, by_hour)), causes)
-    late = (np.array([gains * hour, 0.0, 0.0, 0.0]) - found[2]) / turn
+    shifts = np.linalg.solve(np.column_stack((by_phi, by_delta, by_hour)), causes)
+    late = (np.array([gains * hour, 0.0, 0.0, 0.0]) - shifts[2]) / turn
     names = '1 s/day of the rate', *(f'1 arcmin of altitude {k}' for k in (1, 2, 3))
     return {
         'latitude_deg': math.degrees(phi),
@@ -391,9 +391,9 @@ def three_altitudes(
         'culmination_s': times[0] - hour / turn,
         'highest_deg': 90.0 - math.degrees(abs(phi - delta)),
         'errors': [
-            {'of': of, 'latitude_nmi': north, 'declination_arcmin': up, 'culmination_s': after}
-            for of, north, up, after in zip(
-                names, *(found[:2] / _ARCMIN).tolist(), late.tolist(), strict=True
+            {'of': of, 'latitude_nmi': north, 'declination_arcmin': up, 'culmination_s': delay}
+            for of, north, up, delay in zip(
+                names, *(shifts[:2] / _ARCMIN).tolist(), late.tolist(), strict=True
             )
         ],
     }

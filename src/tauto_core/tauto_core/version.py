@@ -32,21 +32,21 @@ def version() -> str:
     tag = f'v{BASE}'
     words = ('describe', '--tags', '--always', '--dirty', '--abbrev=12', '--match', tag)
     # a hook of another repository has its own in GIT_DIR
-    others = {name: value for name, value in os.environ.items() if not name.startswith('GIT_')}
+    clean = {name: value for name, value in os.environ.items() if not name.startswith('GIT_')}
     try:
-        done = subprocess.run(
+        run = subprocess.run(
             ('git', '-C', str(root), *words),
             capture_output=True,
             text=True,
             check=True,
-            env=others | {'GIT_OPTIONAL_LOCKS': '0'},
+            env=clean | {'GIT_OPTIONAL_LOCKS': '0'},
         )
     except (OSError, subprocess.CalledProcessError):
         return BASE
-    said = done.stdout.strip()
-    commit = said.removesuffix('-dirty').removeprefix(tag).rpartition('-')[2].removeprefix('g')
+    text = run.stdout.strip()
+    commit = text.removesuffix('-dirty').removeprefix(tag).rpartition('-')[2].removeprefix('g')
     parts = [f'g{commit}'] if commit else []
-    parts += ['dirty'] if said.endswith('-dirty') else []
+    parts += ['dirty'] if text.endswith('-dirty') else []
     return '+'.join([BASE, '.'.join(parts)]) if parts else BASE
 
 
@@ -57,14 +57,14 @@ def code(package: Path = _PACKAGE) -> str:
     Args:
         package: folder of the package.
     """
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for file in sorted(package.rglob('*')):
         name = file.relative_to(package).as_posix()
         hidden = '__pycache__' in file.parts or file.name.startswith('.')
         if file.is_file() and not hidden:
             content = file.read_bytes()
-            found.update(f'{name}\0{len(content)}\0'.encode() + content)
-    return found.hexdigest()[:12]
+            digest.update(f'{name}\0{len(content)}\0'.encode() + content)
+    return digest.hexdigest()[:12]
 
 
 def identity() -> str:

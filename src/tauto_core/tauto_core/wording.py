@@ -101,7 +101,7 @@ def printed(value: float, form: str) -> str:
 def span(seconds: float, digits: int = 3) -> str:
     """Return a duration [s] in its usual unit, with so many digits."""
     units = ((86_400.0, 'day'), (3_600.0, 'hour'), (60.0, 'minute'), (0.0, 'second'))
-    size, unit = next(each for each in units if seconds >= 2.0 * each[0])
+    size, unit = next(row for row in units if seconds >= 2.0 * row[0])
     return counted(float(f'{seconds / (size or 1.0):.{digits}g}'), unit)
 
 

@@ -76,15 +76,15 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
     integers, so long runs lose no resolution (theory/reading.md).
     """
     half_period = 0.5 * nominal_period_s * NS_PER_S
-    whole = math.floor(half_period)
-    rest = half_period - whole
+    full = math.floor(half_period)
+    part = half_period - full
     # Blocks of 2²⁰ half turns keep the product with the rest exact to far below 1 ns.
-    blocks, left = np.divmod(half_turns, 2**20)
-    block_ns = rest * 2**20
+    blocks, remainder = np.divmod(half_turns, 2**20)
+    block_ns = part * 2**20
     whole_block = math.floor(block_ns)
-    small = blocks * (block_ns - whole_block) + left * rest + fraction * half_period
+    small = blocks * (block_ns - whole_block) + remainder * part + fraction * half_period
     return np.asarray(
-        half_turns * whole + blocks * whole_block + np.rint(small).astype(np.int64), np.int64
+        half_turns * full + blocks * whole_block + np.rint(small).astype(np.int64), np.int64
     )
 
 
@@ -134,12 +134,12 @@ def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
 
     It is off by more than `STALE_S_PER_DAY` from the steady swing and from small swings alike.
     """
-    stated_s, own = scene.clock.nominal_period, on_first_day(scene, machine)
-    own_s = None if stated_s is None else _steady_period_s(own)
+    stated_s, machine_now = scene.clock.nominal_period, on_first_day(scene, machine)
+    own_s = None if stated_s is None else _steady_period_s(machine_now)
     if stated_s is None or own_s is None:
         return []
     rate = rate_s_per_day(own_s, stated_s)
-    if min(abs(rate), abs(rate_s_per_day(own.small_period, stated_s))) <= STALE_S_PER_DAY:
+    if min(abs(rate), abs(rate_s_per_day(machine_now.small_period, stated_s))) <= STALE_S_PER_DAY:
         return []
     gains = 'gains' if rate > 0.0 else 'loses'
     return [
@@ -190,26 +190,26 @@ class DialNoise(Stateful):
 
     def offsets_ns(self, index: IntArray) -> IntArray:
         """Return the noise of the readings [ns] at rising log indices, from the last one on."""
-        first = self._index
+        begin = self._index
         x, _ = self.advance(int(index[-1]))
-        return np.rint(NS_PER_S * x[index - first]).astype(np.int64)
+        return np.rint(NS_PER_S * x[index - begin]).astype(np.int64)
 
-    def advance(self, last: int) -> tuple[FloatArray, FloatArray]:
-        """Return x [s] and y from the index reached to `last`, both included."""
-        first, parts = self._index + 1, [np.empty((0, 2))]
-        for block in range(first // NOISE_BLOCK, last // NOISE_BLOCK + 1) if first <= last else ():
+    def advance(self, top: int) -> tuple[FloatArray, FloatArray]:
+        """Return x [s] and y from the index reached to `top`, both included."""
+        start, parts = self._index + 1, [np.empty((0, 2))]
+        for block in range(start // NOISE_BLOCK, top // NOISE_BLOCK + 1) if start <= top else ():
             if block != self._block:
                 seeds = np.random.SeedSequence(self._seed, spawn_key=(STREAM, block))
                 generator = np.random.Generator(np.random.PCG64(seeds))
                 self._block, self._normals = block, generator.standard_normal((NOISE_BLOCK, 2))
-            begin, end = max(first - block * NOISE_BLOCK, 0), last + 1 - block * NOISE_BLOCK
+            begin, end = max(start - block * NOISE_BLOCK, 0), top + 1 - block * NOISE_BLOCK
             parts.append(self._normals[begin:end])
         normal = np.concatenate(parts)
         steps = self._rate_sigma * normal[:, 1]
         y = np.cumsum(np.concatenate(([self._y], steps)))
-        own = self._own_sigma * normal[:, 0] + (0.5 * self._tau) * steps
-        x = np.cumsum(np.concatenate(([self._x], self._tau * y[:-1] + own)))
-        self._index, self._x, self._y = last, float(x[-1]), float(y[-1])
+        phase_noise = self._own_sigma * normal[:, 0] + (0.5 * self._tau) * steps
+        x = np.cumsum(np.concatenate(([self._x], self._tau * y[:-1] + phase_noise)))
+        self._index, self._x, self._y = top, float(x[-1]), float(y[-1])
         return x, y
 
 
@@ -244,9 +244,9 @@ class DialSetting:
     number: int = 1
     unsure_ns: int = 0
 
-    def is_same_as(self, other: DialSetting) -> bool:
+    def is_same_as(self, setting: DialSetting) -> bool:
         """Return whether the dial has not been set in between; it may have stood still."""
-        return (self.set_ns, self.number) == (other.set_ns, other.number)
+        return (self.set_ns, self.number) == (setting.set_ns, setting.number)
 
     def again(self, set_ns: int) -> DialSetting:
         """Return the next setting, at this true time."""
@@ -255,28 +255,28 @@ class DialSetting:
     def source(self) -> str:
         """Return the text of `TimeReference.source`."""
         lost = f', lost {_spelled(self.lost_ns)} s in {self.stops} stops' if self.stops else ''
-        again = f', setting {self.number}' if self.number > 1 else ''
+        number = f', setting {self.number}' if self.number > 1 else ''
         unsure = f', unsure by {_spelled(self.unsure_ns)} s' if self.unsure_ns else ''
-        return f'{DIAL}, set {_spelled(self.set_ns)} s{again}{lost}{unsure}'
+        return f'{DIAL}, set {_spelled(self.set_ns)} s{number}{lost}{unsure}'
 
     @staticmethod
     def of(source: str) -> DialSetting | None:
         """Return the setting that a source describes; None if it describes none."""
-        found = _PATTERN.fullmatch(source)
-        if found is None:
+        match = _PATTERN.fullmatch(source)
+        if match is None:
             return None
-        set_s, set_ns, number, lost_s, lost_ns, stops, *unsure = found.groups('0')
+        set_s, set_ns, number, lost_s, lost_ns, stops, *unsure = match.groups('0')
         lost, count = _ns(lost_s, lost_ns), int(stops)
         return DialSetting(_ns(set_s, set_ns), lost, count, int(number) or 1, _ns(*unsure))
 
 
 def _spelled(time_ns: int) -> str:
-    seconds, rest = divmod(abs(time_ns), NS_PER_S)
-    return f'{"-" if time_ns < 0 else ""}{seconds}.{rest:09d}'
+    seconds, fraction = divmod(abs(time_ns), NS_PER_S)
+    return f'{"-" if time_ns < 0 else ""}{seconds}.{fraction:09d}'
 
 
-def _ns(seconds: str, rest: str) -> int:
-    size = int(seconds.lstrip('-')) * NS_PER_S + int(rest)
+def _ns(seconds: str, fraction: str) -> int:
+    size = int(seconds.lstrip('-')) * NS_PER_S + int(fraction)
     return -size if seconds.startswith('-') else size
 
 
@@ -312,45 +312,45 @@ class Warmth(Stateful):
         self._log_ns, self._at_celsius = log_ns, heat.at_celsius
         self._celsius, self._first = np.empty(0), 0
 
-    def add(self, felt: TemperatureSamples) -> None:
+    def add(self, samples: TemperatureSamples) -> None:
         """Take the temperatures of the next logged instants.
 
         PropagationError: a stamp that does not follow the last one by a log interval, or an
         impossible temperature.
         """
-        if not len(felt.stamp_ns):
+        if not len(samples.stamp_ns):
             return
-        first_ns = int(felt.stamp_ns[0])
+        first_ns = int(samples.stamp_ns[0])
         expected_ns = first_ns if self.known_ns == NOTHING_YET else self.known_ns + self._log_ns
-        stamps = expected_ns + self._log_ns * np.arange(len(felt.stamp_ns))
-        wrong = (felt.stamp_ns != stamps) | ~(np.abs(felt.temperature) < MOST_CELSIUS)
+        stamps = expected_ns + self._log_ns * np.arange(len(samples.stamp_ns))
+        wrong = (samples.stamp_ns != stamps) | ~(np.abs(samples.temperature) < MOST_CELSIUS)
         if np.any(wrong):
             at = int(np.argmax(wrong))
             raise PropagationError(
-                f'ship/temperature has {felt.temperature[at]:.6g} °C at {felt.stamp_ns[at]} ns; '
-                f'the next logged instant is {stamps[at]} ns, and temperatures lie within '
+                f'ship/temperature has {samples.temperature[at]:.6g} °C at {samples.stamp_ns[at]} '
+                f'ns; the next logged instant is {stamps[at]} ns, and temperatures lie within '
                 f'±{MOST_CELSIUS:g} °C. Send one for each logged instant, in °C',
                 float((stamps[at] - first_ns) * 1e-9),
             )
-        self._celsius = np.concatenate([self._celsius, felt.temperature])
+        self._celsius = np.concatenate([self._celsius, samples.temperature])
         self.known_ns = int(stamps[-1])
 
     def over(self, forcing: Forcing) -> Temperatures:
         """Return the temperatures over the spans, and forget those before them."""
         logs = (forcing.end_ns - 1) // self._log_ns
-        first, last = int(logs[0]), int(logs[-1])
+        begin, end = int(logs[0]), int(logs[-1])
         if self.varies:
-            self._celsius, self._first = self._celsius[first - self._first :], first
-            ends = self._celsius[: last - first + 2]
+            self._celsius, self._first = self._celsius[begin - self._first :], begin
+            ends = self._celsius[: end - begin + 2]
         else:
-            ends = np.full(last - first + 2, self._at_celsius)
+            ends = np.full(end - begin + 2, self._at_celsius)
         log_s = self._log_ns * 1e-9
         end_s = np.asarray((forcing.end_ns - logs * self._log_ns) * 1e-9, np.float64)
         return Temperatures(
             celsius=np.stack([ends[:-1], ends[1:]], axis=1),
-            begin_s=np.asarray(np.arange(first, last + 1) * log_s, np.float64),
+            begin_s=np.asarray(np.arange(begin, end + 1) * log_s, np.float64),
             interval_s=log_s,
-            interval=logs - first,
+            interval=logs - begin,
             place=(end_s - forcing.end * forcing.length_s) / log_s,
         )
 
@@ -442,8 +442,8 @@ class TrochleaStage(Stateful):
     @property
     def inputs(self) -> tuple[str, ...]:
         """The motion, and the temperature where the machine feels it."""
-        felt = self._warmth is not None and self._warmth.varies
-        return (SHIP_IMU, SHIP_TEMPERATURE) if felt else (SHIP_IMU,)
+        varies = self._warmth is not None and self._warmth.varies
+        return (SHIP_IMU, SHIP_TEMPERATURE) if varies else (SHIP_IMU,)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take motion samples; return the samples that are known by now.
@@ -453,9 +453,9 @@ class TrochleaStage(Stateful):
                 gap in the motion, a start that is not the scene's, temperatures that are not of
                 the logged instants.
         """
-        warmth, felt = self._warmth, batches.get(SHIP_TEMPERATURE)
-        if warmth is not None and isinstance(felt, TemperatureSamples):
-            warmth.add(felt)
+        warmth, samples = self._warmth, batches.get(SHIP_TEMPERATURE)
+        if warmth is not None and isinstance(samples, TemperatureSamples):
+            warmth.add(samples)
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples | SpatialImu) or not len(imu.stamp_ns):
             return self._move(None) if self._waiting else {}
@@ -486,20 +486,20 @@ class TrochleaStage(Stateful):
 
     def _move(self, imu: Sensed | None) -> Batches:
         """Advance over more motion, as far as the temperature is known."""
-        moved, origin_ns = [] if imu is None else [imu], self._origin_ns or 0
+        parts, origin_ns = [] if imu is None else [imu], self._origin_ns or 0
         if self._warmth is not None and self._warmth.varies:
-            felt, moved, self._waiting = [*self._waiting, *moved], [], []
-            for part in felt:
-                known = int(np.searchsorted(part.stamp_ns, self._warmth.known_ns, 'right'))
-                if 0 < known < len(part.stamp_ns):
-                    before, after = parted(part, known)
-                    moved.append(before)
-                    self._waiting.append(after)
+            pending, parts, self._waiting = [*self._waiting, *parts], [], []
+            for part in pending:
+                count = int(np.searchsorted(part.stamp_ns, self._warmth.known_ns, 'right'))
+                if 0 < count < len(part.stamp_ns):
+                    head, tail = parted(part, count)
+                    parts.append(head)
+                    self._waiting.append(tail)
                 else:
-                    (moved if known else self._waiting).append(part)
-        if not moved:
+                    (parts if count else self._waiting).append(part)
+        if not parts:
             return {}
-        for part in moved:
+        for part in parts:
             if self._suspension is None:
                 self._buffer.add(part, origin_ns)
             else:
@@ -540,19 +540,19 @@ class TrochleaStage(Stateful):
         parts.append((forcing.end_ns[forcing.logged], self._propagator.advance(forcing)))
         times = np.concatenate([times for times, _ in parts])
         motions = [motion for _, motion in parts]
-        said = self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
+        batches = self._messages(times + (self._origin_ns or 0), motions) if len(times) else {}
         tautened: Callable[[], list[Tautening]] = getattr(self._propagator, 'tautened', list)
         stamps, rows = [], []
-        for each in tautened():
-            stamp_ns = (self._origin_ns or 0) + round(each.time_s * NS_PER_S)
+        for slack_time in tautened():
+            stamp_ns = (self._origin_ns or 0) + round(slack_time.time_s * NS_PER_S)
             self._taut_ns = max(stamp_ns, self._taut_ns + 1)
             self._slacks += 1
             stamps.append(self._taut_ns)
-            rows.append((self._slacks, each.slack_s, each.lost_joule))
+            rows.append((self._slacks, slack_time.slack_s, slack_time.lost_joule))
         if not rows:
-            return said
+            return batches
         slack = scalars(np.array(stamps), SLACK_NAMES, np.array(rows, np.float64))
-        return {**said, SLACK: slack}
+        return {**batches, SLACK: slack}
 
     def _messages(self, stamps: IntArray, motions: list[Motion]) -> Batches:
         def column(name: str) -> np.ndarray:
@@ -591,7 +591,7 @@ class TrochleaStage(Stateful):
 
     def state(self) -> State:
         """Return all that the next output depends on."""
-        return {**super().state(), 'waiting': [message(each) for each in self._waiting]}
+        return {**super().state(), 'waiting': [message(part) for part in self._waiting]}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
@@ -603,9 +603,9 @@ class TrochleaStage(Stateful):
 
         And of times that the thread was slack, if it was.
         """
-        first = self._suspension or self._buffer
+        stage = self._suspension or self._buffer
         slacks = {'slacks': self._slacks} if self._slacks else {}
-        return {**self._refused, 'crowded': first.crowded, 'bridged_gaps': first.bridged, **slacks}
+        return {**self._refused, 'crowded': stage.crowded, 'bridged_gaps': stage.bridged, **slacks}
 
 
 # -----------------------------------------------------------------------------
@@ -659,13 +659,13 @@ class SwingTally:
             beats: FloatArray = phase.position[:, phase.name.index(PHASE_NAMES[3])]
             if self._first_ns is None:
                 self._begin(int(phase.stamp_ns[0]))
-            more = np.flatnonzero(np.diff(beats, prepend=self._beats) > 0.0)
-            if len(more):
-                self._beat_ns = int(phase.stamp_ns[more[-1]])
+            beats_at = np.flatnonzero(np.diff(beats, prepend=self._beats) > 0.0)
+            if len(beats_at):
+                self._beat_ns = int(phase.stamp_ns[beats_at[-1]])
             self._beats = float(beats[-1])
-            moved = np.flatnonzero(np.diff(phase.position[:, 0], prepend=self._phase))
-            if len(moved):
-                self._moved_ns = int(phase.stamp_ns[moved[-1]])
+            changes = np.flatnonzero(np.diff(phase.position[:, 0], prepend=self._phase))
+            if len(changes):
+                self._moved_ns = int(phase.stamp_ns[changes[-1]])
             self._phase = float(phase.position[-1, 0])
             self._last_ns = max(self._last_ns, int(phase.stamp_ns[-1]))
         machine = self._machine
@@ -676,11 +676,11 @@ class SwingTally:
             if swing_energy(machine, angle[-1:], rate[-1:])[0] >= self._needed:
                 self._reach_ns, self._short_ns = int(wheel.stamp_ns[-1]), None
             else:
-                far = np.flatnonzero(swing_energy(machine, angle, rate) >= self._needed)
-                if len(far):
-                    self._reach_ns = int(wheel.stamp_ns[far[-1]])
-                if len(far) or self._short_ns is None:
-                    self._short_ns = int(wheel.stamp_ns[far[-1] + 1 if len(far) else 0])
+                reaches = np.flatnonzero(swing_energy(machine, angle, rate) >= self._needed)
+                if len(reaches):
+                    self._reach_ns = int(wheel.stamp_ns[reaches[-1]])
+                if len(reaches) or self._short_ns is None:
+                    self._short_ns = int(wheel.stamp_ns[reaches[-1] + 1 if len(reaches) else 0])
             self._angle = np.concatenate([self._angle, angle])[-LAST_SWINGS:]
             self._rate = np.concatenate([self._rate, rate])[-LAST_SWINGS:]
             self._last_ns = max(self._last_ns, int(wheel.stamp_ns[-1]))

@@ -171,39 +171,39 @@ def _figure_v(step: float) -> View:
         return foot + roll * np.array([-math.cos(roll), math.sin(roll)]), foot
 
     # the drawing's y is the wheel's, downwards: B below, the curve to its right
-    points = [lettered(each) for each in np.linspace(0.0, 2.2, 60)]
-    curve = np.array([each[0] for each in points]).T
-    (m_point, t_point), (near, near_foot) = lettered(z), lettered(z + step)
+    points = [lettered(angle) for angle in np.linspace(0.0, 2.2, 60)]
+    curve = np.array([point[0] for point in points]).T
+    (m_point, t_point), (m_next, near_foot) = lettered(z), lettered(z + step)
     # the normals meet in R
-    first, second = m_point - t_point, near - near_foot
-    across = np.column_stack([first, -second])
+    chord, second = m_point - t_point, m_next - near_foot
+    across = np.column_stack([chord, -second])
     share = float(np.linalg.solve(across, near_foot - t_point)[0])
-    centre = t_point + share * first
+    centre = t_point + share * chord
     # p lies on the first normal, on the perpendicular Ct of the second
     foot = near_foot / np.linalg.norm(near_foot)
-    crossing = t_point + first * float(
-        (-t_point[0] * foot[1] + t_point[1] * foot[0]) / (first[0] * foot[1] - first[1] * foot[0])
+    crossing = t_point + chord * float(
+        (-t_point[0] * foot[1] + t_point[1] * foot[0]) / (chord[0] * foot[1] - chord[1] * foot[0])
     )
     drawing = Drawing(-1.25, 2.25, -1.95, 1.2, 330.0)
     down = np.array([1.0, -1.0])
     drawing.circle((0.0, 0.0), 1.0, 'faint')
     drawing.curve(curve[0], -curve[1], 'curve')
     origin = np.zeros(2)
-    for end in (m_point, near):
+    for end in (m_point, m_next):
         drawing.line(origin, end * down, look='thin')
     drawing.line(m_point * down, crossing * down)
-    drawing.line(near * down, near_foot * down)
+    drawing.line(m_next * down, near_foot * down)
     for end in (t_point, near_foot):
         drawing.line(origin, end * down)
-    polar = [math.atan2(-each[1], each[0]) for each in (m_point, near)]
+    polar = [math.atan2(-point[1], point[0]) for point in (m_point, m_next)]
     size = float(np.hypot(*m_point))
     drawing.arc((0.0, 0.0), size, polar[0], polar[1], 'other')
-    ray = near / np.hypot(*near)
+    ray = m_next / np.hypot(*m_next)
     drawing.letters(
         (origin * down, 'C', 0.0, 9.0),
         (np.array([0.0, 1.0]) * down, 'B', -9.0, -7.0),
         (m_point * down, 'M', -10.0, -8.0),
-        (near * down, 'm', 5.0, -13.0),
+        (m_next * down, 'm', 5.0, -13.0),
         (t_point * down, 'T', -8.0, -10.0),
         (near_foot * down, 't', -8.0, 9.0),
         (m_point / size * down, 'S', 10.0, -3.0),
@@ -240,8 +240,8 @@ def _figure_vi(z: float) -> View:
     drawing.arc((0.0, 0.0), size, -0.5 * math.pi - n_angle, -0.5 * math.pi + s_angle, 'faint')
     drawing.line(ray(z), size * ray(s_angle), look='thread')
     # the points found up to here, and the involute that the code draws
-    for each in np.arange(STEP, z - 0.5 * STEP, STEP):
-        drawing.circle(math.hypot(1.0, each) * ray(each - math.atan(each)), 0.03, 'dot')
+    for arc in np.arange(STEP, z - 0.5 * STEP, STEP):
+        drawing.circle(math.hypot(1.0, arc) * ray(arc - math.atan(arc)), 0.03, 'dot')
     rolls = np.linspace(0.0, z, 60)
     x, y = _hung(_UNIT.contact(rolls))
     drawing.curve(np.abs(x), y, 'curve')
@@ -255,11 +255,11 @@ def _figure_vi(z: float) -> View:
         (size * ray(s_angle), 'M', 10.0, -3.0),
         (ray(z), 'T', -4.0, 10.0),
     )
-    found = math.hypot(*_at(_UNIT.contact(z)))
+    reach = math.hypot(*_at(_UNIT.contact(z)))
     return View(
         drawing,
         f'*BP = z* = {z:.1f}, *BN = arctan z* = {n_angle:.5f}, *BS = BP − BN* = {s_angle:.5f}, '
-        f'*CM = CP* = {size:.5f}. The cheek that Tauto cuts is there at {found:.5f} from *C*, and '
+        f'*CM = CP* = {size:.5f}. The cheek that Tauto cuts is there at {reach:.5f} from *C*, and '
         f'*TM* = {z:.1f}.',
     )
 
@@ -268,33 +268,33 @@ def _figure_vii(turn: float) -> View:
     fall = 0.35
     drawing = Drawing(-1.7, 5.3, -3.4, 1.5)
     drawing.circle((0.0, 0.0), 1.0, 'ink')
-    for each, look in ((turn, 'curve'), (turn - fall, 'other')):
-        x, y = _hung(_UNIT.contact(np.linspace(0.0, 2.4, 60)), each)
+    for angle, look in ((turn, 'curve'), (turn - fall, 'other')):
+        x, y = _hung(_UNIT.contact(np.linspace(0.0, 2.4, 60)), angle)
         drawing.curve(x, y, look)
-    place, near = np.array([turn, -1.0]), np.array([turn - fall, -1.0])
+    place, m_next = np.array([turn, -1.0]), np.array([turn - fall, -1.0])
     # μ: the point of the first position that becomes m
     homologous = np.array(_at(_UNIT.contact(turn - fall), turn))
     end = np.array([turn, -2.6])
     lift = 0.5 * (turn**2 - (turn - fall) ** 2)
     near_end = np.array([turn - fall, -2.6 - lift])
     drawing.line(place, end, look='thread')
-    drawing.line(near, near_end, look='thread')
+    drawing.line(m_next, near_end, look='thread')
     drawing.line(np.array([0.0, -1.0]), place, look='thin')
     drawing.line(near_end, np.array([turn, near_end[1]]), look='faint')
     drawing.line(end, np.array([turn, near_end[1]]), look='faint')
     drawing.line(end, near_end, look='faint')
-    first, second = (np.array(_at((0.0, 1.0), each)) for each in (turn, turn - fall))
-    for foot in (first, second):
+    mark, second = (np.array(_at((0.0, 1.0), angle)) for angle in (turn, turn - fall))
+    for foot in (mark, second):
         drawing.line(np.zeros(2), foot, look='thin')
-    for point in (place, near):
+    for point in (place, m_next):
         drawing.line(np.zeros(2), point, look='thin')
     drawing.letters(
         (np.zeros(2), 'C', -8.0, 7.0),
         (np.array([0.0, -1.0]), 'B', -9.0, -7.0),
-        (first, 'S', 8.0, 7.0),
+        (mark, 'S', 8.0, 7.0),
         (second, 's', 9.0, -1.0),
         (place, 'M', 9.0, -2.0),
-        (near, 'm', -2.0, -12.0),
+        (m_next, 'm', -2.0, -12.0),
         (homologous, 'μ', 9.0, 5.0),
         (end, 'Q', 10.0, 0.0),
         (near_end, 'q', -9.0, -5.0),
@@ -353,7 +353,7 @@ def _figure_viii(ratio: float) -> View:
     )
     # a disc of the same thickness has a⁴ times the inertia
     disc = inertia_of_rings(100.0 * ratio**2, BASE_RADIUS * ratio)
-    large, small = (period(each, inertia=disc, carried=1.0 / G) for each in (1.0, 1e-3))
+    large, small = (period(size, inertia=disc, carried=1.0 / G) for size in (1.0, 1e-3))
     return View(
         drawing,
         f'*CD = a* = {ratio:g} *BC*: the pendulum is *a⁴* = {ratio**4:.4g} times as long. The '
@@ -372,7 +372,7 @@ def _through_hole(cam: Hole, angle: float) -> dict[str, FloatArray]:
     psi = angle + math.asin(arm / a)
     normal = np.array([math.cos(psi), math.sin(psi)])
     line = np.array([-normal[1], normal[0]])
-    touch = np.array([float(each) for each in cam.contact(angle)])
+    touch = np.array([float(value) for value in cam.contact(angle)])
     return {
         'M': touch,
         'N': arm * normal,
@@ -428,13 +428,13 @@ def _figure_x(angle: float) -> View:
         drawing.line((0.08 * side, -2.0), (0.6 * side, -2.0), look='heavy')
     drawing.line(np.zeros(2), places['N'])
     drawing.line(np.zeros(2), places['P'], places['M'])
-    rest = np.array(_at((0.0, 2.0), angle))
-    drawing.line(np.zeros(2), rest, look='faint')
+    top = np.array(_at((0.0, 2.0), angle))
+    drawing.line(np.zeros(2), top, look='faint')
     drawing.line(np.zeros(2), places['O'], look='faint')
     drawing.letters(
         (np.zeros(2), 'C', -9.0, 7.0),
         (places['O'], 'O', -11.0, 6.0),
-        (rest, 'B', 9.0, -6.0),
+        (top, 'B', 9.0, -6.0),
         *(
             (
                 (places['M'], 'M', 10.0, 4.0),
@@ -454,47 +454,47 @@ def _figure_x(angle: float) -> View:
 
 def _figure_xi(step: float) -> View:
     cam, angle = Hole(1.0, 2.0), 0.9
-    first, second = _through_hole(cam, angle), _through_hole(cam, angle + step)
+    pose, second = _through_hole(cam, angle), _through_hole(cam, angle + step)
     meet = np.linalg.solve(
-        np.column_stack([first['normal'], -second['normal']]), second['P'] - first['P']
+        np.column_stack([pose['normal'], -second['normal']]), second['P'] - pose['P']
     )
-    centre = first['P'] + float(meet[0]) * first['normal']
+    centre = pose['P'] + float(meet[0]) * pose['normal']
     # t: on the first normal, on the line Cp
-    cross = np.linalg.solve(np.column_stack([first['normal'], -second['line']]), -first['P'])
-    element = first['P'] + float(cross[0]) * first['normal']
-    foot = second['M'] + second['line'] * float((first['O'] - second['M']) @ second['line'])
+    cross = np.linalg.solve(np.column_stack([pose['normal'], -second['line']]), -pose['P'])
+    element = pose['P'] + float(cross[0]) * pose['normal']
+    foot = second['M'] + second['line'] * float((pose['O'] - second['M']) @ second['line'])
     drawing = Drawing(-2.25, 0.5, -2.2, 0.6, 360.0)
     down = np.array([1.0, -1.0])
     drawing.arc((0.0, 0.0), 2.0, -0.5 * math.pi - 1.5, -0.5 * math.pi + 0.15, 'faint')
     x, y = _hung(cam.contact(np.linspace(0.0, 1.75, 60)))
     drawing.curve(x, y, 'curve')
-    origin, rest = np.zeros(2), np.array([0.0, 2.0])
-    drawing.line(origin, rest * down)
-    for at in (first, second):
+    origin, top = np.zeros(2), np.array([0.0, 2.0])
+    drawing.line(origin, top * down)
+    for at in (pose, second):
         drawing.line(at['N'] * down, at['O'] * down, look='thread')
         drawing.line(at['M'] * down, at['P'] * down)
         drawing.line(origin, at['O'] * down, look='thin')
     drawing.line(origin, element * down, look='thin')
-    drawing.line(origin, first['P'] * down, look='thin')
-    drawing.line(origin, first['N'] * down, look='thin')
-    drawing.line(first['O'] * down, foot * down, look='other')
-    drawing.line(first['P'] * down, centre * down, look='faint')
+    drawing.line(origin, pose['P'] * down, look='thin')
+    drawing.line(origin, pose['N'] * down, look='thin')
+    drawing.line(pose['O'] * down, foot * down, look='other')
+    drawing.line(pose['P'] * down, centre * down, look='faint')
     drawing.letters(
         (origin * down, 'C', 8.0, 7.0),
-        (rest * down, 'B', 9.0, 0.0),
-        (first['M'] * down, 'M', -4.0, -13.0),
+        (top * down, 'B', 9.0, 0.0),
+        (pose['M'] * down, 'M', -4.0, -13.0),
         (second['M'] * down, 'm', 9.0, 5.0),
-        (first['O'] * down, 'O', 4.0, -12.0),
+        (pose['O'] * down, 'O', 4.0, -12.0),
         (second['O'] * down, 'o', -10.0, -3.0),
-        (first['P'] * down, 'P', 10.0, -10.0),
+        (pose['P'] * down, 'P', 10.0, -10.0),
         (second['P'] * down, 'p', 9.0, 9.0),
         (element * down, 't', -9.0, 5.0),
-        (first['N'] * down, 'S', 9.0, 3.0),
+        (pose['N'] * down, 'S', 9.0, 3.0),
         (foot * down, 'n', -2.0, 11.0),
         (centre * down, 'R', -10.0, 8.0),
     )
-    turn = step / math.acos(np.clip(float(first['normal'] @ second['normal']), -1.0, 1.0))
-    p = float(np.linalg.norm(first['P']))
+    turn = step / math.acos(np.clip(float(pose['normal'] @ second['normal']), -1.0, 1.0))
+    p = float(np.linalg.norm(pose['P']))
     return View(
         drawing,
         f'*OCo : PCt* = {turn:.4f}, *CP : b* = {p:.4f}, for *o* at {step:.2f} rad from *O*; they '
