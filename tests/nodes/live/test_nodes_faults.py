@@ -22,6 +22,7 @@ from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import TOPICS, decode, encode, read_bag
@@ -249,6 +250,7 @@ def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
 OF_ANOTHER_TYPE = """
 import rclpy
 from rosgraph_msgs.msg import Clock
+from std_srvs.srv import Trigger
 rclpy.init()
 node = rclpy.create_node('xsens')
 node.create_publisher(Clock, 'ship/imu', 10)
@@ -463,6 +465,24 @@ def test_a_place_without_a_good_fix_is_unknown_and_said(bench: Bench, tmp_path: 
     assert np.all(np.diff(aged.position_covariance[:, 4]) > 0.0)
     words = 'the last fix is 12 s old, fix_max_age is 10'
     bench.until(lambda: heard.says('longitude', DiagnosticStatus.WARN, words))
+
+
+def test_the_service_reset_sets_the_dial_anew(bench: Bench) -> None:
+    trochlea, drift = (
+        TrochleaNode(**overrides(**FOREIGN)),
+        DriftEstimatorNode(**overrides(**FOREIGN)),
+    )
+    publisher, heard = with_sensor(bench, trochlea, drift)
+    client = bench.add(Node('officer')).create_client(Trigger, 'trochlea/reset')
+    bench.until(client.service_is_ready)
+    send(publisher, still_sensor(5.0), bench, trochlea)
+    asked = client.call_async(Trigger.Request())
+    bench.until(asked.done)
+    assert asked.result().success
+    send(publisher, still_sensor(5.0, 5.0), bench, trochlea)
+    bench.until(lambda: drift.health()['dial_settings'] == 1)
+    assert trochlea.health()['dial_stops'] == 0
+    bench.until(lambda: any('on request the dial is set anew' in line for line in heard.log))
 
 
 def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:

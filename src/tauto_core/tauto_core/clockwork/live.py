@@ -379,12 +379,12 @@ class LiveTrochlea(Stateful):
 
     kept = (
         'stage', 'continuity', 'limits', 'run', 'shown', 'refused', 'counts', 'trouble',
-        'all_back', 'watch', 'held', 'newest_ns', 'standing', 'thermometer', 'told_ns',
+        'all_back', 'anew', 'watch', 'held', 'newest_ns', 'standing', 'thermometer', 'told_ns',
     )  # fmt: skip
     outputs: ClassVar[tuple[str, ...]] = TrochleaStage.outputs
 
     def __init__(self, scene: Scene, reset_on_time_jump: bool = False) -> None:
-        self._resets, self._all_back = reset_on_time_jump, False
+        self._resets, self._all_back, self._anew = reset_on_time_jump, False, False
         still = scene.lies_still
         gap_ns = round(MAX_GAP_S * NS_PER_S)
         self._continuity = Continuity(scene.step_ns, max(gap_ns, 2 * scene.step_ns * still))
@@ -429,6 +429,11 @@ class LiveTrochlea(Stateful):
     def time_went_back(self) -> None:
         """Set the dial again where the stamps go back next: all time begins again, as in a bag."""
         self._all_back = True
+
+    def reset(self) -> None:
+        """Set the dial anew at the next good sample."""
+        self._anew = True
+        self._continuity.restart()
 
     def news(self) -> list[str]:
         """Return a description of the changes of the dial since the last call."""
@@ -559,6 +564,8 @@ class LiveTrochlea(Stateful):
         back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
         if shown.setting.set_ns < EPOCH_1990_NS <= origin_ns:  # nothing can have rated it
             back, resets, stepped_ns = 'the stamps of ship/imu have a date now: the dial ', True, 1
+        if self._anew:
+            back, resets, stepped_ns, self._anew = 'on request the dial ', True, 1, False
         if stepped_ns > 0 and resets:
             self._run = DialRun(shown.setting.again(origin_ns), origin_ns, origin_ns)
             self._counts['dial_settings'] += 1

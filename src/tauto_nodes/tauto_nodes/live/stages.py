@@ -463,6 +463,7 @@ class TrochleaNode(StageNode):
     def __init__(self, **node_options: Any) -> None:
         super().__init__('trochlea', _trochlea, **node_options)
         if isinstance(live := self.stage, LiveTrochlea):
+            self.create_service(Trigger, '~/reset', self._reset)
             # fires under use_sim_time alone: the system's clock does not report jumps
             self._jumps = self.get_clock().create_jump_callback(
                 JumpThreshold(
@@ -472,6 +473,12 @@ class TrochleaNode(StageNode):
                 ),
                 post_callback=lambda _: live.time_went_back(),
             )
+
+    def _reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        cast(LiveTrochlea, self.stage).reset()
+        response.success = True
+        response.message = 'the dial is set anew at the next good sample of ship/imu'
+        return response
 
 
 class DriftEstimatorNode(StageNode):
