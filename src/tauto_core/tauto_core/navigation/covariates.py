@@ -170,14 +170,14 @@ def _per_kelvin(tried: _Tried, begins: float) -> tuple[float, float]:
     that its rate means little.
     """
     built = cast(AnyMachine, compile_machine(tried.scene))
-    first, found = built.at_celsius(begins), [0.0, 0.0]
-    nominal_s = nominal_period_s(tried.scene, first)
+    base, slopes = built.at_celsius(begins), [0.0, 0.0]
+    nominal_s = nominal_period_s(tried.scene, base)
     with suppress(TautoError):
-        calm = _warm_rate(tried.scene, first, first, nominal_s)
+        calm = _warm_rate(tried.scene, base, base, nominal_s)
         for place, step in enumerate((-CLIMATE_KELVIN, CLIMATE_KELVIN)):
             warm = built.at_celsius(begins + step)
-            found[place] = (_warm_rate(tried.scene, warm, first, nominal_s) - calm) / step
-    return found[0], found[1]
+            slopes[place] = (_warm_rate(tried.scene, warm, base, nominal_s) - calm) / step
+    return slopes[0], slopes[1]
 
 
 def assumption(scene: Scene) -> str:
@@ -332,11 +332,11 @@ class Runs:
     @property
     def coefficient(self) -> Coefficient:
         """Mean and standard deviation."""
-        found = list(self.at.values())
-        mean = float(np.mean(found))
-        spread = float(np.std(found, ddof=1))
-        part, least = ALLOWANCES.get(self.name, (PART, LEAST))
-        return Coefficient(self.name, mean, math.hypot(spread, part * mean, least))
+        values = list(self.at.values())
+        mean = float(np.mean(values))
+        spread = float(np.std(values, ddof=1))
+        part, floor = ALLOWANCES.get(self.name, (PART, LEAST))
+        return Coefficient(self.name, mean, math.hypot(spread, part * mean, floor))
 
 
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
@@ -345,19 +345,19 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
     It is a SceneError if the machine cannot be run in the waves of the trials, or if no rate
     equation fits it and the scene does not assume that its rate walks at random.
     """
-    tried, given = (
-        {found.name: found.coefficient for found in runs(scene)},
+    tried, settings = (
+        {run.name: run.coefficient for run in runs(scene)},
         scene.drift.coefficients,
     )
-    found = []
+    priors = []
     for name in scene.drift.covariates or ():
-        stated = getattr(given, name, None)
-        found.append(
+        stated = getattr(settings, name, None)
+        priors.append(
             tried[name] if stated is None else Coefficient(name, stated.value, stated.sigma)
         )
     moves = tuple(tried[name] for name in tried if name in SHAKEN_BY)
     if not moves:
-        return tuple(found)
+        return tuple(priors)
     # coefficients that the scene states are not tested
     try:
         fitted = fit(scene, moves)
@@ -367,7 +367,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
             'drift.coefficients',
             ABSENT,
             f'cannot be tested by running the machine in a sea of 2.5 m: {error}',
-            f'Give value and sigma of {" and ".join(each.name for each in moves)}.',
+            f'Give value and sigma of {" and ".join(coefficient.name for coefficient in moves)}.',
         ) from error
     if fitted.sigmas > FITS and not fitted.is_expected(dial_model(scene)):
         raise SceneError(
@@ -380,7 +380,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
             f'random, by at least about {fitted.advised:g} s/day in a day',
             f'Write, with or without drift.covariates, drift.random_walk_fm: {fitted.advised:g}.',
         )
-    return tuple(found)
+    return tuple(priors)
 
 
 def runs(scene: Scene) -> tuple[Runs, ...]:
@@ -388,24 +388,24 @@ def runs(scene: Scene) -> tuple[Runs, ...]:
 
     It is a SceneError if the machine cannot be run in the small waves of the trial.
     """
-    given = scene.drift.coefficients
-    names = tuple(n for n in scene.drift.covariates or () if getattr(given, n, None) is None)
+    settings = scene.drift.coefficients
+    names = tuple(n for n in scene.drift.covariates or () if getattr(settings, n, None) is None)
     if not names:
         return ()
-    stated = None if given is None else given.heave
+    stated = None if settings is None else settings.heave
     try:
         tried = _Tried(_alone(scene))
-        moved = tuple(name for name in names if name not in HEAT)
-        found = _runs(tried, moved, 0.0 if stated is None else stated.value)
-        if len(moved) < len(names):
-            felt = BoxTemperature(scene).at(
+        motions = tuple(name for name in names if name not in HEAT)
+        results = _runs(tried, motions, 0.0 if stated is None else stated.value)
+        if len(motions) < len(names):
+            temperatures = BoxTemperature(scene).at(
                 np.arange(0, scene.log_count, max(scene.log_count // 1000, 1))
             )
-            warmth = float(felt[0]), float(felt.min()), float(felt.max())
+            warmth = float(temperatures[0]), float(temperatures.min()), float(temperatures.max())
             powers = sorted(HEAT[name] for name in scene.drift.covariates or () if name in HEAT)
             warmed = _by_heat(tried, warmth, tuple(powers))
-            found += tuple(each for each in warmed if each.name in names)
-        return found
+            results += tuple(run for run in warmed if run.name in names)
+        return results
     except TautoError as error:
         raise SceneError(
             scene.name,
@@ -454,7 +454,7 @@ def fit(scene: Scene, priors: tuple[Coefficient, ...]) -> Fit:
 
 @lru_cache(maxsize=16)
 def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
-    own, names = tried.scene, tuple(each.name for each in priors)
+    base, names = tried.scene, tuple(prior.name for prior in priors)
     # with an equation the ship moves only in the motions that it contains
     moves = names or ('heave', 'roll')
     slope = SLOPE if 'roll' in moves else 0.0
@@ -464,34 +464,34 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
             'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': slope},
             'heave': 'heave' in moves,
             'rate': SEA_RATE_HZ,
-            'height': own.ship.height,
+            'height': base.ship.height,
         }
     )
-    given = None if own.solver is None else own.solver.tolerance
-    scene = own.model_copy(
+    tolerance = None if base.solver is None else base.solver.tolerance
+    scene = base.model_copy(
         update={
             'ship': ship,
             'drift': DriftSettings.model_validate({'covariates': names or None}),
             'log': Log(interval=SEA_LOG_S),
-            'solver': Solver(tolerance=max(given or 0.0, SEA_TOLERANCE)),
+            'solver': Solver(tolerance=max(tolerance or 0.0, SEA_TOLERANCE)),
         }
     )
     run = _Run(scene, SEA_S)
     calm = run.error_s(ComponentsShip(rate=SEA_RATE_HZ, height=ship.height))
-    half, sigmas = (len(calm) - 1) // 2, np.array([each.sigma for each in priors])
-    left, allowed, bent = [], [], []
+    middle, sigmas = (len(calm) - 1) // 2, np.array([prior.sigma for prior in priors])
+    ends, allowed, bent = [], [], []
     for seed in range(SEAS):
         gained = run.error_s(ship, seed) - calm
         gained -= gained[0]
         grown = run.integrals_s(ship, seed) if names else np.zeros((len(calm), 0))
-        rest = gained - grown @ np.array([each.value for each in priors])
-        left.append(rest[-1])
+        residual = gained - grown @ np.array([prior.value for prior in priors])
+        ends.append(residual[-1])
         allowed.append(float(np.sum((sigmas * grown[-1]) ** 2)))
-        bent.append(rest[2 * half] - 2.0 * rest[half] + rest[0])
+        bent.append(residual[2 * middle] - 2.0 * residual[middle] + residual[0])
     # a random walk of density q bends the error by a variance of 2/3 q τ³
-    density = float(np.mean(np.square(bent))) / (2.0 / 3.0 * (half * SEA_LOG_S) ** 3)
+    density = float(np.mean(np.square(bent))) / (2.0 / 3.0 * (middle * SEA_LOG_S) ** 3)
     return Fit(
-        math.sqrt(float(np.mean(np.square(left))) / float(np.mean(allowed))) if names else 0.0,
+        math.sqrt(float(np.mean(np.square(ends))) / float(np.mean(allowed))) if names else 0.0,
         math.sqrt(density * DAY_S) * DAY_S,
     )
 
@@ -535,7 +535,7 @@ class _Tried(NamedTuple):
 @lru_cache(maxsize=16)
 def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ...]:
     """Return the trial runs; `heave` is its coefficient if stated, otherwise 0 or found first."""
-    ship, gravity, found = tried.scene.ship, tried.scene.g, []
+    ship, gravity, results = tried.scene.ship, tried.scene.g, []
     assert isinstance(ship, ComponentsShip)
     if moves := sorted(name for name in names if name in SHAKEN_BY):
         run = _Run(tried.scene)
@@ -551,27 +551,27 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
             for phase in PHASES:
                 size = HEAVE * gravity * (period_s / math.tau) ** 2 if heaves else ROLL_RAD
                 wave = (Component(amplitude=size, period=period_s, phase=phase),)
-                moved = ship.model_copy(update={'heave' if heaves else 'components': wave})
-                gained = run.error_s(moved) - calm
+                ship_in_waves = ship.model_copy(update={'heave' if heaves else 'components': wave})
+                gained = run.error_s(ship_in_waves) - calm
                 if (
                     heave
                 ):  # roll shakes a clock above its axis, which is part of the first covariate
-                    gained = gained - heave * run.integrals_s(moved, 0)[: len(calm), 0]
+                    gained = gained - heave * run.integrals_s(ship_in_waves, 0)[: len(calm), 0]
                 rates.append(_slope(gained, run.interval_s))
             at[period_s] = float(np.mean(rates)) / mean
-        found.append(Runs(name, at))
-        heave = found[-1].coefficient.value
+        results.append(Runs(name, at))
+        heave = results[-1].coefficient.value
     if 'gravity' in names:
         run = _Run(tried.scene, changes=True)
         calm = run.error_s(ship)
-        last = slice(-math.ceil(RUN_S / run.interval_s), None)
+        tail = slice(-math.ceil(RUN_S / run.interval_s), None)
         rates = [
-            _slope((run.error_s(ship, 0, each) - calm)[last], run.interval_s)
-            for each in GRAVITY_STEPS
+            _slope((run.error_s(ship, 0, step) - calm)[tail], run.interval_s)
+            for step in GRAVITY_STEPS
         ]
         at = {step: rate / (0.5 * step) for step, rate in zip(GRAVITY_STEPS, rates, strict=True)}
-        found.append(Runs('gravity', at))
-    return tuple(found)
+        results.append(Runs('gravity', at))
+    return tuple(results)
 
 
 @lru_cache(maxsize=16)
@@ -587,25 +587,25 @@ def _by_heat(
     machine, (begins, lowest, highest) = compile_machine(tried.scene), warmth
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
     groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
-    found = np.zeros((len(groups), len(powers)))
+    solutions = np.zeros((len(groups), len(powers)))
     if not isinstance(machine, InPlaceOfWheel) and machine.heat.feels_temperature:
-        first = machine.at_celsius(begins)
-        nominal_s = nominal_period_s(tried.scene, first)
-        calm = _warm_rate(tried.scene, first, first, nominal_s)
-        for row, group in zip(found, groups, strict=True):
+        base = machine.at_celsius(begins)
+        nominal_s = nominal_period_s(tried.scene, base)
+        calm = _warm_rate(tried.scene, base, base, nominal_s)
+        for row, group in zip(solutions, groups, strict=True):
             warm = (machine.at_celsius(begins + step) for step in group.tolist())
-            gained = [_warm_rate(tried.scene, each, first, nominal_s) - calm for each in warm]
+            gained = [_warm_rate(tried.scene, variant, base, nominal_s) - calm for variant in warm]
             row[:] = np.linalg.solve(group[:, None] ** np.array(powers), np.array(gained))
     steps = [float(group[-1]) for group in groups]
     names = sorted(HEAT, key=HEAT.__getitem__)
     return tuple(
         Runs(names[power - 1], dict(zip(steps, column, strict=True)))
-        for power, column in zip(powers, found.T.tolist(), strict=True)
+        for power, column in zip(powers, solutions.T.tolist(), strict=True)
     )
 
 
-def _warm_rate(scene: Scene, machine: AnyMachine, first: AnyMachine, nominal_s: float) -> float:
-    """Return the rate of a dial at the temperature of a machine, released as `first` is.
+def _warm_rate(scene: Scene, machine: AnyMachine, base: AnyMachine, nominal_s: float) -> float:
+    """Return the rate of a dial at the temperature of a machine, released as `base` is.
 
     It is that of the steady swing. A wheel without drag or drive keeps its action instead, as it
     does while the temperature changes slowly, but for a lever. One on a thread that swings, or
@@ -623,8 +623,8 @@ def _warm_rate(scene: Scene, machine: AnyMachine, first: AnyMachine, nominal_s: 
         return _slope(run.error_s(scene.ship), run.interval_s)
     period_s = swing.period
     free = steady and math.isinf(swing.time_constant) and swing.amplitude > 0.0
-    if free and isinstance(machine, Machine) and isinstance(first, Machine):
-        action, amplitude = _action(first, swing.amplitude), swing.amplitude
+    if free and isinstance(machine, Machine) and isinstance(base, Machine):
+        action, amplitude = _action(base, swing.amplitude), swing.amplitude
         for _ in range(ACTION_STEPS):
             amplitude *= math.sqrt(action / _action(machine, amplitude))
         period_s = machine.period(amplitude)
@@ -686,8 +686,8 @@ class _Run:
             force = imu.linear_acceleration * (1.0 + heavier * smooth)[:, None]
             imu = replace(imu, linear_acceleration=force)
         self._stage.restore(self._fresh)
-        said = self._stage.feed({SHIP_IMU: imu}), self._stage.finish()
-        readings = [cast(TimeSamples, each[READING]) for each in said if READING in each]
+        batches = self._stage.feed({SHIP_IMU: imu}), self._stage.finish()
+        readings = [cast(TimeSamples, batch[READING]) for batch in batches if READING in batch]
         parts = [(reading.time_ref_ns - reading.stamp_ns) / NS_PER_S for reading in readings]
         return np.concatenate(parts)[self._settled :]
 

@@ -75,13 +75,13 @@ def on_line(stamp_ns: IntArray, values: FloatArray | IntArray, at_ns: IntArray) 
 
     Integers below 2^53 are exact.
     """
-    after = np.searchsorted(stamp_ns, at_ns)
-    before = np.maximum(after - 1, 0)
-    span = np.maximum(stamp_ns[after] - stamp_ns[before], 1)
-    part = ((at_ns - stamp_ns[before]) / span)[:, None]
-    between = values[before] + (values[after] - values[before]) * part
-    found: FloatArray = np.where((stamp_ns[after] == at_ns)[:, None], values[after], between)
-    return found
+    upper = np.searchsorted(stamp_ns, at_ns)
+    lower = np.maximum(upper - 1, 0)
+    span = np.maximum(stamp_ns[upper] - stamp_ns[lower], 1)
+    part = ((at_ns - stamp_ns[lower]) / span)[:, None]
+    between = values[lower] + (values[upper] - values[lower]) * part
+    result: FloatArray = np.where((stamp_ns[upper] == at_ns)[:, None], values[upper], between)
+    return result
 
 
 # -----------------------------------------------------------------------------
@@ -134,17 +134,17 @@ def estimate_values(
     clock = [now.x, _sigma(now.xx), now.y * DAY_S, _sigma(now.yy) * DAY_S]
     if passed is None:
         return np.column_stack(clock)
-    known, names = now._asdict(), ('y', *covariates)
+    state, names = now._asdict(), ('y', *covariates)
     learned = [
-        column for name in covariates for column in (known[name], _sigma(known[f'{name}_{name}']))
+        column for name in covariates for column in (state[name], _sigma(state[f'{name}_{name}']))
     ]
     # the mean rate y + Σ k_j ⟨x_j⟩ since the first reading, and its sigma
     elapsed = np.where(passed.elapsed_s > 0.0, passed.elapsed_s, np.inf)
     weights = [np.ones(len(elapsed)), *(column / elapsed for column in passed.gained_s.T)]
-    rate = sum(weight * known[name] for weight, name in zip(weights, names, strict=True))
+    rate = sum(weight * state[name] for weight, name in zip(weights, names, strict=True))
     variance = np.zeros(len(elapsed))
     for (i, j), field in zip(pairs(len(names)), covariances(names), strict=True):
-        variance = variance + (1.0 if i == j else 2.0) * weights[i] * weights[j] * known[field]
+        variance = variance + (1.0 if i == j else 2.0) * weights[i] * weights[j] * state[field]
     sigma = np.sqrt(np.maximum(variance, 0.0))
     mean = rate * DAY_S, sigma * DAY_S
     return np.column_stack((*clock, *mean, *learned, passed.integrals_s))
@@ -239,11 +239,11 @@ class Track(Stateful):
 
     def has(self, stamp_ns: int) -> bool:
         """Return whether an observation of this stamp is among those kept."""
-        return any(seen.stamp_ns == stamp_ns for seen in reversed(self._seen))
+        return any(record.stamp_ns == stamp_ns for record in reversed(self._seen))
 
     def count(self, fate: int) -> int:
         """Return the number of observations that were REFUSED or REOPENED the state."""
-        return self._counts[fate] + sum(seen.fate == fate for seen in self._seen)
+        return self._counts[fate] + sum(record.fate == fate for record in self._seen)
 
     def use(
         self,
@@ -261,47 +261,47 @@ class Track(Stateful):
             sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
         integrals_s = integrals_s or [()] * len(stamp_ns)
         new = sorted(zip(stamp_ns, phase_s, sigma_s, integrals_s, strict=True))
-        start, kept = self._last, self._seen
-        if kept and new and new[0][0] < kept[-1].stamp_ns:
-            start, kept = self._base, []
-            new = sorted(new + [seen.observed for seen in self._seen])
+        start, history = self._last, self._seen
+        if history and new and new[0][0] < history[-1].stamp_ns:
+            start, history = self._base, []
+            new = sorted(new + [record.observed for record in self._seen])
         way = self._filtered(start, new)
         self._last = way.after(len(new))
-        self._remember(kept, new, way)
+        self._remember(history, new, way)
         return way
 
     def _filtered(self, start: Known, new: Sequence[Observed]) -> Filtered:
         stamps, phases, sigmas, integrals = zip(*new, strict=True) if new else ((), (), (), ())
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
-    def _remember(self, kept: list[Seen], new: list[Observed], way: Filtered) -> None:
+    def _remember(self, history: list[Seen], new: list[Observed], way: Filtered) -> None:
         """Move the base forward when more than enough observations have been seen since.
 
-        Those of the run are `new`; those since the base, before it, are `kept`.
+        Those of the run are `new`; those since the base, before it, are `history`.
         """
-        total = len(kept) + len(new)
-        first = max(total - REMEMBERED - len(kept), 0) if total >= 2 * REMEMBERED else 0
-        fates = way.fate[first:].tolist()
+        total = len(history) + len(new)
+        begin = max(total - REMEMBERED - len(history), 0) if total >= 2 * REMEMBERED else 0
+        fates = way.fate[begin:].tolist()
         tail = [
             Seen(stamp, phase, sigma, fate, integrals)
-            for (stamp, phase, sigma, integrals), fate in zip(new[first:], fates, strict=True)
+            for (stamp, phase, sigma, integrals), fate in zip(new[begin:], fates, strict=True)
         ]
-        self._seen = kept + tail
+        self._seen = history + tail
         if total < 2 * REMEMBERED:
             return
-        if first:
-            self._base = way.after(first)
-            self._oldest_ns = new[first - 1][0] + 1
-            gone = [*(seen.fate for seen in kept), *way.fate[:first].tolist()]
+        if begin:
+            self._base = way.after(begin)
+            self._oldest_ns = new[begin - 1][0] + 1
+            old_fates = [*(record.fate for record in history), *way.fate[:begin].tolist()]
         else:
             old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
-            again = [seen.observed for seen in old]
-            self._base = self._filtered(self._base, again).after(len(old))
+            observations = [record.observed for record in old]
+            self._base = self._filtered(self._base, observations).after(len(old))
             self._oldest_ns = old[-1].stamp_ns + 1
-            gone = [seen.fate for seen in old]
+            old_fates = [record.fate for record in old]
         self._seen = tail
         for fate in self._counts:
-            self._counts[fate] += gone.count(fate)
+            self._counts[fate] += old_fates.count(fate)
 
     def state(self) -> State:
         """Return all that the next result depends on."""
@@ -309,29 +309,29 @@ class Track(Stateful):
             **super().state(),
             'base': _plain(self._base),
             'last': _plain(self._last),
-            'seen': [tuple(seen) for seen in self._seen],
+            'seen': [tuple(record) for record in self._seen],
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         super().restore(state)
         self._base, self._last = self._known(state['base']), self._known(state['last'])
-        self._seen = [Seen(*seen) for seen in state['seen']]
+        self._seen = [Seen(*record) for record in state['seen']]
 
     def _known(self, plain: tuple[Any, ...]) -> Known:
-        stamp_ns, estimate, *others = plain
-        return Known(stamp_ns, estimate_of(self._model.names)(*estimate), *others)
+        stamp_ns, estimate, *fields = plain
+        return Known(stamp_ns, estimate_of(self._model.names)(*estimate), *fields)
 
 
-def _plain(known: Known) -> tuple[Any, ...]:
-    stamp_ns, estimate, *others = known
-    return stamp_ns, tuple(estimate), *others
+def _plain(state: Known) -> tuple[Any, ...]:
+    stamp_ns, estimate, *fields = state
+    return stamp_ns, tuple(estimate), *fields
 
 
 # -----------------------------------------------------------------------------
 # The counters of the drift stage as text.
 
-_SAID = {
+_WARNINGS = {
     'readings_out_of_order': '{readings} {were} out of order and left out',
     'observations_out_of_order': '{observations} came after later ones and {were} left out',
     'observations_repeated': '{observations} had the stamp of another and {were} left out',
@@ -377,23 +377,23 @@ _SAID = {
 
 def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
     """Return warnings for the counters of the drift stage; those of other stages are ignored."""
-    found = []
-    for name, words in _SAID.items():
+    warnings = []
+    for name, words in _WARNINGS.items():
         if number := health.get(name):
-            one = number == 1
-            said = words.format(
+            is_single = number == 1
+            text = words.format(
                 gate=scene.drift.gate,
                 prior=scene.drift.prior_rate_sigma,
                 observations=counted(number, 'observation'),
                 samples=counted(number, 'sample'),
                 readings=counted(number, 'reading'),
-                were='was' if one else 'were',
-                them='it' if one else 'them',
-                outliers='an outlier' if one else 'outliers',
-                times='once' if one else f'{number} times',
+                were='was' if is_single else 'were',
+                them='it' if is_single else 'them',
+                outliers='an outlier' if is_single else 'outliers',
+                times='once' if is_single else f'{number} times',
             )
-            found.append(f'drift: {said}')
-    return found
+            warnings.append(f'drift: {text}')
+    return warnings
 
 
 HISTORY = 4096
@@ -489,8 +489,8 @@ class DriftStage(Stateful):
             self._motion = regressors(scene, live=not expect_schedule, fixes=fixes)
         self._integral = np.empty((0, len(self._model.coefficients)))
         self._begun: tuple[int, tuple[float, ...]] | None = None
-        none = np.empty(0, np.int64)
-        self._stamp, self._reference = none, none
+        empty = np.empty(0, np.int64)
+        self._stamp, self._reference = empty, empty
         self._released = 0
         self._pending: dict[int, tuple[int, float]] = {}
         self._last_reading_ns = BEFORE_ALL
@@ -513,14 +513,14 @@ class DriftStage(Stateful):
         # a fault of the sights is reported until somebody corrects it
         names += ['observations_unknown', *_MISDATED, 'estimates_reopened']
         health = self.health()
-        found = drift_warnings({name: health[name] for name in names}, self._scene)
+        warnings = drift_warnings({name: health[name] for name in names}, self._scene)
         if self._late_s:
-            found.append(
+            warnings.append(
                 f'drift: the estimate began in mid-voyage, {self._late_s:.6g} s after the dial '
                 'was set; its sigma is that of drift.prior_rate_sigma over this time until an '
                 'observation comes'
             )
-        return found
+        return warnings
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
         """Take readings, observations and motion; return the samples that can be published now."""
@@ -532,15 +532,15 @@ class DriftStage(Stateful):
         if isinstance(reading, TimeSamples) and len(reading.stamp_ns):
             changes = np.flatnonzero(reading.source[1:] != reading.source[:-1]) + 1
             edges = pairwise([0, *changes.tolist(), len(reading.source)])
-            runs = [take(reading, slice(first, last)) for first, last in edges]
+            runs = [take(reading, slice(begin, end)) for begin, end in edges]
             setting = DialSetting.of(str(reading.source[0]))
             if setting is None or setting == self._setting:
                 self._accept_readings(runs.pop(0))
         if OBSERVATION in batches:
             self._accept_observations(cast(TimeSamples, batches[OBSERVATION]))
-        said: list[Batches] = []
+        outputs: list[Batches] = []
         for run in runs:
-            said.append(self._release(AFTER_ALL, final=True))
+            outputs.append(self._release(AFTER_ALL, final=True))
             self._begin_again(run)
             self._accept_readings(run)
         due_ns = AFTER_ALL
@@ -548,40 +548,40 @@ class DriftStage(Stateful):
             place = int(np.searchsorted(self._schedule, self._last_observation_ns, 'right'))
             if place < len(self._schedule):
                 due_ns = int(self._schedule[place])
-        said.append(self._release(due_ns))
-        return merged(said)
+        outputs.append(self._release(due_ns))
+        return merged(outputs)
 
     def _begin_again(self, reading: TimeSamples) -> None:
         """Forget the earlier readings; continue from the estimate as far as it is still valid."""
-        before, setting = self._setting, DialSetting.of(str(reading.source[0]))
-        self._setting = setting or before
-        if before is None or setting is None or self._track is None:
+        former, setting = self._setting, DialSetting.of(str(reading.source[0]))
+        self._setting = setting or former
+        if former is None or setting is None or self._track is None:
             return
-        told = tuple(self._integral[-1].tolist()) if len(self._integral) else ()
+        integrals = tuple(self._integral[-1].tolist()) if len(self._integral) else ()
         self._stamp = self._reference = np.empty(0, np.int64)
         self._integral, self._released = self._integral[:0], 0
-        if not setting.is_same_as(before):
+        if not setting.is_same_as(former):
             self._health['dial_settings'] += 1
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
             self._pending, self._track = {}, None
             return
         self._health['dial_stops'] += 1
-        last, at_ns = self._track.last, int(reading.stamp_ns[0])
+        base, at_ns = self._track.last, int(reading.stamp_ns[0])
         newest_ns = max(at_ns, self._last_reading_ns)
         if newest_ns > at_ns:  # the stamps have gone back
             self._last_reading_ns = self._last_observation_ns = BEFORE_ALL
-        gained = tuple(map(sub, told, last.integrals_s))
-        opened = self._stopped(last.estimate, (last.stamp_ns, newest_ns), gained, before, setting)
+        gained = tuple(map(sub, integrals, base.integrals_s))
+        opened = self._stopped(base.estimate, (base.stamp_ns, newest_ns), gained, former, setting)
         reached = self._motion.at(reading.stamp_ns[:1]) if self._motion else np.empty((1, 0))
-        known = Known(at_ns, opened, integrals_s=tuple(reached[0].tolist()))
-        self._track = Track(known, self._model, self._track)
+        restart = Known(at_ns, opened, integrals_s=tuple(reached[0].tolist()))
+        self._track = Track(restart, self._model, self._track)
 
     def _stopped(
         self,
         then: Estimate[float],
         between_ns: tuple[int, int],
         gained_s: tuple[float, ...],
-        before: DialSetting,
+        former: DialSetting,
         setting: DialSetting,
     ) -> Estimate[float]:
         """Return an estimate at the end of a time, for a part of which the dial has stood still.
@@ -591,26 +591,26 @@ class DriftStage(Stateful):
         nothing of its rate. Known stops leave the phase of the next release open, `RELEASE_SIGMA`
         of a swing each; steps back of the stamps all their length.
         """
-        lost_ns = setting.lost_ns - before.lost_ns
-        unsure_s = (setting.unsure_ns - before.unsure_ns) / NS_PER_S
+        lost_ns = setting.lost_ns - former.lost_ns
+        unsure_s = (setting.unsure_ns - former.unsure_ns) / NS_PER_S
         since_ns, until_ns = between_ns
         ran_s = max(until_ns - since_ns - lost_ns, 0) / NS_PER_S
         under_way_s = min(self._model.under_way_s(since_ns, until_ns), ran_s)
         now = predict(then, ran_s, self._model, gained_s, under_way_s)
         release_s = RELEASE_SIGMA * nominal_period_s(self._scene, compile_machine(self._scene))
-        opened = (setting.stops - before.stops) * release_s * release_s + unsure_s * unsure_s
+        opened = (setting.stops - former.stops) * release_s * release_s + unsure_s * unsure_s
         return now._replace(x=now.x - lost_ns / NS_PER_S, xx=now.xx + opened)
 
     def finish(self) -> Batches:
         """Release the readings that wait; count the observations that did not come."""
-        last = self._last_observation_ns
-        said = self._release(AFTER_ALL, final=True)
+        last_ns = self._last_observation_ns
+        batches = self._release(AFTER_ALL, final=True)
         if self._schedule is not None:
-            due = (self._schedule > last) & (self._schedule <= self._last_reading_ns)
+            due = (self._schedule > last_ns) & (self._schedule <= self._last_reading_ns)
             self._health['observations_missing'] += int(np.count_nonzero(due))
         self._health['observations_unmatched'] += len(self._pending)
         self._pending = {}
-        return said
+        return batches
 
     def state(self) -> State:
         """Return readings, observations and estimate."""
@@ -638,23 +638,23 @@ class DriftStage(Stateful):
         }
 
     def _accept_readings(self, reading: TimeSamples) -> None:
-        kept = in_order(reading.stamp_ns, self._last_reading_ns)
-        stamps = reading.stamp_ns[kept]
-        self._health['readings_out_of_order'] += len(kept) - len(stamps)
+        is_new = in_order(reading.stamp_ns, self._last_reading_ns)
+        stamps = reading.stamp_ns[is_new]
+        self._health['readings_out_of_order'] += len(is_new) - len(stamps)
         if not len(stamps):
             return
         self._last_reading_ns = int(stamps[-1])
         self._stamp = np.concatenate((self._stamp, stamps))
-        self._reference = np.concatenate((self._reference, reading.time_ref_ns[kept]))
+        self._reference = np.concatenate((self._reference, reading.time_ref_ns[is_new]))
 
     def _accept_observations(self, observation: TimeSamples) -> None:
         stamps: list[int] = observation.stamp_ns.tolist()
         references: list[int] = observation.time_ref_ns.tolist()
         sigmas = [self._model.sigma_of(source) for source in observation.source.tolist()]
         accepts = self._is_foreign_new if self._schedule is None else self._is_due
-        known = np.isin(observation.source.astype(str), SOURCES) | (self._schedule is not None)
-        self._health['observations_unknown'] += int(np.count_nonzero(~known))
-        for stamp, reference, sigma, named in zip(stamps, references, sigmas, known, strict=True):
+        valid = np.isin(observation.source.astype(str), SOURCES) | (self._schedule is not None)
+        self._health['observations_unknown'] += int(np.count_nonzero(~valid))
+        for stamp, reference, sigma, named in zip(stamps, references, sigmas, valid, strict=True):
             if self._schedule is None and (fault := misdated(stamp, reference)):
                 self._health[fault] += 1
             elif named and accepts(stamp):
@@ -706,29 +706,29 @@ class DriftStage(Stateful):
             new = self._motion.at(self._stamp[len(self._integral) : ready])
             self._integral = np.concatenate((self._integral, new))
         if self._track is None:
-            first = int(self._stamp[0])
-            setting = self._setting or DialSetting(first)
-            set_ns = min(setting.set_ns, first)
-            late_ns = first - set_ns
+            first_ns = int(self._stamp[0])
+            setting = self._setting or DialSetting(first_ns)
+            set_ns = min(setting.set_ns, first_ns)
+            late_ns = first_ns - set_ns
             self._late_s = late_ns / NS_PER_S if late_ns > HELD_NS else 0.0
             reached = tuple(self._integral[0].tolist()) if self._motion is not None else ()
-            self._begun = first, reached
-            known = Known(first, prior(self._model), integrals_s=reached)
+            self._begun = first_ns, reached
+            start = Known(first_ns, prior(self._model), integrals_s=reached)
             if setting.stops or setting.unsure_ns:
-                still, fresh = (0.0,) * len(known.integrals_s), DialSetting(set_ns)
-                opened = self._stopped(known.estimate, (set_ns, first), still, fresh, setting)
-                known = known._replace(estimate=opened)
+                still, fresh = (0.0,) * len(start.integrals_s), DialSetting(set_ns)
+                opened = self._stopped(start.estimate, (set_ns, first_ns), still, fresh, setting)
+                start = start._replace(estimate=opened)
             else:
-                known = known._replace(stamp_ns=set_ns)
-            self._track = Track(known, self._model)
+                start = start._replace(stamp_ns=set_ns)
+            self._track = Track(start, self._model)
         way = self._use_observations(self._stamp[:ready])
         stamps = self._stamp[self._released : ready]
         references = self._reference[self._released : ready]
         passed = None
         if self._motion is not None and self._begun is not None:
-            first, begun = self._begun
+            first_ns, begun = self._begun
             integrals = self._integral[self._released : ready]
-            passed = Passed((stamps - first) / NS_PER_S, integrals, integrals - np.array(begun))
+            passed = Passed((stamps - first_ns) / NS_PER_S, integrals, integrals - np.array(begun))
         remembered = 1 if self._schedule is not None else HISTORY
         forgotten = max(ready - remembered, 0)
         self._stamp, self._reference = self._stamp[forgotten:], self._reference[forgotten:]
@@ -753,6 +753,6 @@ class DriftStage(Stateful):
         self._late_s = 0.0
         if self._motion is None:
             return self._track.use(stamps, phases.tolist(), sigmas)
-        known = self._stamp[: len(self._integral)]
-        reached = on_line(known, self._integral, at).tolist()
+        reading_ns = self._stamp[: len(self._integral)]
+        reached = on_line(reading_ns, self._integral, at).tolist()
         return self._track.use(stamps, phases.tolist(), sigmas, list(map(tuple, reached)))

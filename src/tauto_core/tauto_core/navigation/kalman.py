@@ -74,23 +74,23 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
     q2, q3 of `kalman`, and the growth of each integral [s]. It returns the numbers after that
     time.
     """
-    kept = pairs(size)
+    entries = pairs(size)
 
     def ahead(
         now: tuple[Any, ...], t: Any, q1: float, q2: float, q3: float, *gained: Any
     ) -> tuple[Any, ...]:
         h = 0.5 * t * t
         ageing = clock == 3
-        moved = {
+        transition = {
             0: [(1, t), *[(2, h)] * ageing, *zip(range(clock, size), gained, strict=True)],
             1: [(2, t)] * ageing,
         }
         mean, p = list(now[:size]), _square(now, size)
-        for row, terms in moved.items():
+        for row, terms in transition.items():
             for column, factor in terms:
                 mean[row] = mean[row] + factor * mean[column]
                 p[row] = [a + factor * b for a, b in zip(p[row], p[column], strict=True)]
-        for row, terms in moved.items():
+        for row, terms in transition.items():
             for above in range(row + 1):
                 for column, factor in terms:
                     p[above][row] = p[above][row] + factor * p[above][column]
@@ -101,7 +101,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
             p[0][2] = p[0][2] + h * t * (q3 / 3.0)
             p[1][2] = p[1][2] + h * q3
             p[2][2] = p[2][2] + t * q3
-        return (*mean, *(p[i][j] for i, j in kept))
+        return (*mean, *(p[i][j] for i, j in entries))
 
     return ahead
 
@@ -111,25 +111,25 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
     Its arguments are the numbers predicted, the innovation ν, its variance s = P_xx + r, and r.
     """
-    kept = pairs(size)
+    entries = pairs(size)
 
     def corrected(
         now: tuple[float, ...], innovation: float, s: float, r: float
     ) -> tuple[float, ...]:
         p = _square(now, size)
-        gain = [each / s for each in p[0]]
+        gain = [covariance / s for covariance in p[0]]
         # 1 - P_xx/s would lose digits for a precise observation
         g = r / s
-        left = [g * each for each in p[0]]
+        first_row = [g * covariance for covariance in p[0]]
 
         def less(i: int, j: int) -> Any:
             if i == 0:
-                return g * left[j]
-            return (p[i][j] - gain[i] * p[0][j]) - gain[j] * left[i]
+                return g * first_row[j]
+            return (p[i][j] - gain[i] * p[0][j]) - gain[j] * first_row[i]
 
         return (
             *(now[i] + gain[i] * innovation for i in range(size)),
-            *(less(i, j) + gain[i] * gain[j] * r for i, j in kept),
+            *(less(i, j) + gain[i] * gain[j] * r for i, j in entries),
         )
 
     return corrected
@@ -137,10 +137,10 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
 def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
     """Return the whole covariance, row by row."""
-    whole: list[list[Any]] = [[0.0] * size for _ in range(size)]
+    matrix: list[list[Any]] = [[0.0] * size for _ in range(size)]
     for (i, j), number in zip(pairs(size), now[size:], strict=True):
-        whole[i][j] = whole[j][i] = number
-    return whole
+        matrix[i][j] = matrix[j][i] = number
+    return matrix
 
 
 Real = TypeVar('Real', float, FloatArray)
@@ -202,16 +202,16 @@ def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
     """
     if not coefficients:
         return Estimate
-    kept = covariances(('x', 'y', 'd', *coefficients))
-    crossed = [field for field in kept if field not in Estimate._fields]
+    names = covariances(('x', 'y', 'd', *coefficients))
+    crossed = [field for field in names if field not in Estimate._fields]
     fields = [*Estimate._fields, *coefficients, *crossed]
     return cast(type[Estimate[Any]], namedtuple('Estimate', fields))
 
 
 def covariances(names: tuple[str, ...]) -> list[str]:
     """Return the names of the covariances of states, upper triangle, row by row."""
-    both = [(names[i], names[j]) for i, j in pairs(len(names))]
-    return [f'{one}{other}' if len(other) == 1 else f'{one}_{other}' for one, other in both]
+    name_pairs = [(names[i], names[j]) for i, j in pairs(len(names))]
+    return [f'{row}{col}' if len(col) == 1 else f'{row}_{col}' for row, col in name_pairs]
 
 
 @dataclass(frozen=True)
@@ -311,10 +311,10 @@ def prior(model: ClockModel) -> Estimate[float]:
     if not model.coefficients:
         return clock
     kind = estimate_of(model.names)
-    known = dict.fromkeys(kind._fields, 0.0) | clock._asdict()
+    values = dict.fromkeys(kind._fields, 0.0) | clock._asdict()
     for name, value, deviation in model.coefficients:
-        known |= {name: value, f'{name}_{name}': deviation * deviation}
-    return kind(**known)
+        values |= {name: value, f'{name}_{name}': deviation * deviation}
+    return kind(**values)
 
 
 def predict(
@@ -345,8 +345,8 @@ def wandered(
     if not q:
         return ahead
     grown = list(ahead)
-    for place, more in ((xx, t * t * t / 3.0), (xx + 1, 0.5 * t * t), (2 * xx, t)):
-        grown[place] = grown[place] + q * more
+    for place, growth in ((xx, t * t * t / 3.0), (xx + 1, 0.5 * t * t), (2 * xx, t)):
+        grown[place] = grown[place] + q * growth
     return tuple(grown)
 
 
@@ -450,8 +450,8 @@ def arithmetic_of(model: ClockModel) -> Arithmetic:
 def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
     """Return the arithmetic of a clock with coefficients."""
     names = (*('x', 'y', 'd')[:states], *coefficients)
-    size, known = len(names), estimate_of(coefficients)._fields
-    fields = tuple(known.index(field) for field in (*names, *covariances(names)))
+    size, estimate_fields = len(names), estimate_of(coefficients)._fields
+    fields = tuple(estimate_fields.index(field) for field in (*names, *covariances(names)))
     return Arithmetic(fields, size, prediction(states, size), correction(size))
 
 
@@ -497,12 +497,12 @@ def agree(outliers: Sequence[Outlier], model: ClockModel) -> bool:
     (first, u, r), (second, v, s), (third, w, t) = outliers
     a, b = (second - first) / NS_PER_S, (third - second) / NS_PER_S
     part = a / (a + b) if third > first else 0.5
-    apart = v - (1.0 - part) * u - part * w
+    deviation = v - (1.0 - part) * u - part * w
     variance = s + (1.0 - part) ** 2 * r + part * part * t
     walk = model.random_walk_fm_per_s + model.under_way_per_s
     variance += part * b * (model.white_fm_s + walk * a * b / 3.0)
-    least, within = min(abs(u), abs(v), abs(w)), (model.gate or 0.0) * math.sqrt(variance)
-    return abs(apart) <= max(AGREEMENT * least, within)
+    smallest, limit = min(abs(u), abs(v), abs(w)), (model.gate or 0.0) * math.sqrt(variance)
+    return abs(deviation) <= max(AGREEMENT * smallest, limit)
 
 
 class Known(NamedTuple):
@@ -581,16 +581,16 @@ def filter_phases(
     if sigma_s is None:
         sigma_s = [model.observation_sigma_s] * len(stamp_ns)
     limit = math.inf if model.gate is None else model.gate * model.gate
-    since, now, moved = start.stamp_ns, law.part(start.estimate), start.integrals_s
+    since, now, last_integrals = start.stamp_ns, law.part(start.estimate), start.integrals_s
     outliers, trust, left_out = list(start.outliers), start.used, list[Outlier]()
     stamps, numbers, fate = [since], list(now), bytearray()
-    integrals, gained = list(moved), tuple[float, ...]()
-    rows = integrals_s if model.coefficients else repeat(moved, len(stamp_ns))
+    integrals, gained = list(last_integrals), tuple[float, ...]()
+    rows = integrals_s if model.coefficients else repeat(last_integrals, len(stamp_ns))
     for stamp, phase, sigma, reached in zip(stamp_ns, phase_s, sigma_s, rows, strict=True):
         r = sigma * sigma
         elapsed = (stamp - since) / NS_PER_S
-        if moved:
-            gained = tuple(map(sub, reached, moved))
+        if last_integrals:
+            gained = tuple(map(sub, reached, last_integrals))
         ahead = ahead_of(now, elapsed, *noise, *gained)
         ahead = wandered(ahead, xx, model, model.under_way_s(since, stamp))
         innovation = phase - ahead[0]
@@ -611,8 +611,8 @@ def filter_phases(
                 fate.append(REFUSED)
                 continue
             # in zero time the rate cannot have changed
-            whole = law.whole(start.estimate, ahead)
-            ahead = law.part(reopen(whole, innovation, elapsed or math.inf))
+            estimate = law.whole(start.estimate, ahead)
+            ahead = law.part(reopen(estimate, innovation, elapsed or math.inf))
             s, trust = ahead[xx] + r, 0
             fate.append(REOPENED)
         else:
@@ -621,16 +621,16 @@ def filter_phases(
         trust += 1
         stamps.append(stamp)
         numbers += now
-        if moved:
-            moved = tuple(reached)
-            integrals += moved
+        if last_integrals:
+            last_integrals = tuple(reached)
+            integrals += last_integrals
     table = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
-    rest = same_fields(start.estimate, (np.full(len(stamps), each) for each in start.estimate))
+    base = same_fields(start.estimate, (np.full(len(stamps), term) for term in start.estimate))
     return Filtered(
         np.array(stamps, np.int64),
-        law.whole(rest, tuple(table.T)),
+        law.whole(base, tuple(table.T)),
         np.frombuffer(bytes(fate), np.int8),
         start,
         tuple(left_out),
-        np.array(integrals, np.float64).reshape(len(stamps), len(moved)),
+        np.array(integrals, np.float64).reshape(len(stamps), len(last_integrals)),
     )

@@ -55,8 +55,8 @@ def in_order(stamp_ns: IntArray, last_ns: int) -> NDArray[np.bool_]:
     if len(stamp_ns) == 1:  # nodes usually get one message at a time
         return np.array([stamp_ns[0] > last_ns])
     newest = np.maximum.accumulate(np.concatenate(([last_ns], stamp_ns)))[:-1]
-    kept: NDArray[np.bool_] = stamp_ns > newest
-    return kept
+    is_newer: NDArray[np.bool_] = stamp_ns > newest
+    return is_newer
 
 
 # -----------------------------------------------------------------------------
@@ -219,8 +219,8 @@ class LiveFixes(Stateful):
     def _takes(self, place: Place) -> bool:
         fault = 'fixes_at_0_0' if place[1:] == (0.0, 0.0) else ''
         if not fault and self._last is not None and not self._reaches(self._last, place):
-            first_ns, before = self._strayed or (place[0], place)
-            self._strayed = (first_ns if self._reaches(before, place) else place[0]), place
+            first_ns, previous = self._strayed or (place[0], place)
+            self._strayed = (first_ns if self._reaches(previous, place) else place[0]), place
             persists_s = (place[0] - self._strayed[0]) / NS_PER_S
             fault = 'fixes_moved' if persists_s >= PERSISTS_S else 'fixes_out_of_reach'
         if fault:
@@ -230,10 +230,10 @@ class LiveFixes(Stateful):
             return True
         return False
 
-    def _reaches(self, one: Place, other: Place) -> bool:
-        turned = math.remainder(other[2] - one[2], 360.0) * math.cos(math.radians(one[1]))
-        apart_m = math.hypot(turned, other[1] - one[1]) * EQUATOR_M_PER_S * DAY_S / 360.0
-        return apart_m <= FIX_NOISE_M + self.max_speed * abs(other[0] - one[0]) / NS_PER_S
+    def _reaches(self, origin: Place, target: Place) -> bool:
+        turned = math.remainder(target[2] - origin[2], 360.0) * math.cos(math.radians(origin[1]))
+        apart_m = math.hypot(turned, target[1] - origin[1]) * EQUATOR_M_PER_S * DAY_S / 360.0
+        return apart_m <= FIX_NOISE_M + self.max_speed * abs(target[0] - origin[0]) / NS_PER_S
 
     def health(self) -> dict[str, int]:
         """Return counters of the fixes refused, and of places taken that were out of reach."""
@@ -284,19 +284,19 @@ class LongitudeStage(Stateful):
         """Take new samples; return longitudes of the stamps that every topic has reached."""
         if self._expect_fix:
             return self._feed(batches)
-        said, rest = [], dict(batches)
-        while rest:  # one time after the other, where stamps go back
-            before = {topic: cast(TimeSamples, rest.pop(topic)) for topic in list(rest)}
-            for topic, samples in before.items():
-                back = np.diff(samples.stamp_ns) < 0
+        outputs, remaining = [], dict(batches)
+        while remaining:  # one time after the other, where stamps go back
+            parts = {topic: cast(TimeSamples, remaining.pop(topic)) for topic in list(remaining)}
+            for topic, samples in parts.items():
+                steps_back = np.diff(samples.stamp_ns) < 0
                 if topic == READING:
-                    back |= samples.source[1:] != samples.source[:-1]
-                if topic != SHIP_FIX and back.any():
-                    cut = int(np.argmax(back)) + 1
-                    before[topic] = take(samples, slice(0, cut))
-                    rest[topic] = take(samples, slice(cut, None))
-            said.append(self._feed(before))
-        return merged(said)
+                    steps_back |= samples.source[1:] != samples.source[:-1]
+                if topic != SHIP_FIX and steps_back.any():
+                    cut = int(np.argmax(steps_back)) + 1
+                    parts[topic] = take(samples, slice(0, cut))
+                    remaining[topic] = take(samples, slice(cut, None))
+            outputs.append(self._feed(parts))
+        return merged(outputs)
 
     def _feed(self, batches: Mapping[str, Samples]) -> Batches:
         if READING in batches:
@@ -304,14 +304,14 @@ class LongitudeStage(Stateful):
         for topic in self.inputs:
             if topic in batches:
                 self._hold(topic, batches[topic])
-        said = self._say()
-        for topic, held in self._held.items() if not self._expect_fix else ():
-            excess = count(held) - HELD
+        outputs = self._say()
+        for topic, samples in self._held.items() if not self._expect_fix else ():
+            excess = count(samples) - HELD
             if excess > 0:
-                self._held[topic] = take(cast(TimeSamples, held), slice(excess, None))
+                self._held[topic] = take(cast(TimeSamples, samples), slice(excess, None))
                 if topic in self._joined:
                     self._health['stamps_unjoined'] += excess
-        return said
+        return outputs
 
     def _see_setting(self, reading: TimeSamples) -> None:
         """Start again where the dial was set again, for example after sim time has gone back.
@@ -333,14 +333,14 @@ class LongitudeStage(Stateful):
                 and reading.stamp_ns[0] <= self._last_ns[READING]
             ):
                 self._stale = list(self._joined)
-                self._held = {t: held for t, held in self._held.items() if t == SHIP_FIX}
+                self._held = {t: samples for t, samples in self._held.items() if t == SHIP_FIX}
             self._setting = setting
 
     def finish(self) -> Batches:
         """Count the stamps that still wait for a partner; none of them can be published."""
-        left = [self._held[topic].stamp_ns for topic in self._joined if topic in self._held]
-        if left:
-            self._health['stamps_unjoined'] += len(reduce(np.union1d, left))
+        stamps = [self._held[topic].stamp_ns for topic in self._joined if topic in self._held]
+        if stamps:
+            self._health['stamps_unjoined'] += len(reduce(np.union1d, stamps))
         self._held = {
             topic: self._held[topic] for topic in self._held if topic not in self._joined
         }
@@ -378,18 +378,18 @@ class LongitudeStage(Stateful):
                 if self._last_ns[SHIP_FIX] > self._last_ns[READING] + _AHEAD_NS:
                     self._held.pop(SHIP_FIX, None)  # no reading could check these
                     self._last_ns[SHIP_FIX] = BEFORE_ALL
-                near = new.stamp_ns <= self._last_ns[READING] + _AHEAD_NS
-                self._health['fixes_from_future'] += int(np.count_nonzero(~near))
-                new = _only(new, near)
+                is_near = new.stamp_ns <= self._last_ns[READING] + _AHEAD_NS
+                self._health['fixes_from_future'] += int(np.count_nonzero(~is_near))
+                new = _only(new, is_near)
         if topic in self._stale and count(new):
-            back = np.flatnonzero(np.diff(new.stamp_ns, prepend=self._last_ns[topic]) <= 0)
-            self._last_ns[topic] = BEFORE_ALL if len(back) else int(new.stamp_ns[-1])
-            new = take(new, slice(int(back[0]) if len(back) else count(new), None))
-            if len(back):
+            jumps = np.flatnonzero(np.diff(new.stamp_ns, prepend=self._last_ns[topic]) <= 0)
+            self._last_ns[topic] = BEFORE_ALL if len(jumps) else int(new.stamp_ns[-1])
+            new = take(new, slice(int(jumps[0]) if len(jumps) else count(new), None))
+            if len(jumps):
                 self._stale.remove(topic)
-        kept = in_order(new.stamp_ns, self._last_ns[topic])
-        self._health['out_of_order'] += len(kept) - int(np.count_nonzero(kept))
-        new = _only(new, kept)
+        is_new = in_order(new.stamp_ns, self._last_ns[topic])
+        self._health['out_of_order'] += len(is_new) - int(np.count_nonzero(is_new))
+        new = _only(new, is_new)
         if self._live is not None and topic == SHIP_FIX and count(new):
             new = _only(new, self._live.taken(cast(FixSamples, new)))
         if not count(new):
@@ -435,11 +435,11 @@ class LongitudeStage(Stateful):
         if _same_stamps(parts):
             return dict(parts)
         horizon_ns = min(self._last_ns[topic] for topic in self._joined)
-        for topic, held in parts.items():
-            reached = held.stamp_ns <= horizon_ns
+        for topic, samples in parts.items():
+            reached = samples.stamp_ns <= horizon_ns
             if not reached.all():
-                self._held[topic] = take(held, ~reached)
-            parts[topic] = take(held, reached)
+                self._held[topic] = take(samples, ~reached)
+            parts[topic] = take(samples, reached)
         if _same_stamps(parts):
             return dict(parts)
         stamps = [part.stamp_ns for part in parts.values()]
@@ -461,21 +461,21 @@ class LongitudeStage(Stateful):
         if not isinstance(fixes, FixSamples):
             return places
         latest = np.searchsorted(fixes.stamp_ns, stamps, 'right') - 1
-        known = latest >= 0
+        has_fix = latest >= 0
         if live is not None:
-            age_s = np.where(known, (stamps - fixes.stamp_ns[latest]) / NS_PER_S, math.inf)
-            self._age_s, known = float(age_s[-1]), age_s <= live.max_age_s
-            strayed_m = live.max_speed * age_s[known, None]
-            places.position_covariance[known] = strayed_m * strayed_m
-        places.latitude[known] = fixes.latitude[latest[known]]
-        places.longitude[known] = fixes.longitude[latest[known]]
+            age_s = np.where(has_fix, (stamps - fixes.stamp_ns[latest]) / NS_PER_S, math.inf)
+            self._age_s, has_fix = float(age_s[-1]), age_s <= live.max_age_s
+            strayed_m = live.max_speed * age_s[has_fix, None]
+            places.position_covariance[has_fix] = strayed_m * strayed_m
+        places.latitude[has_fix] = fixes.latitude[latest[has_fix]]
+        places.longitude[has_fix] = fixes.longitude[latest[has_fix]]
         self._held[SHIP_FIX] = take(fixes, slice(max(int(latest[-1]), 0), None))
         return places
 
 
 def _same_stamps(parts: Mapping[str, Samples]) -> bool:
-    first, *others = [part.stamp_ns for part in parts.values()]
-    return all(np.array_equal(first, other) for other in others)
+    reference, *remainder = [part.stamp_ns for part in parts.values()]
+    return all(np.array_equal(reference, stamps) for stamps in remainder)
 
 
 def _only(samples: TimeSamples, which: NDArray[np.bool_]) -> TimeSamples:

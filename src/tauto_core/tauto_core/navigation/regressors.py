@@ -114,10 +114,10 @@ def heaved(
             aside = aside + forward * forward
         if thread.ship_fixed:
             aside = aside - along * along
-        before = mean
-        mean = before + step[i] / (MEAN_S + step[i]) * (up - before)
+        previous = mean
+        mean = previous + step[i] / (MEAN_S + step[i]) * (up - previous)
         # centred between two steps of the mean; otherwise a wave would lose Δ/τ of its square
-        rise = (up - 0.5 * (before + mean)) / thread.gravity
+        rise = (up - 0.5 * (previous + mean)) / thread.gravity
         out[i] = 0.25 * aside / (thread.gravity * thread.gravity) - 0.125 * rise * rise
     thread.mean[0], thread.swing[0], thread.swing[1] = mean, q, v
 
@@ -202,8 +202,8 @@ class Regressors(MotionRegressors):
     kept = ('stamp', 'value', 'integral', 'last', 'usual', 'swung', 'health')
 
     def __init__(self, scene: Scene, *, live: bool) -> None:
-        known = {'heave': self._heave, 'roll': _roll}
-        self._columns = [known[name] for name in scene.drift.covariates or () if name in known]
+        laws = {'heave': self._heave, 'roll': _roll}
+        self._columns = [laws[name] for name in scene.drift.covariates or () if name in laws]
         trochlea = scene.trochlea
         plane = 'ship' if trochlea is None else trochlea.thread_plane
         length = 0.0 if trochlea is None else trochlea.thread.swinging_length
@@ -226,8 +226,8 @@ class Regressors(MotionRegressors):
         self._last, self._usual = np.zeros((1, width)), np.zeros(width)
         self._health = {'motion_refused': 0, 'motion_gaps': 0, 'motion_unknown': 0}
         begun = self.state()
-        none = np.zeros(1)
-        self._add(imu_from_roll(np.zeros(1, np.int64), none, none, none, none))  # compiles
+        zero = np.zeros(1)
+        self._add(imu_from_roll(np.zeros(1, np.int64), zero, zero, zero, zero))  # compiles
         self.restore(begun)
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
@@ -252,9 +252,9 @@ class Regressors(MotionRegressors):
                 if edges[1] > edges[0]:
                     self._append(edges, np.stack([self._usual, self._usual]))
                 elif begins_ns <= self._stamp[-1]:  # stamps have gone back: another time begins
-                    none = slice(0, 0)
-                    self._stamp, self._value = self._stamp[none], self._value[none]
-                    self._integral = self._integral[none]
+                    empty = slice(0, 0)
+                    self._stamp, self._value = self._stamp[empty], self._value[empty]
+                    self._integral = self._integral[empty]
             self._add(run.imu)
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
@@ -263,33 +263,33 @@ class Regressors(MotionRegressors):
         Stamps before the first sample have its integrals; after the last one they grow as usual.
         Such stamps are counted.
         """
-        known = self._stamp
-        if not len(known) or not len(stamp_ns):
+        stamps = self._stamp
+        if not len(stamps) or not len(stamp_ns):
             self._health['motion_unknown'] += len(stamp_ns)
             return np.repeat(self._last, len(stamp_ns), axis=0)
-        at = np.maximum(stamp_ns, known[0])
-        before = np.searchsorted(known, at, 'right') - 1
-        after = np.minimum(before + 1, len(known) - 1)
-        since = ((at - known[before]) / NS_PER_S)[:, None]
-        step = (np.maximum(known[after] - known[before], 1) / NS_PER_S)[:, None]
-        rise = (self._value[after] - self._value[before]) / step
-        late = at > known[-1]
-        growth = since * (self._value[before] + 0.5 * rise * since)
+        at = np.maximum(stamp_ns, stamps[0])
+        lower = np.searchsorted(stamps, at, 'right') - 1
+        upper = np.minimum(lower + 1, len(stamps) - 1)
+        since = ((at - stamps[lower]) / NS_PER_S)[:, None]
+        step = (np.maximum(stamps[upper] - stamps[lower], 1) / NS_PER_S)[:, None]
+        rise = (self._value[upper] - self._value[lower]) / step
+        late = at > stamps[-1]
+        growth = since * (self._value[lower] + 0.5 * rise * since)
         growth = np.where(late[:, None], self._usual * since, growth)
         self._health['motion_unknown'] += int(np.count_nonzero(late | (at > stamp_ns)))
-        found: FloatArray = self._integral[before] + growth
-        first = int(before[-1])
-        self._stamp, self._value = known[first:], self._value[first:]
-        self._integral = self._integral[first:]
-        return found
+        result: FloatArray = self._integral[lower] + growth
+        begin = int(lower[-1])
+        self._stamp, self._value = stamps[begin:], self._value[begin:]
+        self._integral = self._integral[begin:]
+        return result
 
     def _add(self, imu: ImuSamples) -> None:
         """Take samples that continue the ones before."""
         stamps = imu.stamp_ns
         if not len(stamps):
             return
-        before = self._stamp[-1:] if len(self._stamp) else stamps[:1]
-        steps = np.diff(stamps, prepend=before) / NS_PER_S
+        previous = self._stamp[-1:] if len(self._stamp) else stamps[:1]
+        steps = np.diff(stamps, prepend=previous) / NS_PER_S
         value = np.column_stack([column(imu, steps) for column in self._columns])
         if self._continuity is not None:
             for j, column in enumerate(value.T):
@@ -303,15 +303,15 @@ class Regressors(MotionRegressors):
         the ship it counts less the force along her axle, which such a thread cannot follow. On a
         thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
         """
-        found, thread = np.empty(len(steps)), self._thread
+        values, thread = np.empty(len(steps)), self._thread
         orientation, force = contiguous(imu.orientation), contiguous(imu.linear_acceleration)
         if thread.rate > 0.0 and not self._swung:
             # the thread hangs where the first force points
             begins = take(imu, slice(0, 1))
             thread.swing[:] = level_force(begins)[1][0], 0.0
             self._swung = True
-        heaved(orientation, force, steps, thread, found)
-        return found
+        heaved(orientation, force, steps, thread, values)
+        return values
 
     def _append(self, stamps: IntArray, value: FloatArray) -> None:
         """Integrate the regressors up to further points."""
@@ -396,43 +396,43 @@ class SlowRegressor(MotionRegressors):
         good = self.usable(samples)
         stamps = samples.stamp_ns
         if self._live:
-            back = np.flatnonzero(np.diff(stamps, prepend=self.reached_ns) < -HELD_NS)
-            if len(self._stamp) and len(back):  # another time begins
-                good[: back[-1]] = False
+            jumps = np.flatnonzero(np.diff(stamps, prepend=self.reached_ns) < -HELD_NS)
+            if len(self._stamp) and len(jumps):  # another time begins
+                good[: jumps[-1]] = False
                 self._forget(len(self._stamp))
         good[good] = in_order(stamps[good], self.reached_ns)
         self._health[f'{self.name}_refused'] += int(np.count_nonzero(~good))
         if not good.any():
             return
-        known, values = len(self._stamp[-1:]), self.values(samples)[good]
+        known_count, values = len(self._stamp[-1:]), self.values(samples)[good]
         stamps = np.concatenate((self._stamp[-1:], stamps[good]))
-        values = np.concatenate((self._said, values)) if known else values
+        values = np.concatenate((self._said, values)) if known_count else values
         pieces = self.pieces(stamps, values)
-        if known:  # until now the last sample was taken to stay
+        if known_count:  # until now the last sample was taken to stay
             self._piece[-1] = pieces[0]
         areas = self._grown(pieces[:-1], np.diff(stamps) / NS_PER_S)
         sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
-        self._stamp = np.concatenate((self._stamp, stamps[known:]))
-        self._piece = np.concatenate((self._piece, pieces[known:]))
-        self._integral = np.concatenate((self._integral, sums[known:]))
+        self._stamp = np.concatenate((self._stamp, stamps[known_count:]))
+        self._piece = np.concatenate((self._piece, pieces[known_count:]))
+        self._integral = np.concatenate((self._integral, sums[known_count:]))
         self._last, self._said = self._integral[-1:].copy(), values[-1:]
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten."""
-        known = self._stamp
-        if not len(known) or not len(stamp_ns):
+        stamps = self._stamp
+        if not len(stamps) or not len(stamp_ns):
             self._health[f'{self.name}_unknown'] += len(stamp_ns)
             self.lost = (self.name,) if len(stamp_ns) else self.lost
             return np.repeat(self._last, len(stamp_ns), axis=0)
-        at = np.maximum(stamp_ns, known[0])
-        late = (at > stamp_ns) | (at - known[-1] > STALE_S * NS_PER_S)
+        at = np.maximum(stamp_ns, stamps[0])
+        late = (at > stamp_ns) | (at - stamps[-1] > STALE_S * NS_PER_S)
         self._health[f'{self.name}_unknown'] += int(np.count_nonzero(late))
         self.lost = (self.name,) if late[-1] else ()
-        before = np.searchsorted(known, at, 'right') - 1
-        since = (at - known[before]) / NS_PER_S
-        found: FloatArray = self._integral[before] + self._grown(self._piece[before], since)
-        self._forget(int(before[-1]))
-        return found
+        place = np.searchsorted(stamps, at, 'right') - 1
+        since = (at - stamps[place]) / NS_PER_S
+        result: FloatArray = self._integral[place] + self._grown(self._piece[place], since)
+        self._forget(int(place[-1]))
+        return result
 
     def _grown(self, piece: FloatArray, since: FloatArray) -> FloatArray:
         """Return by how much X grows in times from the beginning of pieces [s], (n, c)."""
@@ -484,9 +484,9 @@ class Gravity(SlowRegressor):
         """Return the regressor from each fix to the next; after the last it stays."""
         elapsed_s = np.diff(stamp_ns) / NS_PER_S
         gravity, lifted = gravity_between(elapsed_s, *values.T)
-        felt = gravity - np.append(lifted, lifted[-1:] if len(lifted) else 0.0)
+        net = gravity - np.append(lifted, lifted[-1:] if len(lifted) else 0.0)
         rise = np.append(np.diff(gravity) / elapsed_s, 0.0)
-        return np.column_stack((0.5 * (felt / self._gravity - 1.0), 0.5 * rise / self._gravity))
+        return np.column_stack((0.5 * (net / self._gravity - 1.0), 0.5 * rise / self._gravity))
 
 
 class Temperature(SlowRegressor):
@@ -522,8 +522,8 @@ class AllRegressors(MotionRegressors):
 
     def __init__(self, covariates: tuple[str, ...], sources: dict[tuple[str, ...], Any]) -> None:
         self._sources: tuple[MotionRegressors, ...] = tuple(sources.values())
-        found = [name for names in sources for name in names]
-        self._order = [found.index(name) for name in covariates]
+        all_names = [name for names in sources for name in names]
+        self._order = [all_names.index(name) for name in covariates]
         self.inputs = tuple(topic for source in self._sources for topic in source.inputs)
 
     @property
@@ -538,9 +538,9 @@ class AllRegressors(MotionRegressors):
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
-        found = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
+        integrals = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
         self.lost = tuple(name for source in self._sources for name in source.lost)
-        return found[:, self._order]
+        return integrals[:, self._order]
 
     def health(self) -> dict[str, int]:
         """Return counters."""
@@ -555,10 +555,10 @@ def regressors(scene: Scene, *, live: bool, fixes: LiveFixes | None = None) -> M
         sources[moves] = Regressors(scene, live=live)
     if 'gravity' in covariates:
         sources['gravity',] = Gravity(scene, (fixes or LiveFixes()) if live else None)
-    if felt := tuple(name for name in covariates if name in HEAT):
-        sources[felt] = Temperature(scene, tuple(HEAT[name] for name in felt), live=live)
-    only, *others = sources.values()
-    return AllRegressors(covariates, sources) if others else only
+    if heat := tuple(name for name in covariates if name in HEAT):
+        sources[heat] = Temperature(scene, tuple(HEAT[name] for name in heat), live=live)
+    only, *extra = sources.values()
+    return AllRegressors(covariates, sources) if extra else only
 
 
 class SharedIntegrals(MotionRegressors):
@@ -616,17 +616,17 @@ class RecordedIntegrals(MotionRegressors):
 
     def __init__(self, estimate: JointSamples, covariates: tuple[str, ...]) -> None:
         columns = [estimate.name.index(name) for name in integral_names(covariates)]
-        kept = in_order(estimate.stamp_ns, BEFORE_ALL)
-        self._stamp = estimate.stamp_ns[kept]
-        self._integral = estimate.position[kept][:, columns]
+        is_new = in_order(estimate.stamp_ns, BEFORE_ALL)
+        self._stamp = estimate.stamp_ns[is_new]
+        self._integral = estimate.position[is_new][:, columns]
         self._health = {'motion_unknown': 0}
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
         """Return the integrals at stamps [s], (n, c), linear between estimates."""
-        first, known = self._stamp[0], self._stamp
-        outside = (stamp_ns < first) | (stamp_ns > known[-1])
-        self._health['motion_unknown'] += int(np.count_nonzero(outside))
-        at, times = (stamp_ns - first) / NS_PER_S, (known - first) / NS_PER_S
+        origin_ns, stamps = self._stamp[0], self._stamp
+        is_outside = (stamp_ns < origin_ns) | (stamp_ns > stamps[-1])
+        self._health['motion_unknown'] += int(np.count_nonzero(is_outside))
+        at, times = (stamp_ns - origin_ns) / NS_PER_S, (stamps - origin_ns) / NS_PER_S
         return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
 
 

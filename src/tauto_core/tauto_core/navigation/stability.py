@@ -94,7 +94,7 @@ def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
     if factor > LARGEST and (first.modified or alpha <= 0):
         count = round(count * LARGEST / factor)
         first, second = (
-            each._replace(factor=round(each.factor * LARGEST / factor)) for each in (first, second)
+            diff._replace(factor=round(diff.factor * LARGEST / factor)) for diff in (first, second)
         )
     return _pair(alpha, first, second, count)
 
@@ -105,20 +105,20 @@ def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair
     length = 2 ** math.ceil(math.log2(min(_PERIODS * (span + 1), 2 * count)))
     sine = np.asarray(2.0 * np.sin(np.pi / length * np.arange(length // 2 + 1)))
     spectrum = sine ** (alpha - 2 + 2 * first.order)
-    one = _response(first, length)
-    other = one if first == second else _response(second, length)
-    crossed = np.fft.irfft(spectrum * one * other)
+    first_response = _response(first, length)
+    second_response = first_response if first == second else _response(second, length)
+    crossed = np.fft.irfft(spectrum * first_response * second_response)
     # the covariance at lag zero, the mean over both halves of the spectrum
-    powers = [spectrum * each * each for each in (one, other)]
+    powers = [spectrum * response * response for response in (first_response, second_response)]
     sizes = [
         float(np.sum(power[:-1]) + np.sum(power[1:])) / (2.0 * (len(power) - 1))
         for power in powers
     ]
     counts = count - first.extent, count - second.extent
     # differences are paired by the distance of their middles
-    apart = np.arange(min(max(counts), length // 2))
-    pairs = np.clip(0.5 * sum(counts) - apart, 0.0, min(counts))
-    squares = crossed[: len(apart)] ** 2 * pairs
+    lags = np.arange(min(max(counts), length // 2))
+    pairs = np.clip(0.5 * sum(counts) - lags, 0.0, min(counts))
+    squares = crossed[: len(lags)] ** 2 * pairs
     total = float(2.0 * np.sum(squares) - squares[0]) / (sizes[0] * sizes[1])
     return Pair(sizes[1] / sizes[0], 2.0 * total / (counts[0] * counts[1]))
 
@@ -168,19 +168,19 @@ def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
     differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
     squares = [mean_square(phase, difference) for difference in differences]
     weight = np.full(len(NOISES), 1.0 / len(NOISES))
-    found = []
-    for before, after, *sizes in zip(
+    weights = []
+    for fine, coarse, *sizes in zip(
         differences, differences[1:], squares, squares[1:], strict=False
     ):
         weight = (1.0 - CHANGE) * weight + CHANGE * (1.0 - weight) / (len(NOISES) - 1)
         if min(sizes) > 0.0:
             grown = math.log(sizes[1] / sizes[0])
-            fit = np.array([_log_likelihood(grown, a, before, after, len(phase)) for a in NOISES])
+            fit = np.array([_log_likelihood(grown, a, fine, coarse, len(phase)) for a in NOISES])
             weight = weight * np.exp(fit - np.max(fit))
             weight = weight / np.sum(weight)
-        found.append(weight)
+        weights.append(weight)
     # the first ratio also gives the kind at m = 1
-    return np.array([found[0], *found])
+    return np.array([weights[0], *weights])
 
 
 def mean_square(phase: FloatArray, difference: Difference) -> float:
@@ -195,7 +195,7 @@ def mean_square(phase: FloatArray, difference: Difference) -> float:
 
 
 def _log_likelihood(
-    grown: float, alpha: int, before: Difference, after: Difference, count: int
+    grown: float, alpha: int, fine: Difference, coarse: Difference, count: int
 ) -> float:
     """Return the log-likelihood of the logarithm of a ratio of mean squares, less a constant.
 
@@ -204,12 +204,12 @@ def _log_likelihood(
     """
     from scipy import special  # slow to import
 
-    halves = np.array([1.0 / pair(alpha, each, each, count).shared for each in (before, after)])
-    both = pair(alpha, before, after, count)
+    halves = np.array([1.0 / pair(alpha, diff, diff, count).shared for diff in (fine, coarse)])
+    joint = pair(alpha, fine, coarse, count)
     lower, upper = (special.digamma(halves) - np.log(halves)).tolist()
     # the trigamma function is the zeta function of order two
-    variance = float(np.sum(special.zeta(2.0, halves))) - 2.0 * both.shared
-    wrong = grown - (math.log(both.ratio) + upper - lower)
+    variance = float(np.sum(special.zeta(2.0, halves))) - 2.0 * joint.shared
+    wrong = grown - (math.log(joint.ratio) + upper - lower)
     return float(-0.5 * (wrong * wrong / variance + math.log(variance)))
 
 
@@ -279,20 +279,20 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
     EstimationError.
     """
     error, interval_s = error_of(reading)
-    found = stability(error, interval_s)
+    result = stability(error, interval_s)
     columns: dict[str, Sequence[Any]] = {
-        'tau_s': found.tau_s.tolist(),
-        'noise': found.noise,
-        'noise_probability': found.noise_probability.tolist(),
+        'tau_s': result.tau_s.tolist(),
+        'noise': result.noise,
+        'noise_probability': result.noise_probability.tolist(),
     }
     for name in ('allan', 'modified', 'time', 'hadamard'):
-        deviation: Deviation = getattr(found, name)
+        deviation: Deviation = getattr(result, name)
         columns[name] = deviation.value.tolist()
         columns[f'{name}_low'] = deviation.low.tolist()
         columns[f'{name}_high'] = deviation.high.tolist()
     rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return {
-        'samples': found.samples,
+        'samples': result.samples,
         'interval_s': interval_s,
         'confidence': _CONFIDENCE,
         'rows': rows,
@@ -314,10 +314,10 @@ def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
     interval = float(np.median(steps))
     odd = np.flatnonzero(np.abs(steps - interval) > JITTER * interval)
     if len(odd):
-        first = int(odd[0])
+        place = int(odd[0])
         raise EstimationError(
-            f'the reading at {stamps[first + 1] / NS_PER_S:.9g} s comes '
-            f'{steps[first] / NS_PER_S:.9g} s after the one before, most come '
+            f'the reading at {stamps[place + 1] / NS_PER_S:.9g} s comes '
+            f'{steps[place] / NS_PER_S:.9g} s after the one before, most come '
             f'{interval / NS_PER_S:.9g} s after: stability needs evenly spaced readings. '
             'Take a part of the bag without gaps'
         )
@@ -337,14 +337,14 @@ def stability(
     import allantools
 
     error = np.asarray(error_s, np.float64)
-    most = (len(error) - 1) // SHARE
-    if len(error) < FEWEST or (factors is not None and factors[-1] > most):
+    max_factor = (len(error) - 1) // SHARE
+    if len(error) < FEWEST or (factors is not None and factors[-1] > max_factor):
         raise EstimationError(
             f'{len(error)} readings are too few: it takes {FEWEST}, and {SHARE} τ. Give more of '
             'them, or a shorter τ'
         )
     if factors is None:
-        factors = tuple(2**k for k in range(most.bit_length()))
+        factors = tuple(2**k for k in range(max_factor.bit_length()))
     # no deviation depends on the straight line through the ends
     error = error - error[0] - (error[-1] - error[0]) * (np.arange(len(error)) / (len(error) - 1))
     third = np.diff(error, 3)
@@ -353,28 +353,28 @@ def stability(
             'the errors of the clock lie on a parabola: its rate is steady or changes steadily, '
             'and there is no noise to measure. Leave out the stability'
         )
-    by_octave = weights_of_kinds(error, most.bit_length())
+    by_octave = weights_of_kinds(error, max_factor.bit_length())
     weights = by_octave[[factor.bit_length() - 1 for factor in factors]]
     rate = 1.0 / interval_s
     taus = np.array(factors) * interval_s
-    found = {}
+    deviations = {}
     for name, order, modified in (('oadev', 2, False), ('mdev', 2, True), ('ohdev', 3, False)):
         deviation = getattr(allantools, name)(error, rate=rate, data_type='phase', taus=taus)[1]
         differences = [Difference(order, factor, modified) for factor in factors]
         low, high = deviation * _bounds(weights, differences, len(error))
-        found[name] = Deviation(deviation, low, high)
-    modified_one, to_time = found['mdev'], taus / np.sqrt(3.0)
+        deviations[name] = Deviation(deviation, low, high)
+    modified_one, to_time = deviations['mdev'], taus / np.sqrt(3.0)
     return Stability(
         samples=len(error),
         tau_s=taus,
         noise=tuple(list(NOISES.values())[place] for place in np.argmax(weights, axis=1)),
         noise_probability=np.max(weights, axis=1),
-        allan=found['oadev'],
+        allan=deviations['oadev'],
         modified=modified_one,
         time=Deviation(
             to_time * modified_one.value, to_time * modified_one.low, to_time * modified_one.high
         ),
-        hadamard=found['ohdev'],
+        hadamard=deviations['ohdev'],
     )
 
 
@@ -391,22 +391,22 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
     weight = weight / np.sum(weight, axis=1, keepdims=True)
     freedom = np.ones_like(weight)
     for row, column in np.argwhere(weight).tolist():
-        each = differences[row]
+        difference = differences[row]
         # for a redder noise than the difference allows, those of the reddest allowed
-        alpha = max(list(NOISES)[column], 2 - 2 * each.order)
-        freedom[row, column] = degrees_of_freedom(alpha, each, count)
+        alpha = max(list(NOISES)[column], 2 - 2 * difference.order)
+        freedom[row, column] = degrees_of_freedom(alpha, difference, count)
     level = 0.5 * np.array([1.0 - _CONFIDENCE, 1.0 + _CONFIDENCE])[:, None]
     # logarithms of σ²/V at which one kind alone reaches the level
     ends = np.log(freedom / special.chdtri(freedom, level[:, :, None]))
 
     def excess(u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        chi, half = freedom * np.exp(-u[:, :, None]), 0.5 * freedom
-        density = np.exp(half * np.log(0.5 * chi) - 0.5 * chi - special.gammaln(half))
+        chi, shape = freedom * np.exp(-u[:, :, None]), 0.5 * freedom
+        density = np.exp(shape * np.log(0.5 * chi) - 0.5 * chi - special.gammaln(shape))
         below = np.sum(weight * special.chdtrc(freedom, chi), axis=-1)
         return below - level, np.sum(weight * density, axis=-1)
 
     lowest = np.min(ends, axis=-1, where=weight > 0.0, initial=math.inf)
     highest = np.max(ends, axis=-1, where=weight > 0.0, initial=-math.inf)
     start = np.sum(weight * ends, axis=-1)
-    found = bracketed_newton(excess, start, (lowest, highest), absolute=SAME)
-    return np.asarray(np.exp(0.5 * found))
+    roots = bracketed_newton(excess, start, (lowest, highest), absolute=SAME)
+    return np.asarray(np.exp(0.5 * roots))

@@ -67,8 +67,8 @@ class RatedTime:
 
     def observe(self, observations: TimeSamples) -> None:
         """Take the next batch of `clock/observation`."""
-        last = self._checks[-1] if self._checks else -1
-        self._checks += np.unique(observations.stamp_ns[observations.stamp_ns > last]).tolist()
+        last_ns = self._checks[-1] if self._checks else -1
+        self._checks += np.unique(observations.stamp_ns[observations.stamp_ns > last_ns]).tolist()
 
     def read(self, readings: TimeSamples) -> None:
         """Take the next batch of `clock/reading`."""
@@ -82,8 +82,8 @@ class RatedTime:
     def estimate(self, estimates: JointSamples) -> None:
         """Take the next batch of `drift/estimate`, n > 0."""
         stamps = estimates.stamp_ns
-        known = estimates.position[:, estimates.name.index('rate_sigma_s_per_day')]
-        sigmas = np.concatenate(([self._sigma], known))
+        new_sigmas = estimates.position[:, estimates.name.index('rate_sigma_s_per_day')]
+        sigmas = np.concatenate(([self._sigma], new_sigmas))
         for check in self._checks[self._told :]:
             place = int(np.searchsorted(stamps, check))
             if place == len(stamps):
@@ -91,7 +91,7 @@ class RatedTime:
             if sigmas[place + 1] > GROWTH * sigmas[place]:
                 self._reopened = self._told
             self._told += 1
-        self._sigma = float(known[-1])
+        self._sigma = float(new_sigmas[-1])
 
     def start(self) -> tuple[int, int] | None:
         """Return stamp and reading where the time begins [ns]; None where that is the start."""
@@ -199,18 +199,18 @@ class RateScatter:
 
     def rate_error(self) -> RateError:
         """Return how well the mean rate of the readings so far is known."""
-        kept = np.array(self._kept, dtype=np.int64).reshape(-1, 2)
-        parts = max(len(kept) - 1, 0)
-        length_s = float(kept[-1, 0] - kept[0, 0]) / NS_PER_S if parts else 0.0
+        points = np.array(self._kept, dtype=np.int64).reshape(-1, 2)
+        parts = max(len(points) - 1, 0)
+        length_s = float(points[-1, 0] - points[0, 0]) / NS_PER_S if parts else 0.0
         if parts < LEAST_PARTS:
             return RateError(
                 None,
                 length_s,
-                f'{TOO_SHORT}it is logged {len(kept)} times, and how its rate scatters shows in '
+                f'{TOO_SHORT}it is logged {len(points)} times, and how its rate scatters shows in '
                 f'{LEAST_PARTS + 1} or more. Sail longer, or log more often',
             )
         # c_j [s/day] for j = 1 to COSINES, the rate being constant in each part
-        elapsed, gained = kept[:, 0] - kept[0, 0], kept[:, 1] - kept[:, 0]
+        elapsed, gained = points[:, 0] - points[0, 0], points[:, 1] - points[:, 0]
         rate = np.diff(gained) / np.diff(elapsed) * DAY_S
         turns = math.pi * np.arange(1, COSINES + 1)[:, None]
         weights = np.diff(np.sin(turns * (elapsed / elapsed[-1])), axis=1) / turns
@@ -285,10 +285,10 @@ def forgets_its_start(
     elif isinstance(machine, HangingMachine):
         why = '' if still else f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}'
     elif not still:
-        least = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
+        threshold = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
         amplitude = abs(machine.release_angle)
-        less, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
-        depends = abs(less / full - 1.0) * DAY_S > least
+        low, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
+        depends = abs(low / full - 1.0) * DAY_S > threshold
         if depends and drag is None:
             why = (
                 f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, '
@@ -343,7 +343,7 @@ def projection(
     nmi_per_s = ARCMIN_PER_S * math.cos(math.radians(latitude_deg))
     scatter = (error.standard_error_s_per_day / DAY_S) ** 2
     estimated, sigma = mean_rate(estimate)
-    known = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (sigma / DAY_S) ** 2, 0.0, 0.0)
+    start = Estimate(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, (sigma / DAY_S) ** 2, 0.0, 0.0)
     rows: list[dict[str, Any]] = []
     missing: dict[str, str] = {}
     for days in PROJECTED_DAYS:
@@ -351,21 +351,21 @@ def projection(
         of_rate = scatter * (time_s + error.length_s) * time_s
         of_rate += random_walk_fm_per_s * error.length_s * time_s**2 / 3.0
         dial = of_rate + random_walk_fm_per_s * time_s**3 / 3.0
-        corrected = of_rate + predict(known, time_s, model, (), time_s).xx
+        corrected = of_rate + predict(start, time_s, model, (), time_s).xx
         row: dict[str, Any] = {'days': days}
         for clock, prefix, gained_s, variance in (
             ('the dial', 'raw_', rate_s_per_day * days, dial),
             ('the corrected clock', '', (rate_s_per_day - estimated) * days, corrected),
         ):
             sigma_s = math.sqrt(variance)
-            uncertain, far = sigma_s > HALF_TURN_S, abs(gained_s) > HALF_TURN_S
-            row[f'{prefix}error_nmi'] = None if uncertain or far else -gained_s * nmi_per_s
-            row[f'{prefix}sigma_nmi'] = None if uncertain or far else sigma_s * nmi_per_s
+            uncertain, is_far = sigma_s > HALF_TURN_S, abs(gained_s) > HALF_TURN_S
+            row[f'{prefix}error_nmi'] = None if uncertain or is_far else -gained_s * nmi_per_s
+            row[f'{prefix}sigma_nmi'] = None if uncertain or is_far else sigma_s * nmi_per_s
             if uncertain:
                 missing.setdefault(
                     clock, f'{TOO_SHORT}after {days:g} days its ± is {_turn(sigma_s)}'
                 )
-            elif far:
+            elif is_far:
                 missing.setdefault(
                     clock, f'{_CANNOT}after {days:g} days it is wrong by {_turn(gained_s)}'
                 )
@@ -497,9 +497,9 @@ class LongitudeTally:
         ]
         at_end = self._verdict(self._errors.last, self._latitudes.last, self._last_checked)
         stamp, values = self._errors.last
-        last = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
+        errors = dict(zip(ERROR_NAMES, values.tolist(), strict=True))
         (raw_nmi, raw_ns), (worst_nmi, worst_ns) = (
-            self._worst.get(name, (abs(last[name]), stamp)) for name in _JUDGED
+            self._worst.get(name, (abs(errors[name]), stamp)) for name in _JUDGED
         )
         judged = landfalls[-1] if landfalls else at_end
         tried = judged['prize_pounds'] is not None
