@@ -124,19 +124,19 @@ class Chart:
     @property
     def described(self) -> str:
         """The chart in words: titles, axes, and where each line begins, ends and turns."""
-        said = [f'{self.title}.'] if self.title else []
+        sentences = [f'{self.title}.'] if self.title else []
         for panel in self.panels:
-            said.append(f'{panel.y_label} against {panel.x_label}.')
+            sentences.append(f'{panel.y_label} against {panel.x_label}.')
             for line in panel.lines if not panel.equal and not panel.is_map else ():
                 y = line.y[np.isfinite(line.y)]
                 if line.kind == 'band' or not len(y):
                     continue
                 name = f'{line.name}: ' if line.name else ''
-                low, high, end = (significant(float(each)) for each in (y.min(), y.max(), y[-1]))
-                said.append(f'{name}{low} to {high}, at the end {end}.')
-            said += [f'{mark.name} at {mark.x:.3g}.' for mark in panel.marks if mark.name]
-            said += [f'{name}.' for name, _, _ in panel.names]
-        return ' '.join(filter(None, said))
+                low, high, end = (significant(float(size)) for size in (y.min(), y.max(), y[-1]))
+                sentences.append(f'{name}{low} to {high}, at the end {end}.')
+            sentences += [f'{mark.name} at {mark.x:.3g}.' for mark in panel.marks if mark.name]
+            sentences += [f'{name}.' for name, _, _ in panel.names]
+        return ' '.join(filter(None, sentences))
 
     def frame(self, ratio: float = 0.0) -> MapFrame:
         """Return the frame of a map, which holds all lines; see `coast.map_frame`."""
@@ -184,11 +184,11 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.axvline(mark.x, color=COLOURS['grey'], lw=0.8, ls='--' if mark.name else ':')
     # the names stand above the axes; the one of a mark at an end of the picture ends there itself
     left, right = axes.get_xlim()
-    before, raised = -1.0, False
-    for mark in sorted((each for each in of.marks if each.name), key=lambda each: each.x):
+    previous, raised = -1.0, False
+    for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
         place = (mark.x - left) / (right - left)
-        raised = place - before < 0.1 and not raised
-        before = place
+        raised = place - previous < 0.1 and not raised
+        previous = place
         axes.annotate(
             mark.name,
             (mark.x, 1.0),
@@ -231,8 +231,8 @@ def _draw_land(axes: Axes, of: MapFrame) -> None:
     outlines = [Path(outline.T, closed=True) for outline in land(of)]
     if outlines:
         colour = COLOURS['grey']
-        whole = Path.make_compound_path(*outlines)
-        axes.add_patch(PathPatch(whole, facecolor=LAND, edgecolor=colour, lw=0.4, zorder=0.5))
+        coast = Path.make_compound_path(*outlines)
+        axes.add_patch(PathPatch(coast, facecolor=LAND, edgecolor=colour, lw=0.4, zorder=0.5))
     axes.set_xlim(of.west, of.east)
     axes.set_ylim(of.south, of.north)
     axes.set_aspect(of.stretch)

@@ -84,9 +84,9 @@ class Seaway:
         ends = np.minimum(np.arange(count), np.arange(count)[::-1]) * step_s
         fade = np.sin(0.5 * np.pi * np.minimum(ends / TAPER_S, 1.0)) ** 2
         spectrum = np.fft.rfft(self.vertical_m_s2 * fade)
-        kept = frequency >= LOWEST_HZ
-        spectrum[~kept] = 0.0
-        spectrum[kept] /= -np.square(2.0 * np.pi * frequency[kept])
+        passband = frequency >= LOWEST_HZ
+        spectrum[~passband] = 0.0
+        spectrum[passband] /= -np.square(2.0 * np.pi * frequency[passband])
         heave: FloatArray = np.fft.irfft(spectrum, count)
         return heave
 
@@ -112,14 +112,14 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
     if SHIP_IMU in voyage.samples:
         imu = voyage.samples[SHIP_IMU]
         assert isinstance(imu, ImuSamples)
-        shown = slice(*np.searchsorted(voyage.motion_time_s, (from_s, from_s + length_s)))
-        return _felt(take(imu, shown), voyage.motion_time_s[shown], '')
+        part = slice(*np.searchsorted(voyage.motion_time_s, (from_s, from_s + length_s)))
+        return _felt(take(imu, part), voyage.motion_time_s[part], '')
     ship, step_s = voyage.ship_motion, voyage.scene.step_ns * 1e-9
-    first = min(round(from_s / step_s), max(ship.total - 1, 0))
-    ship.restore({'next': first})
-    made = ship.produce(max(round(length_s / step_s), 1))
-    time_s = np.arange(first, first + len(made.stamp_ns), dtype=np.float64) * step_s
-    return _felt(made, time_s, 'computed again from the scene')
+    begin = min(round(from_s / step_s), max(ship.total - 1, 0))
+    ship.restore({'next': begin})
+    motion = ship.produce(max(round(length_s / step_s), 1))
+    time_s = np.arange(begin, begin + len(motion.stamp_ns), dtype=np.float64) * step_s
+    return _felt(motion, time_s, 'computed again from the scene')
 
 
 def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
@@ -161,19 +161,19 @@ def _roughest(voyage: Voyage, end_s: float) -> _Window:
     if end_s <= PART_S:
         return _Window(0.0, end_s)
     if SHIP_IMU in voyage.samples:
-        moved = seaway(voyage, 0.0, end_s + 1.0)
-        size = np.square(moved.roll_rad) + np.square(moved.vertical_m_s2 / voyage.scene.g)
+        motion = seaway(voyage, 0.0, end_s + 1.0)
+        size = np.square(motion.roll_rad) + np.square(motion.vertical_m_s2 / voyage.scene.g)
         sums = np.concatenate(([0.0], np.cumsum(size)))
-        last = np.searchsorted(moved.time_s, moved.time_s + PART_S, side='right')
-        whole = moved.time_s + PART_S <= moved.time_s[-1]
-        mean = (sums[last] - sums[:-1]) / (last - np.arange(len(size)))
-        from_s = float(moved.time_s[np.argmax(np.where(whole, mean, -1.0))])
+        ends = np.searchsorted(motion.time_s, motion.time_s + PART_S, side='right')
+        is_full = motion.time_s + PART_S <= motion.time_s[-1]
+        mean = (sums[ends] - sums[:-1]) / (ends - np.arange(len(size)))
+        from_s = float(motion.time_s[np.argmax(np.where(is_full, mean, -1.0))])
         return _Window(from_s, from_s + PART_S, 'the roughest ten minutes')
     met = weather(voyage.scene)
     if not met:
         return _Window(0.0, PART_S, 'the first ten minutes')
     highest = max(
-        met[:1] + tuple(each for each in met if each.at_ns <= end_s * NS_PER_S),
+        met[:1] + tuple(state for state in met if state.at_ns <= end_s * NS_PER_S),
         key=lambda state: state.height,
     )
     from_s = min(max(highest.at_ns / NS_PER_S - 0.5 * PART_S, 0.0), end_s - PART_S)
@@ -196,13 +196,13 @@ def weather(scene: Scene) -> tuple[WeatherState, ...]:
 
 
 def _felt(imu: ImuSamples, time_s: FloatArray, note: str) -> Seaway:
-    found = attitude(imu)
-    upwards = found.force_y * np.sin(found.roll) + found.force_z * np.cos(found.roll)
+    ship = attitude(imu)
+    upwards = ship.force_y * np.sin(ship.roll) + ship.force_z * np.cos(ship.roll)
     return Seaway(
         time_s,
-        found.roll,
+        ship.roll,
         upwards - (upwards.mean() if len(upwards) else 0.0),
-        found.roll - np.arctan2(found.force_y, found.force_z),
+        ship.roll - np.arctan2(ship.force_y, ship.force_z),
         note,
     )
 
@@ -267,9 +267,9 @@ def chart(
     """
     check_what(what, part=from_s is not None or to_s is not None)
     if what in OF_A_PART:
-        shown = window(voyage, from_s, to_s)
-        moved = seaway(voyage, shown.from_s, shown.to_s - shown.from_s)
-        return OF_A_PART[what](voyage, shown, moved)
+        view = window(voyage, from_s, to_s)
+        motion = seaway(voyage, view.from_s, view.to_s - view.from_s)
+        return OF_A_PART[what](voyage, view, motion)
     return _PICTURES[what](voyage)
 
 
@@ -292,10 +292,10 @@ def thinned(
         return x, y
     stretches = most // 2 - 1
     edges = np.linspace(0, len(x), stretches + 1).astype(np.int64)
-    kept = {0, len(x) - 1}
+    places = {0, len(x) - 1}
     for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        kept |= {begin + int(np.argmin(y[begin:end])), begin + int(np.argmax(y[begin:end]))}
-    which = np.array(sorted(kept))
+        places |= {begin + int(np.argmin(y[begin:end])), begin + int(np.argmax(y[begin:end]))}
+    which = np.array(sorted(places))
     return x[which], y[which]
 
 
@@ -321,17 +321,17 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
     """Return a chart of lines over the whole voyage [s], with its events marked."""
     end_s = float(voyage.time_s[-1])
     unit, name = time_unit(end_s)
-    found, note = _marks(voyage, 0.0, end_s)
-    marks = [Mark(each.x / unit, each.name) for each in found]
+    events, note = _marks(voyage, 0.0, end_s)
+    marks = [Mark(event.x / unit, event.name) for event in events]
     scaled = [replace(line, x=line.x / unit) for line in lines]
-    made = Chart(title, f'time [{name}]', y_label, scaled, marks=marks)
-    if (limits := made.y_limits()) is not None:
+    picture = Chart(title, f'time [{name}]', y_label, scaled, marks=marks)
+    if (limits := picture.y_limits()) is not None:
         bands = [line for line in lines if line.kind == 'band' and line.high is not None]
         low = min(float(np.min(line.y)) for line in bands)
         high = max(float(np.max(line.high)) for line in bands if line.high is not None)
         if low < limits[0] or high > limits[1]:
             note = f'{note} In parts the band is wider than the axis.'.strip()
-    return replace(made, note=note)
+    return replace(picture, note=note)
 
 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
@@ -350,25 +350,25 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
     met = weather(scene)
     highest = max(met, key=lambda state: state.height, default=None)
     # a storm is twice as high as the median
-    if highest and len(met) > 2 and highest.height >= 2.0 * median(each.height for each in met):
+    if highest and len(met) > 2 and highest.height >= 2.0 * median(state.height for state in met):
         named.append((highest.at_ns, 'storm'))
     else:
         highest = None
-    found = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
+    marks = [Mark((at_ns + shift_ns) / NS_PER_S, name) for at_ns, name in sorted(named)]
     changes = [
-        Mark((after.at_ns + shift_ns) / NS_PER_S)
-        for before, after in pairwise(met)
-        if after is not highest and not after.goes_on(before)
+        Mark((state.at_ns + shift_ns) / NS_PER_S)
+        for previous, state in pairwise(met)
+        if state is not highest and not state.goes_on(previous)
     ]
-    inside = [each for each in changes if from_s < each.x < to_s]
+    inner = [mark for mark in changes if from_s < mark.x < to_s]
     note = ''
-    if len(inside) > MOST_CHANGES:
-        note = f'The sea changes {len(inside)} times, see the picture weather.'
-    elif inside:
-        found += inside
+    if len(inner) > MOST_CHANGES:
+        note = f'The sea changes {len(inner)} times, see the picture weather.'
+    elif inner:
+        marks += inner
         note = 'Dotted: the sea has changed.'
     # sailing at the start of a scene is no event on it
-    return [each for each in found if from_s < each.x <= to_s], note
+    return [mark for mark in marks if from_s < mark.x <= to_s], note
 
 
 def _error(voyage: Voyage) -> Chart:
@@ -403,17 +403,17 @@ def _drift(voyage: Voyage) -> Chart:
 def _rate(voyage: Voyage) -> Chart:
     """Return the mean rate of the dial over pieces that no event lies within, as steps."""
     time, error = voyage.time_s, voyage.clock_error_s
-    last = len(time) - 1
+    count = len(time) - 1
     marks, _ = _marks(voyage, 0.0, float(time[-1]))
     # a mean over less than half a piece, such as the minute after an arrival, would show the noise
-    least = max(last // (2 * _PIECES), 1)
+    smallest = max(count // (2 * _PIECES), 1)
     cuts = [0]
-    for cut in sorted(np.searchsorted(time, [each.x for each in marks]).tolist()):
-        if cuts[-1] + least <= cut <= last - least:
+    for cut in sorted(np.searchsorted(time, [mark.x for mark in marks]).tolist()):
+        if cuts[-1] + smallest <= cut <= count - smallest:
             cuts.append(cut)
     edges = [0]
-    for begin, end in pairwise([*cuts, last]):
-        pieces = min(max(round(_PIECES * (end - begin) / last), 1), end - begin)
+    for begin, end in pairwise([*cuts, count]):
+        pieces = min(max(round(_PIECES * (end - begin) / count), 1), end - begin)
         edges += np.linspace(begin, end, pieces + 1).round().astype(int)[1:].tolist()
     measured = np.diff(error[edges]) / np.diff(time[edges]) * DAY_S
     estimated = voyage.estimated_mean_rate_s_per_day
@@ -464,14 +464,14 @@ def _amplitude(voyage: Voyage) -> Chart:
     _needs(voyage.angle_rad, 'amplitude', 'the wheel')
     every = max(len(voyage.time_s) // 500, 1)
     time, angle, rate = (
-        each[::every] for each in (voyage.time_s, voyage.angle_rad, voyage.angular_velocity_rad_s)
+        data[::every] for data in (voyage.time_s, voyage.angle_rad, voyage.angular_velocity_rad_s)
     )
     machine = compile_machine(voyage.scene)
     if isinstance(machine, InPlaceOfWheel | HangingMachine):
         size, name = np.hypot(angle, rate / machine.frequency), 'amplitude of a small swing'
     else:
         energy = swing_energy(machine, angle, rate) + recoil_energy(machine, angle, rate)
-        size = np.array([amplitude_of(machine, each) for each in energy.tolist()])
+        size = np.array([amplitude_of(machine, joule) for joule in energy.tolist()])
         name = 'amplitude'
     of = 'arc [m]' if isinstance(machine, FluidPendulum) else 'angle [rad]'
     return _over_time(voyage, 'Amplitude of the swing', of, [Line(name, time, size)])
@@ -499,70 +499,70 @@ def _phase(voyage: Voyage) -> Chart:
     )
 
 
-def _roll(voyage: Voyage, shown: _Window, moved: Seaway) -> Chart:
-    unit, name = time_unit(shown.to_s - shown.from_s)
-    time = (moved.time_s - shown.from_s) / unit
-    marks, _ = _marks(voyage, shown.from_s, shown.to_s)
-    marks = [Mark((each.x - shown.from_s) / unit, each.name) for each in marks if each.name]
+def _roll(voyage: Voyage, view: _Window, motion: Seaway) -> Chart:
+    unit, name = time_unit(view.to_s - view.from_s)
+    time = (motion.time_s - view.from_s) / unit
+    marks, _ = _marks(voyage, view.from_s, view.to_s)
+    marks = [Mark((mark.x - view.from_s) / unit, mark.name) for mark in marks if mark.name]
     size, units = time_unit(float(voyage.time_s[-1]))
-    since = '' if shown.from_s == 0.0 else f' since {shown.from_s / size:.7g} {units}'
+    since = '' if view.from_s == 0.0 else f' since {view.from_s / size:.7g} {units}'
     label = f'time{since} [{name}]'
     slowest = f'waves of {1.0 / LOWEST_HZ:.0f} s and shorter, faded at both ends'
     heave = Chart(
         '',
         label,
         'heave [m]',
-        [_line('', time, moved.heave_m)],
-        marks=[replace(each, name='') for each in marks],
-        note=_of_part(voyage, shown, moved, f'heave: {slowest}'),
+        [_line('', time, motion.heave_m)],
+        marks=[replace(mark, name='') for mark in marks],
+        note=_of_part(voyage, view, motion, f'heave: {slowest}'),
     )
-    roll = _line('', time, np.degrees(moved.roll_rad), 'green')
+    roll = _line('', time, np.degrees(motion.roll_rad), 'green')
     title = 'Motion of the ship'
     return Chart(title, label, 'roll [°]', [roll], marks=marks, below=heave)
 
 
-def _of_part(voyage: Voyage, shown: _Window, moved: Seaway, *more: str) -> str:
+def _of_part(voyage: Voyage, view: _Window, motion: Seaway, *remarks: str) -> str:
     """Return which part of the voyage a picture shows, as its note."""
     size, unit = time_unit(float(voyage.time_s[-1]))
-    whole = shown.from_s == 0.0 and shown.to_s >= voyage.time_s[-1]
-    part = f'{shown.from_s / size:.7g} to {shown.to_s / size:.7g} {unit}'
-    parts = '' if whole else f'{shown.note}, {part}' if shown.note else part
-    said = '; '.join(filter(None, (parts, moved.note, *more)))
-    return f'{said[0].upper()}{said[1:]}.' if said else ''
+    is_all = view.from_s == 0.0 and view.to_s >= voyage.time_s[-1]
+    part = f'{view.from_s / size:.7g} to {view.to_s / size:.7g} {unit}'
+    parts = '' if is_all else f'{view.note}, {part}' if view.note else part
+    text = '; '.join(filter(None, (parts, motion.note, *remarks)))
+    return f'{text[0].upper()}{text[1:]}.' if text else ''
 
 
-def _spectrum(voyage: Voyage, shown: _Window, moved: Seaway) -> Chart:
+def _spectrum(voyage: Voyage, view: _Window, motion: Seaway) -> Chart:
     from scipy.signal import welch
 
-    time = moved.time_s
+    time = motion.time_s
     if len(time) < 32:
         raise UsageError('spectrum: too few samples of the motion. Sail or show a longer time')
-    if not (moved.roll_rad.any() or moved.vertical_m_s2.any()):
+    if not (motion.roll_rad.any() or motion.vertical_m_s2.any()):
         raise UsageError('spectrum: the ship does not move. Draw error, rate or amplitude')
     rate = 1.0 / float(time[1] - time[0])
     segment = min(len(time), round(SEGMENT_S * rate))
-    found: Chart | None = None
+    panel: Chart | None = None
     for name, unit, values, colour, power in (
-        ('heave', 'm²/Hz', moved.vertical_m_s2, 'blue', 4),
-        ('roll', '°²/Hz', np.degrees(moved.roll_rad), 'green', 0),
+        ('heave', 'm²/Hz', motion.vertical_m_s2, 'blue', 4),
+        ('roll', '°²/Hz', np.degrees(motion.roll_rad), 'green', 0),
     ):
         frequency, density = welch(values, rate, nperseg=segment)
         waves = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
         density = density[waves] / (2.0 * np.pi * frequency[waves]) ** power
         # six decades: below is leakage of Welch's windows, over which the axis would stretch
-        kept = density > 1e-6 * float(density.max(initial=0.0))
-        line = Line('', frequency[waves][kept], density[kept], colour)  # type: ignore[arg-type]
-        found = Chart(
-            'Spectrum of the motion' if found else '',
+        mask = density > 1e-6 * float(density.max(initial=0.0))
+        line = Line('', frequency[waves][mask], density[mask], colour)  # type: ignore[arg-type]
+        panel = Chart(
+            'Spectrum of the motion' if panel else '',
             'frequency [Hz]',
             f'{name} [{unit}]',
             [line],
-            log_y=bool(kept.any()),
-            note='' if found else _of_part(voyage, shown, moved),
-            below=found,
+            log_y=bool(mask.any()),
+            note='' if panel else _of_part(voyage, view, motion),
+            below=panel,
         )
-    assert found is not None
-    return found
+    assert panel is not None
+    return panel
 
 
 def _weather(voyage: Voyage) -> Chart:
@@ -594,8 +594,8 @@ def _weather(voyage: Voyage) -> Chart:
     ]
     when, period, turned = np.array(met).reshape(-1, 3).T
     marks, _ = _marks(voyage, 0.0, scene.duration)
-    marks = [Mark(each.x / size, each.name) for each in marks if each.name]
-    faint = [replace(each, name='') for each in marks]
+    marks = [Mark(mark.x / size, mark.name) for mark in marks if mark.name]
+    faint = [replace(mark, name='') for mark in marks]
     label = f'time [{unit}]'
     heading = Chart(
         '',
@@ -614,17 +614,17 @@ def _weather(voyage: Voyage) -> Chart:
 
 def _stability(voyage: Voyage) -> Chart:
     """Return deviations of frequency and of time against τ, Allan's and the time one with bars."""
-    found = voyage.result.get('stability')
-    if found is None:
+    result = voyage.result.get('stability')
+    if result is None:
         from tauto_core.navigation.stability import stability_of
 
         reading = voyage.samples[READING]
         assert isinstance(reading, TimeSamples)
         try:
-            found = stability_of(reading)
+            result = stability_of(reading)
         except EstimationError as error:
             raise UsageError(f'stability: {error}') from None
-    rows, percent = found['rows'], f'{100 * found["confidence"]:g} %'
+    rows, percent = result['rows'], f'{100 * result["confidence"]:g} %'
     columns = {name: np.array([row[name] for row in rows]) for name in rows[0] if name != 'noise'}
     tau, label = columns['tau_s'], 'averaging time τ [s]'
 
@@ -639,7 +639,7 @@ def _stability(voyage: Voyage) -> Chart:
         [bars('time', 'time'), Line('time', tau, columns['time'])],
         log_x=True,
         log_y=True,
-        note=f'From {found["samples"]:,} readings. The bars contain the deviation of the clock '
+        note=f'From {result["samples"]:,} readings. The bars contain the deviation of the clock '
         f'with {percent} probability.',
     )
     return Chart(
@@ -674,10 +674,10 @@ def _map(voyage: Voyage) -> Chart:
             for miles in (voyage.raw_longitude_error_nmi, error, error + sigma)
         )
         wide -= believed
-        around = np.concatenate((believed - wide, (believed + wide)[::-1]))
+        band = np.concatenate((believed - wide, (believed + wide)[::-1]))
         there_and_back = np.concatenate((latitude, latitude[::-1]))
         lines = [
-            Line('± 1σ', around, there_and_back, 'orange', 'band'),
+            Line('± 1σ', band, there_and_back, 'orange', 'band'),
             Line('by the dial', dial, latitude),
             Line('corrected', believed, latitude, 'orange'),
         ]
@@ -710,17 +710,17 @@ def _names(
     if voyage is None:
         return []
     stops = [('departure', *voyage.departure)]
-    stops += [('landfall', *each.place) for each in voyage.waypoints or () if each.landfall]
+    stops += [('landfall', *stop.place) for stop in voyage.waypoints or () if stop.landfall]
     stops.append(('arrival', *voyage.arrival))
-    found = []
+    names = []
     for what, north, east in stops:
         away = np.remainder(longitude - east + 180.0, 360.0) - 180.0
         nearest = int(np.argmin(np.square(away) + np.square(latitude - north)))
         # a place that the bag does not reach
         if math.hypot(float(away[nearest]), float(latitude[nearest]) - north) < NEAR_DEG:
             name = place_name(north, east) or what
-            found.append((name, float(longitude[nearest] - away[nearest]), north))
-    return found
+            names.append((name, float(longitude[nearest] - away[nearest]), north))
+    return names
 
 
 NEAR_DEG = 0.2
@@ -736,7 +736,7 @@ def _machine(voyage: Voyage) -> Chart:
         drawn.parts,
         equal=True,
         note=drawn.note,
-        names=[each[:3] for each in drawn.letters],
+        names=[letter[:3] for letter in drawn.letters],
         y_ticks=not drawn.is_broken,
     )
 

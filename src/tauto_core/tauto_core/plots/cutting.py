@@ -222,7 +222,7 @@ def outline_of(
     check_cut(files, sizes, is_plate, points)
     plate = plate_of(scene, reach_rad, sizes) if is_plate else None
     thread_mm = plate.plate.cheek.thread if plate else sizes.get('thread_mm', 0.0)
-    shown, table, drawing = (_fluid_curve if scene.trochlea is None else _cheeks)(
+    outline, table, drawing = (_fluid_curve if scene.trochlea is None else _cheeks)(
         scene, points, reach_rad, {**sizes, 'thread_mm': thread_mm}
     )
     written: list[Path] = []
@@ -249,7 +249,7 @@ def outline_of(
     written += [files[kind] for kind in DRAWN if kind in files]
     if plate is not None:
         plate = replace(plate, files=tuple(written))
-    return replace(shown, files=tuple(written), plate=plate)
+    return replace(outline, files=tuple(written), plate=plate)
 
 
 def _fluid_curve(
@@ -269,7 +269,7 @@ def _fluid_curve(
     arc = np.linspace(0.0, curve.descent_cusp, points)
     height, level = coordinates(curve, arc)
     radius = radius_of_curvature(curve, arc)
-    shown = CamOutline(scene, level, height, radius, arc_m=arc, slope=curve.slope(arc))
+    outline = CamOutline(scene, level, height, radius, arc_m=arc, slope=curve.slope(arc))
     x, y = (MM_PER_M * part for part in fluid_outline(curve, points))
     ascent = curve.ascent_cusp
     words = [
@@ -280,7 +280,7 @@ def _fluid_curve(
         + (f'{MM_PER_M * abs(ascent):.6g} mm' if math.isfinite(ascent) else 'without end'),
     ]
     drawing = explained(scene.name, [Line(CURVE, x, y)], [Circle(AXLE, 0.0, 0.0, 1.0)], words)
-    return shown, {'x_mm': x, 'y_mm': y}, drawing
+    return outline, {'x_mm': x, 'y_mm': y}, drawing
 
 
 def _cheeks(
@@ -322,7 +322,7 @@ def _cheeks(
         angle = np.linspace(0.0, reach, points)
         curve = (*cam.contact(angle), cam.radius_of_curvature(angle))
         lever = angle, cam.lever_arm(angle)
-        rate, tip = (MM_PER_M * float(each) for each in (cam.lever_rate(0.0), cam.p(0.0)))
+        rate, tip = (MM_PER_M * float(size) for size in (cam.lever_rate(0.0), cam.p(0.0)))
         hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
         small = too_small(
             tip,
@@ -341,7 +341,7 @@ def _cheeks(
             f': bends round the edges of the cheeks up to {acts_from:.4g} rad, and the wheel '
             f'is released at {release:.4g} rad: it never touches them. Use a thinner thread',
         )
-    shown = CamOutline(
+    outline = CamOutline(
         scene,
         *curve,
         *lever,
@@ -368,10 +368,10 @@ def _cheeks(
         circles.append(Circle(HOLE, 0.0, hole, max(0.5 * thread_mm, 0.5)))
         above = hole
     lines.append(Line(THREAD, np.zeros(2), np.array([tip, above])))
-    before = slice(None, 0 if left.x[0] == right.x[0] else None, -1)
+    backwards = slice(None, 0 if left.x[0] == right.x[0] else None, -1)
     table = {
-        name: scale * np.concatenate([one[before], other])
-        for name, scale, one, other in zip(
+        name: scale * np.concatenate([on_right[backwards], on_left])
+        for name, scale, on_right, on_left in zip(
             ('x_mm', 'y_mm', 'angle_rad'),
             (MM_PER_M, MM_PER_M, 1.0),
             (right.x, right.y, right.angle),
@@ -379,7 +379,7 @@ def _cheeks(
             strict=True,
         )
     }
-    return shown, table, explained(scene.name, lines, circles, words)
+    return outline, table, explained(scene.name, lines, circles, words)
 
 
 def _check_reach(reach_rad: float, range_rad: float) -> None:
@@ -417,7 +417,7 @@ def _lever_words(
     """Return the dimensions of a lever's cam, one line each."""
     assert scene.trochlea is not None
     arc = getattr(scene.trochlea.thread, 'arc', None) is not None
-    held = (
+    place = (
         'place where the thread at rest touches the arc, of'
         if arc
         else 'end B of the thread at rest, AB'
@@ -425,7 +425,7 @@ def _lever_words(
     on_right = ', on the right' if shape.side < 0.0 else ''
     return [
         f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
-        f'fulcrum level with the {held} {MM_PER_M * shape.arm:.6g} mm{on_right}; '
+        f'fulcrum level with the {place} {MM_PER_M * shape.arm:.6g} mm{on_right}; '
         f'free thread {MM_PER_M * shape.length:.6g} mm',
     ]
 
@@ -466,9 +466,9 @@ class Line(NamedTuple):
         if self.bulge is None:
             ends = zip(self.x[1:], self.y[1:], strict=True)
             return ''.join(parts + [f'L{x:.6f} {-y:.6f}' for x, y in ends])
-        after = np.roll(self.x, -1), np.roll(self.y, -1)
-        chords = np.hypot(after[0] - self.x, after[1] - self.y)
-        for x, y, chord, bulge in zip(*after, chords, self.bulge, strict=True):
+        targets = np.roll(self.x, -1), np.roll(self.y, -1)
+        chords = np.hypot(targets[0] - self.x, targets[1] - self.y)
+        for x, y, chord, bulge in zip(*targets, chords, self.bulge, strict=True):
             if bulge == 0.0:
                 parts.append(f'L{x:.6f} {-y:.6f}')
                 continue
@@ -544,14 +544,14 @@ class Drawing:
         Its left upper corner is at (across, above), y upwards; of one that is not small it is
         empty. A DXF has none: a cutter would follow it.
         """
-        whole = Drawing(self.title, [a for a in self.lines if a.layer != 'SCALE'], self.circles)
-        left, low, right, top = whole.box
+        drawing = Drawing(self.title, [a for a in self.lines if a.layer != 'SCALE'], self.circles)
+        left, low, right, top = drawing.box
         scale = VIEW_MM // max(right - left, top - low)
-        scale = max((each for each in VIEW_SCALES if each <= scale), default=0)
+        scale = max((ratio for ratio in VIEW_SCALES if ratio <= scale), default=0)
         if not scale:
             return '', 0.0, 0.0
         shapes = re.sub(
-            r' id="\w+"|class="\w+" ', '', whole.shapes(self.text_mm / TEXT_MM / scale)
+            r' id="\w+"|class="\w+" ', '', drawing.shapes(self.text_mm / TEXT_MM / scale)
         )
         text = f'<text x="{across:.4f}" y="{-above:.4f}">enlarged {scale} : 1</text>'
         place = across - scale * left, -above + scale * top + LINE * self.text_mm
@@ -621,8 +621,8 @@ class Drawing:
                 x, y = ArcPath(line.x, line.y, bulge).polygon(sagitta) if close else line[1:3]
                 points = np.column_stack([x, y]).tolist()
                 space.add_polyline2d(points, close=close, dxfattribs=attributes)
-        for each in self.circles if sagitta is None else ():
-            space.add_circle((each.x, each.y), each.radius, dxfattribs={'layer': each.layer})
+        for ring in self.circles if sagitta is None else ():
+            space.add_circle((ring.x, ring.y), ring.radius, dxfattribs={'layer': ring.layer})
         for note in self.notes:
             text = space.add_text(note.text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
             text.set_placement((note.x, note.y))
@@ -640,7 +640,7 @@ def explained(
     left, low, right, _ = Drawing(title, lines, circles).box
     width = right - left
     text_mm = max(TEXT_MM, TEXT_OF_WIDTH * width)
-    bar = max((each for each in _BARS_MM if each <= 0.5 * width), default=_BARS_MM[0])
+    bar = max((size for size in _BARS_MM if size <= 0.5 * width), default=_BARS_MM[0])
     place = low - _GAP_MM
     ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
     along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
@@ -785,8 +785,8 @@ def plate_of(
     for of_others in ('thickness_mm', 'tool_mm'):
         lengths.pop(of_others, None)
     plate = cam_plate(cam, reach, **lengths)
-    asked = {*AMPLITUDES, abs(trochlea.release_angle)}
-    swings = np.array(sorted(a for a in asked if plate.acts_from_rad < a <= reach) or [reach])
+    angles = {*AMPLITUDES, abs(trochlea.release_angle)}
+    swings = np.array(sorted(a for a in angles if plate.acts_from_rad < a <= reach) or [reach])
     setting = trochlea.thread.setting(trochlea.parts(scene.g))
     return ScenePlate(scene.name, plate, cam, setting, plate_rates(plate, cam, setting, swings))
 
@@ -811,7 +811,7 @@ def write_template(path: Path, made: ScenePlate) -> None:
     x, y = plate.outline.polygon(1e-3)
     size = width, height = float(np.ptp(x)), float(np.ptp(y))
     room = (PAPER_MM[0] - 2.0 * MARGIN_MM, PAPER_MM[1] - 2.0 * MARGIN_MM - _WORDS_MM)
-    if any(length > most for length, most in zip(size, room, strict=True)):
+    if any(length > limit for length, limit in zip(size, room, strict=True)):
         raise UsageError(
             Argument('template', path, spaced=True),
             f': the plate of {width:.4g} × {height:.4g} mm is larger than the {room[0]:g} × '
@@ -838,11 +838,11 @@ def write_template(path: Path, made: ScenePlate) -> None:
         for text in made.words(tool=False)
         for line in textwrap.wrap(text, _LETTERS, subsequent_indent='  ')
     ]
-    said = 'Print at 100 %. The arrow points along the thread at rest.'
+    hint = 'Print at 100 %. The arrow points along the thread at rest.'
     texts = [(ruler + 16.0 + _LINE_MM * row, line) for row, line in enumerate(words)]
     lines = '\n'.join(
         f'<text x="{MARGIN_MM}" y="{at}">{escape(line)}</text>'
-        for at, line in [(MARGIN_MM + 10.0, said), *texts]
+        for at, line in [(MARGIN_MM + 10.0, hint), *texts]
     )
     begin = 0.5 * (PAPER_MM[0] - CHECK_MM)
     ticks = ''.join(

@@ -33,7 +33,7 @@ RATIO = 1.75
 """Width of a map over its height."""
 
 _LINES = {'raw': (0, (4, 2)), 'corrected': '-', 'sensed': (0, (1, 1))}
-_SAID = {
+_LABELS = {
     'raw': 'the dial alone',
     'corrected': 'rated in harbour',
     'sensed': 'with thermometer and IMU',
@@ -47,7 +47,7 @@ def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
     def made() -> Figure:
         figure = Figure(figsize=(8.0, 5.0), layout='constrained')
         axes = figure.subplots()
-        _map(axes, [_places(each) for each in passages])
+        _map(axes, [_places(passage) for passage in passages])
         axes.set_title(counted(len(passages), 'passage'), loc='left', fontsize=10.0)
         return figure
 
@@ -74,8 +74,8 @@ def trial_figure(sailed: Sailed, answers: TrialAnswers) -> Figure:
     passages = sailed.trial.passages
     tracks = _map(
         above,
-        [_places(each) for each in passages],
-        [np.abs(traces[each.name]) for each in passages],
+        [_places(passage) for passage in passages],
+        [np.abs(traces[passage.name]) for passage in passages],
     )
     above.set_title(
         f'{clock}, rated in harbour: {counted(len(passages), "passage")}',
@@ -106,8 +106,8 @@ def _map(
     from matplotlib.colors import LogNorm
 
     everywhere = np.concatenate(tracks)
-    shown = map_frame(everywhere[:, 0], everywhere[:, 1], ratio=RATIO)
-    for outline in land(shown):
+    frame = map_frame(everywhere[:, 0], everywhere[:, 1], ratio=RATIO)
+    for outline in land(frame):
         axes.fill(*outline, facecolor='#e4dfd4', edgecolor='#a39c8d', linewidth=0.3)
     pieces, sizes = [], []
     for place, track in enumerate(tracks):
@@ -125,9 +125,9 @@ def _map(
         drawn.set_cmap('viridis_r')
         drawn.set_array(np.clip(np.concatenate(sizes), LEAST_NMI, MOST_NMI))
     axes.add_collection(drawn)
-    axes.set_xlim(shown.west, shown.east)
-    axes.set_ylim(shown.south, shown.north)
-    axes.set_aspect(shown.stretch)
+    axes.set_xlim(frame.west, frame.east)
+    axes.set_ylim(frame.south, frame.north)
+    axes.set_aspect(frame.stretch)
     axes.set_xlabel('longitude [degrees east]')
     axes.set_ylabel('latitude [degrees north]')
     return drawn
@@ -143,7 +143,7 @@ def _trial_shares(axes: Axes, answers: TrialAnswers) -> None:
         for way in ['corrected'] if several else clock.ways:
             rows = [row for row in answers.voyages if row['clock'] == clock.clock]
             sizes = sizes_nmi(rows, WAYS[way])
-            label = clock.clock if several else _SAID[way]
+            label = clock.clock if several else _LABELS[way]
             style = {'color': f'C{place}', 'linestyle': _LINES[way], 'linewidth': 1.2}
             _step(axes, sizes, LEAST_SHOWN_NMI, len(sizes), label=label, **style)
     _within(axes, 'passage', 'passages')
@@ -198,9 +198,9 @@ def _fleet_shares(axes: Axes, fleet: Fleet) -> None:
     axes.legend(frameon=False, loc='upper left')
 
 
-def _step(axes: Axes, sizes: FloatArray, least: float, ships: int, **style: Any) -> None:
+def _step(axes: Axes, sizes: FloatArray, floor: float, ships: int, **style: Any) -> None:
     """Draw the share of ships whose errors are below each size."""
-    ends = np.concatenate(([least], np.sort(np.maximum(sizes, least))))
+    ends = np.concatenate(([floor], np.sort(np.maximum(sizes, floor))))
     axes.step(ends, 100.0 * np.arange(len(ends)) / ships, where='post', **style)
 
 
@@ -230,13 +230,13 @@ def _tornado(axes: Axes, fleet: Fleet) -> None:
     ranked = fleet.answers.influences[::-1]
     places = np.arange(len(ranked))
     for offset, (clock, (label, colour)) in zip((0.2, -0.2), _CLOCKS.items(), strict=True):
-        values = [getattr(each, clock) or 0.0 for each in ranked]
+        values = [getattr(influence, clock) or 0.0 for influence in ranked]
         axes.barh(places + offset, values, height=0.38, color=colour, label=label)
-        sizes = [getattr(each, f'{clock}_size') or 0.0 for each in ranked]
+        sizes = [getattr(influence, f'{clock}_size') or 0.0 for influence in ranked]
         axes.plot(sizes, places + offset, 'D', color='#222222', markersize=3.5)
     axes.axvline(0.0, color='#555555', linewidth=0.8)
     axes.set_xlim(-1.0, 1.0)
-    axes.set_yticks(places, [each.key for each in ranked])
+    axes.set_yticks(places, [influence.key for influence in ranked])
     axes.set_xlabel("rank correlation with the error (bars) and its size (diamonds), Spearman's ρ")
     axes.grid(axis='x', color='#e4e4e4', linewidth=0.5)
 
@@ -296,8 +296,8 @@ def side_by_side(result: Comparison) -> Figure:
     rate = f'mean rate over {span(result.duration_s)} [s/day]'
     figure.supylabel(rate if by_roll else 'error of the clock [s]', fontsize=9.0)
     figure.supxlabel('significant roll [degrees]' if by_roll else 'days', fontsize=9.0)
-    shown = sorted({row.suspended for row in result.rows})
-    handles: list[Line2D | Patch] = [Line2D([], [], **_STYLES[hung]) for hung in shown]
+    cases = sorted({row.suspended for row in result.rows})
+    handles: list[Line2D | Patch] = [Line2D([], [], **_STYLES[hung]) for hung in cases]
     if judged and not by_roll:
         handles.append(Patch(color=_BAND, label='within 30 miles at the equator'))
     figure.legend(handles=handles, loc='outside upper right', frameon=False, ncols=3)
@@ -309,19 +309,19 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
         style = _STYLES[row.suspended]
         axes.plot([time / DAY_S for time in row.time_s], row.trace_s, **style)
         if row.stopped is not None:
-            last = row.trace_s[-1] if row.trace_s else 0.0
-            axes.plot(row.stopped.at_s / DAY_S, last, 'x', color=style['color'])
+            error_s = row.trace_s[-1] if row.trace_s else 0.0
+            axes.plot(row.stopped.at_s / DAY_S, error_s, 'x', color=style['color'])
 
 
 def _rates(axes: Axes, rows: Sequence[Row]) -> None:
     """Draw rates on the panel's own scale; those of a force are a millionth of a weight's."""
     for hung, style in _STYLES.items():
-        shown = sorted(
+        points = sorted(
             (row.roll_deg, row.rate_s_per_day)
             for row in rows
             if row.suspended == hung
             and row.rate_s_per_day is not None
             and row.roll_deg is not None
         )
-        if shown:
-            axes.plot(*zip(*shown, strict=True), **style, marker='o', markersize=3.0)
+        if points:
+            axes.plot(*zip(*points, strict=True), **style, marker='o', markersize=3.0)

@@ -59,8 +59,8 @@ def cam_extent(scene: Scene) -> float:
         ends += [curve.drawn_rad, cheeks_meet_rad(curve)]
     swing = abs(machine.release_angle)
     if not isinstance(machine, HangingMachine) and machine.escapement is not None:
-        found = steady_swing(machine)
-        swing = swing if isinstance(found, NoSteadySwing) else max(swing, found.amplitude)
+        steady = steady_swing(machine)
+        swing = swing if isinstance(steady, NoSteadySwing) else max(swing, steady.amplitude)
     if swing > 0.0:
         ends.append(float(f'{_MARGIN * swing:.2g}'))
     return min(ends)
@@ -135,8 +135,8 @@ def rim_mm(inertia: float) -> tuple[float, float, float]:
     """
     per_r5 = math.tau * BRASS_KG_M3 * RIM_SIDE**2
     radius = (inertia / (per_r5 * (1.0 + 0.25 * RIM_SIDE**2))) ** 0.2
-    half = 0.5 * RIM_SIDE
-    return MM * radius * (1.0 - half), MM * radius * (1.0 + half), per_r5 * radius**3
+    half_side = 0.5 * RIM_SIDE
+    return MM * radius * (1.0 - half_side), MM * radius * (1.0 + half_side), per_r5 * radius**3
 
 
 def weight_mm(mass: float) -> tuple[float, float]:
@@ -177,15 +177,15 @@ def draw_machine(scene: Scene) -> MachineDrawing:
     ]
     assumed = ['axle of the wheel', 'case']
 
-    whole = _below_axle(scene, tip)
-    depth = 1.6 * outer + 0.5 * high if whole is None else whole
-    if whole is None:
+    length = _below_axle(scene, tip)
+    depth = 1.6 * outer + 0.5 * high if length is None else length
+    if length is None:
         assumed.append('length of the thread')
     # a length that is not given is as long as the weight needs, and so never broken
-    is_broken = whole is not None and depth > MOST_RADII * outer
+    is_broken = length is not None and depth > MOST_RADII * outer
     if is_broken:
         depth = BROKEN_RADII * outer
-        notes.append(f'the thread is broken, it ends {whole:.4g} mm below the axle')
+        notes.append(f'the thread is broken, it ends {length:.4g} mm below the axle')
     # a ring as one closed line, with a seam at the right; the inside runs backwards
     edges = _circle(0.0, 0.0, outer), _circle(0.0, 0.0, inner)[:, ::-1]
     parts = [
@@ -204,10 +204,10 @@ def draw_machine(scene: Scene) -> MachineDrawing:
             _path(name, [(-slant, at - slant), (slant, at + slant)], 'orange', carrier)
             for name, at in (('break', middle), ('', middle - slant))
         ]
-    low, half = -depth, outer
+    low, half_width = -depth, outer
     if isinstance(thread, LeverThread):
         lever = _lever(thread, low, 0.04 * outer, _box(0.0, 0.0, across, high))
-        half = max(outer, *(float(np.abs(part.x).max()) for part in lever)) + 0.5 * across
+        half_width = max(outer, *(float(np.abs(part.x).max()) for part in lever)) + 0.5 * across
         parts += lever
         assumed += ['length of the arc'] * (thread.arc is not None) + ['thickness of the lever']
         end = np.add(fulcrum_mm(thread), _along_lever(thread, thread.weight_arm))
@@ -224,14 +224,14 @@ def draw_machine(scene: Scene) -> MachineDrawing:
             assumed.append('width of the hole')
         parts += _power(pull, low, outer)
     assumed += ['spring'] * bool(pull.stiffness)
-    low, margin = min(float(each.y.min()) for each in parts), 0.15 * outer
+    low, margin = min(float(part.y.min()) for part in parts), 0.15 * outer
     top, hung = 1.15 * outer, scene.suspension
     if hung is not None:
         axle = hung.axle_radius if isinstance(hung, AxleSuspension) else 0.0
         top = min(top, max(MM * (hung.depth - axle), 0.0))
         parts += _suspension(hung, top, outer)
         assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
-    box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half + margin), top - low + margin)
+    box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half_width + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
     figure, letters = _letters(
         scene.trochlea.cam.kind, thread, -depth, (-0.5 * across, 0.5 * high)
@@ -249,7 +249,7 @@ def _letters(
     `end` is the height at which the thread is drawn to end, at the weight, the hole or the lever,
     and `corner` that of the weight from its middle, where its letter stands beside another.
     """
-    centre, said = Letter('C', 0.0, 0.0), " The letters are those of Euler's figure "
+    centre, words = Letter('C', 0.0, 0.0), " The letters are those of Euler's figure "
     if isinstance(thread, LeverThread) and thread.arm is not None and cam == 'involute':
         (x, y), (across, up) = fulcrum_mm(thread), _along_lever(thread, thread.weight_arm)
         place = x + across, end + y + up
@@ -259,13 +259,13 @@ def _letters(
             Letter('B', 0.0, end, 'lever'),
             Letter('D', *place, 'lever'),
         )
-        return f'{said}III.', (centre, *ends, *[weight] * any(corner))
+        return f'{words}III.', (centre, *ends, *[weight] * any(corner))
     if isinstance(thread, HoleThread) and cam == 'hole':
-        return f'{said}X.', (centre, Letter('O', 0.0, end))
+        return f'{words}X.', (centre, Letter('O', 0.0, end))
     if thread.kind == 'vertical' and cam == 'circular_arc':
-        return f'{said}I.', (centre, Letter('P', 0.0, end, 'weight'))
+        return f'{words}I.', (centre, Letter('P', 0.0, end, 'weight'))
     if thread.kind == 'vertical' and cam == 'involute':
-        return f'{said}IV.', (centre, Letter('R', 0.0, end, 'weight'))
+        return f'{words}IV.', (centre, Letter('R', 0.0, end, 'weight'))
     return '', ()
 
 
@@ -348,8 +348,8 @@ def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> MachineDrawing:
 
 def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> MachineDrawing:
     """Return the curve, the body at its lowest point, and where it is released."""
-    level, height = (MM * each for each in fluid_outline(curve))
-    up, across = (MM * float(each) for each in coordinates(curve, regulator.release_arc))
+    level, height = (MM * line for line in fluid_outline(curve))
+    up, across = (MM * float(size) for size in coordinates(curve, regulator.release_arc))
     size = MM * regulator.diameter
     if regulator.body == 'globe':
         body, assumed = _circle(0.0, 0.0, 0.5 * size), ''
@@ -391,14 +391,14 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
     """Return the support, the axle or rockers on it, and the body at rest and at the start."""
     depth, bent, k = machine.body.depth, machine.body.curvature, machine.body.gyration_radius
     axle = machine.radius or 0.04 * (depth + k)
-    half = 1.3 * (k + axle)
+    half_width = 1.3 * (k + axle)
     if bent == 0.0:
-        across = np.linspace(-half, half, 121)
+        across = np.linspace(-half_width, half_width, 121)
         level = np.full_like(across, -axle)
     else:
         # an arc about O, whose radius is 1/bent more by that of the axle
         radius = 1.0 / bent + axle
-        across = np.linspace(-1.0, 1.0, 121) * min(half, 0.95 * abs(radius))
+        across = np.linspace(-1.0, 1.0, 121) * min(half_width, 0.95 * abs(radius))
         root = math.copysign(1.0, radius) * np.sqrt(radius * radius - across**2)
         level = -axle + across**2 / (radius + root)
     turned = bent * machine.arc
@@ -411,7 +411,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
         stem = np.array([[x, centre[0]], [y, centre[1]]])
         return MM * _circle(centre[0], centre[1], k), MM * stem
 
-    (rest, stem), (start, leant) = body(0.0, 0.0, 0.0), body(*place, machine.tilt)
+    (upright, stem), (start, leant) = body(0.0, 0.0, 0.0), body(*place, machine.tilt)
     return MachineDrawing(
         [
             Outline('support', MM * across, MM * level, 'green', moves_with='ship'),
@@ -421,7 +421,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
                 'rockers' if support == 'cradle' else 'axle', MM * _circle(0.0, 0.0, axle), 'blue'
             ),
             _path('', stem.T.tolist(), 'orange', 'wheel'),
-            Outline('body at rest', rest[0], rest[1], 'orange', moves_with='wheel'),
+            Outline('body at rest', upright[0], upright[1], 'orange', moves_with='wheel'),
         ],
         'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
         'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
@@ -448,11 +448,11 @@ def _suspension(hung: SuspensionKind, top: float, outer: float) -> list[Outline]
         return [stem, _area('pivots of the case', pivots, 'blue')]
     radius, axle = MM * hung.support_radius, MM * hung.axle_radius
     bottom = MM * hung.depth - axle
-    half = min(0.85 * radius, 6.0 * axle)
-    x = np.linspace(-half, half, 41)
+    edge = min(0.85 * radius, 6.0 * axle)
+    x = np.linspace(-edge, edge, 41)
     y = bottom + x * x / (radius + np.sqrt(radius * radius - x * x))
     under = bottom - axle
-    outline = np.array([[*x, half, -half, -half], [*y, under, under, float(y[0])]])
+    outline = np.array([[*x, edge, -edge, -edge], [*y, under, under, float(y[0])]])
     return [
         _area('bearing', outline, 'green', 'ship'),
         _path('', [(0.0, top), (0.0, bottom + axle)], 'grey'),

@@ -33,11 +33,11 @@ SMALL_POINTS = 300
 
 def voyage_html(voyage: Voyage) -> str:
     """Return the answer of a voyage, with the error of its clock over the time."""
-    said = _sentence(f'{voyage.scene.name}: {voyage.answer}')
+    sentence = _sentence(f'{voyage.scene.name}: {voyage.answer}')
     if len(voyage.time_s) < 2:  # a bag with figures alone, or none
-        return said
-    made = _small(chart(voyage, 'error'))
-    return said + picture_html(draw(made, voyage.scene.name), made.described)
+        return sentence
+    small = _small(chart(voyage, 'error'))
+    return sentence + picture_html(draw(small, voyage.scene.name), small.described)
 
 
 def comparison_html(result: Comparison) -> str:
@@ -69,8 +69,8 @@ def fleet_html(fleet: Fleet) -> str:
     """Return how many ships found their longitude, and the distribution of their errors."""
     from tauto_core.plots.ensembles import fleet_figure
 
-    said = f'{fleet.plan.scene.name}: {fleet.answers.answer}'
-    return _sentence(said) + picture_html(fleet_figure(fleet), fleet.answers.answer)
+    answer = f'{fleet.plan.scene.name}: {fleet.answers.answer}'
+    return _sentence(answer) + picture_html(fleet_figure(fleet), fleet.answers.answer)
 
 
 def trial_html(answers: TrialAnswers) -> str:
@@ -79,22 +79,22 @@ def trial_html(answers: TrialAnswers) -> str:
     if not prizes:
         return _sentence(answers.answer)
     rows = [
-        [clock.clock, way, *(f'{each.passages} of {answers.judged}' for each in found.prizes)]
+        [clock.clock, way, *(f'{prize.passages} of {answers.judged}' for prize in shares.prizes)]
         for clock in answers.clocks
-        for way, found in clock.ways.items()
+        for way, shares in clock.ways.items()
     ]
-    limits = [f'within {each.limit_nmi:g} nmi' for each in prizes]
+    limits = [f'within {prize.limit_nmi:g} nmi' for prize in prizes]
     return _sentence(answers.answer) + _table(['clock', 'way', *limits], rows)
 
 
 def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) -> str:
     """Return the extent of the outline of a scene's cam, and the cam with both cheeks."""
-    said = (
+    text = (
         f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad, where its '
         f'lever arm is {1e3 * lever_arm_m:.4g} mm.'
     )
-    made = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
-    return _sentence(said) + picture_html(draw(_small(made), scene.name), said)
+    picture = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
+    return _sentence(text) + picture_html(draw(_small(picture), scene.name), text)
 
 
 def _small(of: Chart) -> Chart:
@@ -111,8 +111,8 @@ def _few(line: Line) -> Line:
     return replace(line, x=x, y=y, high=high)
 
 
-def _sentence(said: str) -> str:
-    return f'<p>{escape(said)}</p>'
+def _sentence(text: str) -> str:
+    return f'<p>{escape(text)}</p>'
 
 
 def _table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

@@ -127,8 +127,8 @@ def animation(voyage: Voyage) -> dict[str, Any]:
             for part in drawn.parts
         ],
         'letters': [
-            {'name': each.name, 'x': each.x, 'y': each.y, 'with': each.moves_with}
-            for each in drawn.letters
+            {'name': letter.name, 'x': letter.x, 'y': letter.y, 'with': letter.moves_with}
+            for letter in drawn.letters
         ],
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
@@ -145,26 +145,26 @@ def animation(voyage: Voyage) -> dict[str, Any]:
 
 def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
     """Return the motion of wheel and ship, beginning at the logged sample at or before a time."""
-    first = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
-    began_s = float(voyage.time_s[first])
-    last = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
-    shown = slice(first, max(last, first + 2))
-    time_s = voyage.time_s[shown] - began_s
+    begin = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
+    began_s = float(voyage.time_s[begin])
+    end = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
+    part = slice(begin, max(end, begin + 2))
+    time_s = voyage.time_s[part] - began_s
     length_s = float(time_s[-1])
     ship = seaway(voyage, began_s, length_s + 1.0)
     grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
-    moved = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad, 'heave_m': ship.heave_m}
+    motion = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad, 'heave_m': ship.heave_m}
     return {
         'from_s': round(began_s, 3),
         'length_s': round(length_s, 3),
         'time_s': _rounded(time_s, 3),
-        'phase_rad': _rounded(voyage.phase_rad[shown], 4),
-        'amplitude_rad': _rounded(size[shown], 4),
-        'error_s': _rounded(voyage.clock_error_s[shown], 3),
+        'phase_rad': _rounded(voyage.phase_rad[part], 4),
+        'amplitude_rad': _rounded(size[part], 4),
+        'error_s': _rounded(voyage.clock_error_s[part], 3),
         'true_s': round(voyage.start_ns * 1e-9 % DAY_S + began_s, 3),
         **{
             name: _rounded(np.interp(grid, ship.time_s - began_s, values), 4)
-            for name, values in moved.items()
+            for name, values in motion.items()
         },
     }
 
@@ -268,8 +268,8 @@ class MapView:
         """Return a line as the data of a path, to a tenth of a unit."""
         x, y = self.place(longitude, latitude)
         points = [f'{a:.1f},{b:.1f}' for a, b in zip(x.tolist(), y.tolist(), strict=True)]
-        kept = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-        return 'M' + ' '.join(kept)
+        distinct = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
+        return 'M' + ' '.join(distinct)
 
     def ground(self) -> str:
         """Return sea, land, and lines of longitude and latitude with their degrees."""
@@ -284,10 +284,10 @@ class MapView:
         lines, words = [], []
         west, south, east, north = self.frame
         # the greatest of 1, 2, 5 or 10 times a power of ten that gives five lines or more
-        most = max(east - west, north - south) / 5.0
-        power = 10.0 ** math.floor(math.log10(most))
-        round_steps = (each * power for each in (10.0, 5.0, 2.0, 1.0))
-        step = next(each for each in round_steps if each <= most * 1.0001)
+        largest = max(east - west, north - south) / 5.0
+        power = 10.0 ** math.floor(math.log10(largest))
+        round_steps = (size * power for size in (10.0, 5.0, 2.0, 1.0))
+        step = next(size for size in round_steps if size <= largest * 1.0001)
         for at in np.arange(math.ceil(west / step), math.floor(east / step) + 1) * step:
             x = float(self.place(at, south)[0])
             lines.append(f'M{x:.1f},0V{self.height:.1f}')
@@ -323,7 +323,7 @@ class MapView:
         """Return the named places, each as a ring with its name on the side with more room."""
         drawn = []
         for name, longitude, latitude in self.chart.names:
-            x, y = (float(each) for each in self.place(longitude, latitude))
+            x, y = (float(value) for value in self.place(longitude, latitude))
             side, anchor = (-10.0, 'end') if x > 0.75 * self.width else (10.0, 'start')
             drawn.append(
                 f'<circle class="place" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
@@ -513,13 +513,13 @@ def report_html(voyage: Voyage, command: str) -> str:
         picture = (
             f'<div role="img" aria-label="{escape(of.described)}">{numbered(divs[name])}</div>'
         )
-        keys = _keys([each for each in named if each[0]])
+        keys = _keys([line for line in named if line[0]])
         return f'{head}{picture}{keys}{notes}</section>'
 
     story = [section(name, 2) for name in STORY if name in charts]
-    kept = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
-    if kept:
-        story.append(_budget(kept))
+    budget = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
+    if budget:
+        story.append(_budget(budget))
     else:
         say = f'tauto budget {voyage.scene.name}'
         story.append(
@@ -539,16 +539,16 @@ def report_html(voyage: Voyage, command: str) -> str:
         for subject, names in SUBJECTS.items()
     ]
     programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
-    made = [
+    versions = [
         f'tauto_core {tauto_version()} (code {code()})',
         f'Python {platform.python_version()}',
         *(f'{name} {version(name)}' for name in programs),
     ]
     damage = escape(not_whole(voyage.result))
     seconds = voyage.result.get('duration_s')
-    first, dot, more = voyage.answer.partition('. ')
-    moved = animation(voyage)
-    shown = {'motion': moved, 'track': track}
+    sentence, dot, remainder = voyage.answer.partition('. ')
+    motion = animation(voyage)
+    data = {'motion': motion, 'track': track}
     still = voyage.scene.lies_still
     template = Template(Path(__file__).with_name('report_page.html').read_text(encoding='utf-8'))
     return template.substitute(
@@ -557,11 +557,11 @@ def report_html(voyage: Voyage, command: str) -> str:
         light=variables('light'),
         dark=variables('dark'),
         damage=f'<p class="damage" role="alert">{damage}</p>' if damage else '',
-        answer=escape(first + dot.rstrip()),
-        more=escape(more),
+        answer=escape(sentence + dot.rstrip()),
+        more=escape(remainder),
         about=escape(_about(voyage)),
         course=course,
-        moving=_BODY[still, moved.get('curve') is not None],
+        moving=_BODY[still, motion.get('curve') is not None],
         place='on-land' if still else 'at-sea',
         ship=''
         if still
@@ -576,12 +576,12 @@ def report_html(voyage: Voyage, command: str) -> str:
         story='\n'.join(story),
         folded='\n'.join(folded),
         script=script,
-        shown=json.dumps(shown, separators=(',', ':'), allow_nan=False),
+        shown=json.dumps(data, separators=(',', ':'), allow_nan=False),
         recolour=json.dumps(
             {COLOURS[name]: [INK['light'][name], INK['dark'][name]] for name in COLOURS}
         ),
         scene=escape(scene_yaml(voyage.scene)),
-        made=f'<code>{escape(command)}</code><br>{escape(", ".join(made))}',
+        made=f'<code>{escape(command)}</code><br>{escape(", ".join(versions))}',
     )
 
 
@@ -622,25 +622,25 @@ def _map_section(
     if shown_deg < LEAST_MAP_DEG and not land(view.frame):
         # a ship that stays where there is no land; her map would be an empty sea
         return '', None
-    marks = [each for each in MARKS if each[0] in tracks]
+    marks = [mark for mark in MARKS if mark[0] in tracks]
     moving = ''.join(
         f'<g id="mark-{colour}" class="mark"><circle r="9" fill="var(--{colour})" '
         f'stroke="var(--paper)" stroke-width="2"/></g>'
         for _, colour, _ in marks
     )
     which = np.linspace(0, len(tracks['the ship'].x) - 1, _MARKER_STEPS).round().astype(int)
-    shown = map_samples(voyage)
-    found = {'day': _rounded(voyage.time_s[shown][which] / DAY_S, 3)}
+    part = map_samples(voyage)
+    places = {'day': _rounded(voyage.time_s[part][which] / DAY_S, 3)}
     for name, colour, _ in marks:
         x, y = view.place(tracks[name].x[which], tracks[name].y[which])
-        found |= {f'{colour}_x': _rounded(x, 1), f'{colour}_y': _rounded(y, 1)}
+        places |= {f'{colour}_x': _rounded(x, 1), f'{colour}_y': _rounded(y, 1)}
     if len(marks) > 1:
         for name, miles in (
             ('dial_nmi', voyage.raw_longitude_error_nmi),
             ('error_nmi', voyage.longitude_error_nmi),
             ('sigma_nmi', voyage.longitude_sigma_nmi),
         ):
-            found[name] = _rounded(miles[shown][which], 2)
+            places[name] = _rounded(miles[part][which], 2)
     # the ship, whose mark is the last to be drawn, is named first
     keys = _keys([(words, colour, 'line') for _, colour, words in [*marks[-1:], *marks[:-1]]])
     picture = (
@@ -653,7 +653,7 @@ def _map_section(
         '<input id="day" type="range" min="0" max="1" step="any" value="0" '
         'aria-label="day of the voyage"><output id="when" for="day"></output></div>'
     )
-    return (f'<section id="map">{picture}{keys}{controls}</section>', found)
+    return (f'<section id="map">{picture}{keys}{controls}</section>', places)
 
 
 def _keys(named: list[tuple[str, str, str]]) -> str:
@@ -782,8 +782,8 @@ def _rows(of: Chart) -> list[list[Mark]]:
     ends = [float(end(line.x)) for line in of.lines if len(line.x) for end in (np.min, np.max)]
     rows: list[list[Mark]] = []
     for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
-        apart = mark.x - NAME_SHARE * (max(ends) - min(ends))
-        row = next((row for row in rows if row[-1].x <= apart), None)
+        limit = mark.x - NAME_SHARE * (max(ends) - min(ends))
+        row = next((row for row in rows if row[-1].x <= limit), None)
         if row is None:
             rows.append([mark])
         else:

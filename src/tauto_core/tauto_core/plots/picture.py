@@ -41,11 +41,11 @@ def picture_html(drawn: Figure, described: str = '') -> str:
     with mpl.rc_context(LOOK):
         drawn.savefig(written, format='svg', metadata={'Date': None})
         if written.tell() > LARGEST_SVG:
-            whole, written, kind = BytesIO(), BytesIO(), 'png'
-            drawn.savefig(whole, format='png', dpi=DOTS_AN_INCH)
+            image, written, kind = BytesIO(), BytesIO(), 'png'
+            drawn.savefig(image, format='png', dpi=DOTS_AN_INCH)
             # this method keeps colours that are rare, as those of lines are
-            few = Image.open(whole).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
-            few.save(written, 'png', optimize=True)
+            png = Image.open(image).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
+            png.save(written, 'png', optimize=True)
     source = b64encode(written.getvalue()).decode('ascii')
     width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
     return (

@@ -84,9 +84,9 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
     wanted = inertia * MM_PER_M**2 / KG_PER_MM3
     # ∫ (x² + y²) over the polygon, by Green's theorem
     x, y = plate.outline.polygon(ROUND_MM)
-    after = np.roll(x, -1), np.roll(y, -1)
-    squares = sum(a * a + a * b + b * b for a, b in zip((x, y), after, strict=True))
-    cheeks = float(np.sum((x * after[1] - after[0] * y) * squares)) / 12.0
+    ends = np.roll(x, -1), np.roll(y, -1)
+    squares = sum(a * a + a * b + b * b for a, b in zip((x, y), ends, strict=True))
+    cheeks = float(np.sum((x * ends[1] - ends[0] * y) * squares)) / 12.0
 
     def disc(radius: float) -> float:
         return 0.5 * math.pi * radius**4
@@ -105,19 +105,19 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
         return fixed + ring + (disc(inner) - holes) * thickness_mm
 
     # inside the rim the plate has room
-    least = float(np.max(np.hypot(x, y))) / (1.0 - 0.5 * RIM_SIDE)
-    if total(least) > wanted:
+    lower = float(np.max(np.hypot(x, y))) / (1.0 - 0.5 * RIM_SIDE)
+    if total(lower) > wanted:
         raise UsageError(
             Argument('thickness_mm', f'{thickness_mm:g} mm', spaced=True),
             f': cheeks, axle and the smallest wheel about them have a moment of inertia of '
-            f'{total(least) * KG_PER_MM3 / MM_PER_M**2:.4g} kg m2 in brass, and the scene has '
+            f'{total(lower) * KG_PER_MM3 / MM_PER_M**2:.4g} kg m2 in brass, and the scene has '
             f'{inertia:.4g} kg m2. Give a thinner plate, or a smaller ',
             Argument('reach_rad'),
         )
-    most = least
-    while total(most) < wanted:
-        most *= 2.0
-    rim, _ = bisect(lambda radius: total(radius) < wanted, least, most)
+    upper = lower
+    while total(upper) < wanted:
+        upper *= 2.0
+    rim, _ = bisect(lambda radius: total(radius) < wanted, lower, upper)
     return WheelSizes(thickness_mm, rim, RIM_SIDE * rim, stub)
 
 
@@ -144,9 +144,9 @@ def write_solids(
         if step is not None:
             for label, part in parts.items():
                 part.label = label
-            whole = Path(folder) / 'whole.step'
-            export_step(Compound(label=name, children=list(parts.values())), whole)
-            written.append((step, whole.read_bytes()))
+            assembly = Path(folder) / 'whole.step'
+            export_step(Compound(label=name, children=list(parts.values())), assembly)
+            written.append((step, assembly.read_bytes()))
         if stl is not None:
             for label, part in parts.items():
                 # build123d's tolerance is relative to the size of an edge; of facets only the
@@ -200,7 +200,7 @@ def _wire(edge: ArcPath) -> Any:
     points = edge.x + 1j * edge.y
     edges = []
     for start, end, bulge in zip(points, np.roll(points, -1), edge.bulge, strict=True):
-        ends = [(each.real, each.imag, 0.0) for each in (start, end)]
+        ends = [(point.real, point.imag, 0.0) for point in (start, end)]
         if bulge == 0.0:
             edges.append(Edge.make_line(*ends))
             continue
