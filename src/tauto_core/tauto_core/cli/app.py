@@ -65,8 +65,8 @@ class Registered(Mapping[str, Any]):
             alone, entry = typer.Typer(rich_markup_mode=None), self._entries[name]
             if isinstance(entry, Group):
                 group = typer.Typer(help=entry.help, no_args_is_help=True)
-                for word, each in entry.commands.items():
-                    _add(group, word, each)
+                for word, command in entry.commands.items():
+                    _add(group, word, command)
                 alone.add_typer(group, name=name)
             else:
                 _add(alone, name, entry)
@@ -120,11 +120,11 @@ def run_of_ros(ctx: typer.Context) -> None:
     from importlib.metadata import entry_points
 
     name = str(ctx.info_name)
-    found = next(iter(entry_points(group=GROUP, name=name)), None)
-    if found is None:
+    entry_point = next(iter(entry_points(group=GROUP, name=name)), None)
+    if entry_point is None:
         raise MissingCommandError(name, 'tauto_nodes')
     try:
-        function = found.load()
+        function = entry_point.load()
         holder = typer.Typer(add_completion=False, rich_markup_mode=None)
         holder.command(name)(function)
         command: Any = typer.main.get_command(holder)
@@ -151,14 +151,14 @@ class Commands(TyperGroup):
         """Remove `--quiet` from the command line, wherever it stands, and look for old words."""
         ours = args[: args.index('--')] if '--' in args else args
         be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
-        kept = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
-        if kept[:1] == ['plate']:  # the name of 0.2, for a release
-            kept[:1] = ['cam', '--plate']
-        if kept[:1] == ['replay'] and '--smooth' in kept:
+        words = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
+        if words[:1] == ['plate']:  # the name of 0.2, for a release
+            words[:1] = ['cam', '--plate']
+        if words[:1] == ['replay'] and '--smooth' in words:
             from tauto_core.api import NO_SMOOTH
 
             raise typer.BadParameter(f'--smooth{NO_SMOOTH}')
-        return list(super().parse_args(ctx, kept))
+        return list(super().parse_args(ctx, words))
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; turn errors into messages on stderr and an exit code."""
@@ -197,8 +197,8 @@ def _summary(name: str) -> str:
     entry = ENTRIES[name]
     if isinstance(entry, Group):
         return entry.help
-    told = entry.docs if isinstance(entry, Command) else ROS_COMMANDS.get(name, entry.__doc__)
-    return (told or '').partition('\n')[0]
+    docs = entry.docs if isinstance(entry, Command) else ROS_COMMANDS.get(name, entry.__doc__)
+    return (docs or '').partition('\n')[0]
 
 
 def _print_version(wanted: bool) -> None:

@@ -89,11 +89,11 @@ class Command:
         """Return the function of which typer makes the command."""
 
         def command(*, as_json: bool = False, **given: Any) -> None:
-            self._called({key: each for key, each in given.items() if each is not None}, as_json)
+            self._called({key: item for key, item in given.items() if item is not None}, as_json)
 
         options = [
-            _keyword(name, self.instead[name], None) if name in self.instead else _option(*each)
-            for name, each in self.parameters().items()
+            _keyword(name, self.instead[name], None) if name in self.instead else _option(*parts)
+            for name, parts in self.parameters().items()
         ]
         if self.has_scene:
             options.append(_keyword('settings', Settings, None))
@@ -111,23 +111,23 @@ class Command:
 
         Those that only one of several calls has are left out unless they are given.
         """
-        found: dict[str, tuple[str, inspect.Parameter, bool]] = {}
+        options: dict[str, tuple[str, inspect.Parameter, bool]] = {}
         for call in self.calls:
-            for name, each in signature_of(call).items():
-                if name in OF_PYTHON or each.kind is each.VAR_KEYWORD or name in found:
+            for name, argument in signature_of(call).items():
+                if name in OF_PYTHON or argument.kind is argument.VAR_KEYWORD or name in options:
                     continue
-                shared = all(name in signature_of(other) for other in self.calls)
-                found[name] = call, each, shared
-        return found
+                shared = all(name in signature_of(sibling) for sibling in self.calls)
+                options[name] = call, argument, shared
+        return options
 
     def _called(self, given: dict[str, Any], as_json: bool) -> None:
         """Call with what was given, and print the result."""
         if self.has_scene:
             of_scene = [given.pop(key, None) for key in ('settings', 'duration', 'accuracy')]
             given |= self._unlike_arguments(given_values(*of_scene))
-        with ExitStack() as held:
-            held.enter_context(saying_warnings())
-            odd = self._warned(given, held) if self.warns else []
+        with ExitStack() as stack:
+            stack.enter_context(saying_warnings())
+            odd = self._warned(given, stack) if self.warns else []
             result = (self.run or self._run)(given)
         if isinstance(result, Mapping) or hasattr(result, 'result'):
             facts = result if isinstance(result, Mapping) else result.result
@@ -139,13 +139,13 @@ class Command:
             for file in [files] if isinstance(files, str | Path) else files:
                 say(f'wrote {file}')
         as_it_is = as_json and isinstance(result, dict)
-        said = result if as_it_is else self.shown(result, as_json, given)
-        if isinstance(said, str):
-            typer.echo(said, nl=not said.endswith('\n'))
-        elif isinstance(said, Mapping):
-            typer.echo(json.dumps(said, allow_nan=False))
-        elif said is not None:
-            print_rich(*said)
+        output = result if as_it_is else self.shown(result, as_json, given)
+        if isinstance(output, str):
+            typer.echo(output, nl=not output.endswith('\n'))
+        elif isinstance(output, Mapping):
+            typer.echo(json.dumps(output, allow_nan=False))
+        elif output is not None:
+            print_rich(*output)
         if self.holds is not None and not self.holds(result):
             raise typer.Exit(1)
 
@@ -157,31 +157,31 @@ class Command:
                 raise UsageError(f'--set {key}: {argument}')
         return values
 
-    def _warned(self, given: dict[str, Any], held: ExitStack) -> list[str]:
+    def _warned(self, given: dict[str, Any], stack: ExitStack) -> list[str]:
         """Load the scene and print warnings about it, before anything starts."""
-        source, asked = given.pop('scene'), signature_of(self.calls[0])
-        of_scene = [key for key in given if key == 'duration' or key not in asked]
+        source, parameters = given.pop('scene'), signature_of(self.calls[0])
+        of_scene = [key for key in given if key == 'duration' or key not in parameters]
         loaded = api.load(source, **{key: given.pop(key) for key in of_scene})
         given['scene'] = loaded
-        held.enter_context(naming(source, loaded.name))
+        stack.enter_context(naming(source, loaded.name))
         return say_oddities(loaded, source, anyway=given['anyway'])
 
     def _run(self, given: dict[str, Any]) -> Any:
         """Call, with a bar if the call tells its progress."""
         [name] = self.calls
-        asked, given = signature_of(name), dict(given)
+        parameters, given = signature_of(name), dict(given)
         at = [
             part
-            for each in asked.values()
-            if each.kind is each.VAR_POSITIONAL
-            for part in given.pop(each.name, ())
+            for parameter in parameters.values()
+            if parameter.kind is parameter.VAR_POSITIONAL
+            for part in given.pop(parameter.name, ())
         ]
-        if 'keep' in asked:
+        if 'keep' in parameters:
             given['keep'] = False
-        if 'progress' not in asked:
+        if 'progress' not in parameters:
             return getattr(api, name)(*at, **given)
-        first = given.get(next(iter(asked)), name)
-        with ended_by_sigterm(), progress_bar(getattr(first, 'name', str(first))) as progress:
+        source = given.get(next(iter(parameters)), name)
+        with ended_by_sigterm(), progress_bar(getattr(source, 'name', str(source))) as progress:
             return getattr(api, name)(*at, **given, progress=progress)
 
 
@@ -199,21 +199,21 @@ def signature_of(call: str) -> Mapping[str, inspect.Parameter]:
 def meanings(call: str) -> dict[str, str]:
     """Return what the docstring of a call says of each argument."""
     text = (inspect.getdoc(getattr(api, call)) or '').partition('\nArgs:\n')[2]
-    found = {}
-    for name, said in re.findall(
+    texts = {}
+    for name, entry in re.findall(
         r'^ {4}(\w+): ((?:.|\n {8})+)', re.split(r'\n(?=\S)', text)[0], re.MULTILINE
     ):
-        words = ' '.join(said.split())
-        if other := re.match(r'as for `(\w+)`', words):
-            words = meanings(other[1])[name].rstrip('.') + words[other.end() :]
-        found[name] = words
-    return found
+        words = ' '.join(entry.split())
+        if link := re.match(r'as for `(\w+)`', words):
+            words = meanings(link[1])[name].rstrip('.') + words[link.end() :]
+        texts[name] = words
+    return texts
 
 
 def _spelled(words: str, names: Iterable[str]) -> str:
     """Return words with the arguments of a call as the command line spells them."""
     return re.sub(
-        r'`(\w+)`', lambda each: option(Argument(each[1])) if each[1] in names else each[0], words
+        r'`(\w+)`', lambda hit: option(Argument(hit[1])) if hit[1] in names else hit[0], words
     )
 
 
@@ -274,38 +274,38 @@ _SHORT = {'new_scene': 'file', 'design': 'file', 'logbook': 'out'}
 """Options that are `-o`, too, by call."""
 
 
-def _option(call: str, each: inspect.Parameter, shared: bool) -> inspect.Parameter:
+def _option(call: str, item: inspect.Parameter, shared: bool) -> inspect.Parameter:
     """Return the option, or the argument, of an argument of a call."""
-    words, said, default = meanings(call)[each.name], each.annotation, each.default
-    said = said.removesuffix(' | None')
-    required = default is each.empty and each.kind is not each.VAR_POSITIONAL
-    if each.name == 'scene' and required:
-        return _keyword(each.name, SceneName, each.empty)
+    words, hint, default = meanings(call)[item.name], item.annotation, item.default
+    hint = hint.removesuffix(' | None')
+    required = default is item.empty and item.kind is not item.VAR_POSITIONAL
+    if item.name == 'scene' and required:
+        return _keyword(item.name, SceneName, item.empty)
     if not shared:
-        words = f'With --logs: {words}' if call == 'trial' and each.name != 'logs' else words
-        if default not in (None, False, 0, (), each.empty):
-            shown = f'{default:g}' if isinstance(default, float) else default
-            words = f'{words.rstrip(".")}; default: {shown}'
+        words = f'With --logs: {words}' if call == 'trial' and item.name != 'logs' else words
+        if default not in (None, False, 0, (), item.empty):
+            text = f'{default:g}' if isinstance(default, float) else default
+            words = f'{words.rstrip(".")}; default: {text}'
         default = False if default is False else None
     if not re.match(r'\w+[,:]|and |its ', words):  # a list, or the rest of a sentence
         words = words[0].upper() + words[1:]
     words = _spelled(words, signature_of(call))
-    if each.name in _PLACED:
-        several = each.kind is each.VAR_POSITIONAL
-        kind: Any = list[str] | None if several else Path if said == 'File' else str
-        placed = typer.Argument(metavar=_PLACED[each.name], help=words)
-        return _keyword(each.name, Annotated[kind, placed], None if several else each.empty)
-    kind, parser, metavar = _kind(each.name, said, meanings(call)[each.name])
+    if item.name in _PLACED:
+        several = item.kind is item.VAR_POSITIONAL
+        kind: Any = list[str] | None if several else Path if hint == 'File' else str
+        placed = typer.Argument(metavar=_PLACED[item.name], help=words)
+        return _keyword(item.name, Annotated[kind, placed], None if several else item.empty)
+    kind, parser, metavar = _kind(item.name, hint, meanings(call)[item.name])
     default = None if default == () else default
     declared = typer.Option(
-        option(Argument(each.name)),
-        *(['-o'] if _SHORT.get(call) == each.name else []),
-        metavar='DIR' if words.startswith('Folder') else _METAVARS.get(each.name, metavar),
+        option(Argument(item.name)),
+        *(['-o'] if _SHORT.get(call) == item.name else []),
+        metavar='DIR' if words.startswith('Folder') else _METAVARS.get(item.name, metavar),
         help=words,
         parser=parser,
     )
     return _keyword(
-        each.name, Annotated[kind | None if default is None else kind, declared], default
+        item.name, Annotated[kind | None if default is None else kind, declared], default
     )
 
 
@@ -314,15 +314,15 @@ def option_of(call: str, name: str) -> Any:
     return _option(call, signature_of(call)[name], shared=True).annotation.__metadata__[0]
 
 
-def _kind(name: str, said: str, words: str) -> tuple[Any, Callable[[Any], Any] | None, str | None]:
+def _kind(name: str, hint: str, words: str) -> tuple[Any, Callable[[Any], Any] | None, str | None]:
     """Return type, parser and metavar of an option; the metavar of a quantity is its unit."""
-    if said.startswith('Literal'):
-        return Literal[tuple(re.findall(r"'(\w+)'", said))], None, None
-    if said == 'Quantity' and (found := re.search(r'\[([^\[\]]+)\]', words)):
-        unit = found[1]
+    if hint.startswith('Literal'):
+        return Literal[tuple(re.findall(r"'(\w+)'", hint))], None, None
+    if hint == 'Quantity' and (match := re.search(r'\[([^\[\]]+)\]', words)):
+        unit = match[1]
         return float, measured(unit), 'DAYS' if unit == 'd' else unit.upper().replace(' ', '')
-    if said.endswith('[Quantity]'):
+    if hint.endswith('[Quantity]'):
         return str, partial(_numbers, name), 'A,B,…'
     if name == 'file':
         return str, None, 'FILE'  # a Path drops the slash of a folder
-    return _KINDS[said]
+    return _KINDS[hint]

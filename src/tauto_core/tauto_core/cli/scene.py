@@ -25,11 +25,11 @@ def shipped_summary(name: str) -> str:
 
 def scenes(names: list[str], as_json: bool, _: Mapping[str, Any]) -> dict[str, Any] | str:
     """Return the built-in scenes with their descriptions."""
-    found = {name: shipped_summary(name) for name in names}
+    summaries = {name: shipped_summary(name) for name in names}
     if as_json:
-        return {'scenes': found}
-    width = max(map(len, found))
-    return '\n'.join(f'{name:{width}}  {summary}' for name, summary in found.items())
+        return {'scenes': summaries}
+    width = max(map(len, summaries))
+    return '\n'.join(f'{name:{width}}  {summary}' for name, summary in summaries.items())
 
 
 class NewCommand(TyperCommand):
@@ -43,8 +43,8 @@ class NewCommand(TyperCommand):
         for option in self.params:
             if isinstance(option, TyperOption) and option.name in CHOICES:
                 names = [kind_of(model) for model in kinds_in(CHOICES[option.name])]
-                none = '; without it there is none' if option.name == 'escapement' else ''
-                option.help = f'{", ".join(names[:-1])} or {names[-1]}{none}.'
+                suffix = '; without it there is none' if option.name == 'escapement' else ''
+                option.help = f'{", ".join(names[:-1])} or {names[-1]}{suffix}.'
         super().format_help(ctx, formatter)
 
 

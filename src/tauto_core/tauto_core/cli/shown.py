@@ -74,12 +74,12 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
     if made.acts_from_rad is not None and made.plate is None:
         thread = f'a thread of {given["thread_mm"]:g} mm'
         say(f'{thread} bends round the edges up to {made.acts_from_rad:.4g} rad')
-    for each in (
+    for line in (
         *left_out(made.keys_left_out),
         *filter(None, [made.too_small]),
         *(f'wrote {file}' for file in made.files),
     ):
-        say(each)
+        say(line)
     if as_json:
         return made.facts()
     if made.plate is not None:
@@ -88,7 +88,7 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
         for amplitude, *cost in zip(
             rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
         ):
-            cells = [significant(each, 2, signed=True) for each in cost]
+            cells = [significant(rate, 2, signed=True) for rate in cost]
             lines.append('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
         return '\n'.join(lines)
     if made.files:
@@ -139,7 +139,7 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     )
     lines = []
     for key, value in sizes.items():
-        ending, unit, size = next(each for each in printed if key.endswith(each[0]))
+        ending, unit, size = next(row for row in printed if key.endswith(row[0]))
         # Six digits: a micrometre in a metre, and 0.05 s/day of the period; --json has all.
         lines.append(f'{key.removesuffix(ending).replace("_", " "):14} {value / size:.6g} {unit}')
     return '\n'.join(lines)
@@ -154,7 +154,7 @@ def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
             words, _unit, unit = name.rpartition('_')
             lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
     heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')
-    for row in (heads, *([printed(each, '+z.6f') for each in row.values()] for row in rows)):
+    for row in (heads, *([printed(value, '+z.6f') for value in row.values()] for row in rows)):
         lines.append('  '.join(f'{cell:>10}' for cell in row))
     if found['ends_s'] is not None:
         say(f'after {found["ends_s"]:.6g} s {found["ends_why"]}')
@@ -169,8 +169,8 @@ def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
         for name in sizes
     ]
     heads = ['wrong by', 'latitude nmi', "declination '", 'culmination s']
-    for of, *each in (heads, *([*row.values()] for row in found['errors'])):
-        cells = (f'{one if isinstance(one, str) else printed(one, "+.4f"):>15}' for one in each)
+    for of, *data in (heads, *([*row.values()] for row in found['errors'])):
+        cells = (f'{x if isinstance(x, str) else printed(x, "+.4f"):>15}' for x in data)
         lines.append(f'{of:24}' + ''.join(cells))
     return '\n'.join(lines)
 
@@ -196,16 +196,16 @@ def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> S
         'ship; what is doubtful'
     ]
     for row, between in zip(found, ends, strict=True):
-        told = [f'cannot be sailed: {each}' for each in row['problems']] or row['notes']
+        remarks = [f'cannot be sailed: {problem}' for problem in row['problems']] or row['notes']
         days = '' if row['days'] is None else f'{row["days"]:.1f}'
         lines.append(
             f'{row["passage"]:{width}}  {row["first_utc"][:10]:10} {days:>5}  {row["entries"]:7}  '
             f'{row["wind_share"]:4.0%}  {row["air_share"]:4.0%}  {between:{way}}  '
-            + '; '.join([row['ship'] or '?', *told])
+            + '; '.join([row['ship'] or '?', *remarks])
         )
     sound = sum(not row['problems'] for row in found)
-    last = f'{len(found)} passages, {sound} of them can be sailed: --passage ID writes a scene'
-    return '\n'.join([*lines, last])
+    summary = f'{len(found)} passages, {sound} of them can be sailed: --passage ID writes a scene'
+    return '\n'.join([*lines, summary])
 
 
 def budget(found: Budget, as_json: bool, given: Given) -> Said:
@@ -266,14 +266,14 @@ def soundness(found: Soundness, as_json: bool, given: Given) -> Said:
             'notes': notes,
             'topics': counts,
         }
-    held = f'{sum(counts.values()):,} messages on {len(counts)} topics'
+    contents = f'{sum(counts.values()):,} messages on {len(counts)} topics'
     lines, path = [*found.damage, *found.faults, *found.marks], found.bag.path
     if found.damage:
-        lines.append(f'{path} is damaged; {held} can be read: `tauto bag recover {path}`')
+        lines.append(f'{path} is damaged; {contents} can be read: `tauto bag recover {path}`')
     elif found.whole:
-        lines.append(f'{path} is whole: {held}')
+        lines.append(f'{path} is whole: {contents}')
     else:
-        lines.append(f'{path}: its files are whole, {held}')
+        lines.append(f'{path}: its files are whole, {contents}')
     return '\n'.join([*lines, *(f'note: {note}' for note in notes)])
 
 
@@ -305,11 +305,11 @@ _INDENT = ' ' * 23
 
 def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
     """Return the claims, where no page is written; print those that are not as expected."""
-    for claim in (each for each in found if each.verdict != each.expected):
-        said = f'{claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} (off by '
-        said += f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
-        said += f'{claim.expected}. Look for the fault in what was computed'
-        typer.echo(f'tauto: {said}', err=True)
+    for claim in (claim for claim in found if claim.verdict != claim.expected):
+        text = f'{claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} (off by '
+        text += f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
+        text += f'{claim.expected}. Look for the fault in what was computed'
+        typer.echo(f'tauto: {text}', err=True)
     if as_json:
         return {'claims': list(map(claim_facts, found))}
     if given.get('page') or given.get('site'):
@@ -353,16 +353,16 @@ def claim_lines(claim: Claim, width: int) -> list[str]:
     words = f'{head:<12} {claim.verdict:<9} {claim.said}'
     lines = wrap(words, width, subsequent_indent=_INDENT)
     value = f' = {claim.value:.9g}' if math.isfinite(claim.value) else ''
-    said = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
+    parts = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
     if claim.must:
-        said.append(f'as it must be: {claim.must}')
+        parts.append(f'as it must be: {claim.must}')
     if claim.adds:
-        said.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
+        parts.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
     if claim.computed is not None:
-        said.append(f'computed: {claim.computed:.9g}')
+        parts.append(f'computed: {claim.computed:.9g}')
     if math.isfinite(claim.difference):
-        said.append(f'off by {claim.difference:.1e}')
+        parts.append(f'off by {claim.difference:.1e}')
     whose = f'whose fault: {claim.whose}' if claim.whose else ''
-    for words in ('; '.join(said), claim.reason, whose):
+    for words in ('; '.join(parts), claim.reason, whose):
         lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
     return lines

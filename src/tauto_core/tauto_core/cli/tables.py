@@ -54,7 +54,7 @@ class WholeTable(Table):
             cells = [column.header, *column.cells]
             widths = [Measurement.get(console, roomy, cell) for cell in cells if cell]
             column.min_width = max(
-                (each.maximum if column.no_wrap else each.minimum for each in widths), default=None
+                (size.maximum if column.no_wrap else size.minimum for size in widths), default=None
             )
         if all(column.min_width for column in self.columns):
             needed = Measurement.get(console, roomy, self).minimum
@@ -84,8 +84,8 @@ def voyage_table(result: Facts) -> RenderableType:
     for name, rows in groups(result):
         table.add_row(Text(name, style='bold'))
         for label, value, unit in rows:
-            said = label if value else fill(label, _SENTENCE)
-            table.add_row(Padding(said, (0, 0, 0, 2)), value, unit)
+            cell = label if value else fill(label, _SENTENCE)
+            table.add_row(Padding(cell, (0, 0, 0, 2)), value, unit)
     parts: list[RenderableType] = [
         Text(title if seconds is None else f'{title}: {span(seconds)}', style='italic'),
         Text(answer(result), style='bold'),
@@ -101,12 +101,12 @@ def voyage_table(result: Facts) -> RenderableType:
 
 def sea_words(sea: Facts) -> str:
     """Return a ship's sea (`ship.sea_metadata`) as a line of text."""
-    said = (
+    words = (
         f'{sea.get("source", sea["spectrum"])}, Hs {sea["significant_wave_height_m"]:.3g} m, '
         f'Tp {sea["peak_period_s"]:.3g} s, seed {sea["seed"]}'
     )
     heading, speed = math.degrees(sea['heading_rad']), sea['speed_m_s']
-    return f'{said}; waves {printed(heading, ".4g")}° off following, speed {speed:g} m/s'
+    return f'{words}; waves {printed(heading, ".4g")}° off following, speed {speed:g} m/s'
 
 
 # -----------------------------------------------------------------------------
@@ -166,8 +166,8 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
     title = 'weather' if together == 1 else f'weather, {together} states a row'
     caption = 'heading: direction the waves run to, from the bow to port; 0 following'
     table = _squared(title, ('from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'), caption)
-    for first in range(0, len(states), together):
-        row = states[first : first + together]
+    for begin in range(0, len(states), together):
+        row = states[begin : begin + together]
         headings = (state['heading_rad'] for state in row)
         table.add_row(
             f'{row[0]["at_s"] / DAY_S:.2f}',
@@ -188,10 +188,10 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
 
 def _range(values: Sequence[float | None], decimals: int) -> str:
     """Return the least and the largest of the known values; for a calm a dash."""
-    known = [value for value in values if value is not None]
-    if not known:
+    sizes = [value for value in values if value is not None]
+    if not sizes:
         return '–'
-    low, high = (printed(value, f'z.{decimals}f') for value in (min(known), max(known)))
+    low, high = (printed(value, f'z.{decimals}f') for value in (min(sizes), max(sizes)))
     return low if low == high else f'{low} to {high}'
 
 
@@ -220,9 +220,9 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
         table.add_row('steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing')
     if expected['accuracy'] is not None:
         table.add_row('accuracy asked', f'{expected["accuracy"]:g} s a day')
-    absent = [each for each in facts['left_out'] if each['key']]
+    absent = [effect for effect in facts['left_out'] if effect['key']]
     table.add_row('not in this scene', '\n'.join(map(_left_out_words, absent)))
-    never = [each for each in facts['left_out'] if not each['key']]
+    never = [effect for effect in facts['left_out'] if not effect['key']]
     table.add_row('not simulated', '\n'.join(map(_left_out_words, never)))
     run = span(expected['run_s'], digits=1)
     machine = expected['measured_on']
@@ -259,16 +259,16 @@ def _thread_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         if hanging['swings_in_s'] is None:
             yield 'thread', f'ideal, as is fair of one {fair}'
         else:
-            own = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
-            yield 'thread', f'{own}{_departs(hanging)}; to take it for ideal it should be {fair}'
+            text = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
+            yield 'thread', f'{text}{_departs(hanging)}; to take it for ideal it should be {fair}'
     if slack := facts.get('slack'):
         often = slack['times_a_day']
         # less than one in a hundred such voyages, all of it in that sea
         seldom = often * facts['duration_s'] < 0.01 * DAY_S
-        said = 'none is expected' if seldom else f'about {often:.3g} times a day'
+        rate = 'none is expected' if seldom else f'about {often:.3g} times a day'
         yield (
             'slack thread',
-            f'{said} in the highest sea, whose vertical acceleration is '
+            f'{rate} in the highest sea, whose vertical acceleration is '
             f'{slack["acceleration_m_s2"]:.2g} m/s² rms',
         )
 
@@ -299,13 +299,13 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if way := facts['voyage']:
         under_way, times = way['arrives_at_s'] - way['sails_at_s'], way['landfalls_s']
         landfalls = ', '.join(span(time) for time in times)
-        beyond = ', beyond the end' if times[-1:] > [facts['duration_s'] + 1e-3] else ''
-        made = [f'landfall{"s" * (len(times) > 1)} after {landfalls}{beyond}'] if times else []
-        made += [f'ends {way["ends"]}'] if 'ends' in way else []
+        suffix = ', beyond the end' if times[-1:] > [facts['duration_s'] + 1e-3] else ''
+        parts = [f'landfall{"s" * (len(times) > 1)} after {landfalls}{suffix}'] if times else []
+        parts += [f'ends {way["ends"]}'] if 'ends' in way else []
         yield (
             'voyage',
             f'{way["track"]} of {way["length_m"] / 1852.0:,.1f} nmi in {span(under_way)}, '
-            f'{significant(way["speed_m_s"])} m/s, {"; ".join(made)}',
+            f'{significant(way["speed_m_s"])} m/s, {"; ".join(parts)}',
         )
     if air := facts.get('air'):
         yield (
@@ -313,9 +313,9 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f'{air["lowest_celsius"]:.1f} to {air["highest_celsius"]:.1f} °C in the box of the '
             f'clock, which follows the air in {air["box_hours"]:g} h',
         )
-    kept = 'with' if facts['motion_kept'] else 'without'
+    word = 'with' if facts['motion_kept'] else 'without'
     logged = facts['logged_samples']
-    yield 'log', f'{logged:,} samples, one every {interval:g} s, {kept} the motion'
+    yield 'log', f'{logged:,} samples, one every {interval:g} s, {word} the motion'
     small_s = facts['small_period_s']
     yield (
         'period of small swings',
@@ -325,25 +325,25 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield from _regulator_rows(facts)
     if swing := facts['steady_swing']:
         yield 'steady swing, on land', _swing_words(swing)
-    for name, found in facts.get('covariates', {}).items():
-        said = with_sigma(found['value'], found['sigma'], signed=False)
+    for name, entry in facts.get('covariates', {}).items():
+        value = with_sigma(entry['value'], entry['sigma'], signed=False)
         # to 1e-4, a fiftieth of the least standard deviation
         trials = (
             ', '.join(
                 f'{printed(round(k, 4), "zg")} in waves of {float(period):g} s'
-                for period, k in (found.get('at_periods') or {}).items()
+                for period, k in (entry.get('at_periods') or {}).items()
             )
             or ', '.join(
                 f'{printed(round(k, 4), "zg")} in gravity of {100.0 * float(change):+g} %'
-                for change, k in (found.get('at_changes') or {}).items()
+                for change, k in (entry.get('at_changes') or {}).items()
             )
             or ', '.join(
                 f'{printed(k, ".4g")} over {float(change):+.3g} K'
-                for change, k in (found.get('at_kelvin') or {}).items()
+                for change, k in (entry.get('at_kelvin') or {}).items()
             )
         )
         source = f'from trial runs: {trials}' if trials else 'as the scene says'
-        yield f'coefficient of {name}', f'{said}, {source}'
+        yield f'coefficient of {name}', f'{value}, {source}'
 
 
 def _left_out_words(row: Facts) -> str:
@@ -356,13 +356,13 @@ def _swing_words(swing: dict[str, Any]) -> str:
     if 'why' in swing:
         return f'none: {swing["why"]}'
     rate = figure(swing['rate_s_per_day'], 's/day', signed=True)
-    said = f'{swing["amplitude_rad"]:.4g} rad, rate {rate} s/day'
+    text = f'{swing["amplitude_rad"]:.4g} rad, rate {rate} s/day'
     if swing['time_constant_s'] is None:
-        return said
+        return text
     # next to the rate of a free swing as wide this would be lost in its last digits
     kept_up = swing['rate_s_per_day'] - swing['free_rate_s_per_day']
     return (
-        f'{said} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
+        f'{text} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
         f'departure falls e-fold in {span(swing["time_constant_s"])}'
     )
 
@@ -440,16 +440,16 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
 
 def failures(result: Comparison) -> list[str]:
     """Return why clocks stopped: one line for each clock and case, at its first such roll."""
-    found: dict[tuple[str, str], str] = {}
+    reasons: dict[tuple[str, str], str] = {}
     for row in result.rows:
         if row.stopped is not None:
-            found.setdefault((row.clock, _case(row)), row.stopped.why)
-    return [f'{clock}, {case}: {why}' for (clock, case), why in found.items()]
+            reasons.setdefault((row.clock, _case(row)), row.stopped.why)
+    return [f'{clock}, {case}: {why}' for (clock, case), why in reasons.items()]
 
 
 def comparison_table(result: Comparison) -> Table:
     """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
-    releases = ', '.join(f'{each:g}' for each in sorted({row.release for row in result.rows}))
+    releases = ', '.join(f'{angle:g}' for angle in sorted({row.release for row in result.rows}))
     judged = any(row.prize_pounds is not None for row in result.rows)
     pays = 'pays nothing for a voyage of less than six weeks'
     prize = '£: what the Act of 1714 pays' if judged else f'the Act of 1714 {pays}'
@@ -498,38 +498,38 @@ def _case(row: Row) -> str:
 
 def budget_tables(facts: Facts) -> list[RenderableType]:
     """Return a budget (`Budget.facts`) as texts and tables."""
-    whole = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
+    total = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
     causes = of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')
     rows = budget_rows(facts)
     for place, cells in enumerate(rows):
         causes.add_row(*cells, end_section=place == len(rows) - 4)
-    found: list[RenderableType] = [
-        Text(f'{facts["scene"]}: why the rate is {whole} s/day', style='italic'),
+    parts: list[RenderableType] = [
+        Text(f'{facts["scene"]}: why the rate is {total} s/day', style='italic'),
         causes,
         Text(f'{facts["sailed"]}.'),
     ]
     if facts['fixed_s_per_day'] is not None:
         fixed = figure(facts['fixed_s_per_day'], 's/day', signed=True)
-        found.append(Text(f'With its case fixed to the ship: {fixed} s/day.'))
+        parts.append(Text(f'With its case fixed to the ship: {fixed} s/day.'))
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
-        found.append(Text(f'\nBadly known numbers leave an uncertainty of ± {spread} s/day:'))
+        parts.append(Text(f'\nBadly known numbers leave an uncertainty of ± {spread} s/day:'))
         rough = of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
-        for each in facts['rough']:
-            unit = f' {each["unit"]}' if each['unit'] else ''
+        for row in facts['rough']:
+            unit = f' {row["unit"]}' if row['unit'] else ''
             rough.add_row(
-                each['key'],
-                f'{significant(each["least"])}{unit}',
-                figure(each['least_s_per_day'], 's/day', signed=True),
-                f'{significant(each["most"])}{unit}',
-                figure(each['most_s_per_day'], 's/day', signed=True),
+                row['key'],
+                f'{significant(row["least"])}{unit}',
+                figure(row['least_s_per_day'], 's/day', signed=True),
+                f'{significant(row["most"])}{unit}',
+                figure(row['most_s_per_day'], 's/day', signed=True),
             )
-        found.append(rough)
-    found.append(Text('\nEffect of small changes, on land:'))
+        parts.append(rough)
+    parts.append(Text('\nEffect of small changes, on land:'))
     worth = of_fleet('', 'change', 's/day')
-    for each in facts['worth']:
-        worth.add_row(each['what'], figure(each['rate_s_per_day'], 's/day', signed=True))
-    return [*found, worth]
+    for row in facts['worth']:
+        worth.add_row(row['what'], figure(row['rate_s_per_day'], 's/day', signed=True))
+    return [*parts, worth]
 
 
 # -----------------------------------------------------------------------------
@@ -542,36 +542,36 @@ def fleet_tables(result: Answers) -> list[Table]:
     """Return quantiles of the error, influences, and of a long voyage shares within the Act's
     limits.
     """
-    found = []
-    if within := result.within:
-        limits = (f'{each.limit_nmi:g} nmi' for each in within['raw'])
-        found.append(of_fleet('ships within', 'clock', *limits))
-        for clock, said in _CLOCKS.items():
+    tables = []
+    if prizes := result.within:
+        limits = (f'{prize.limit_nmi:g} nmi' for prize in prizes['raw'])
+        tables.append(of_fleet('ships within', 'clock', *limits))
+        for clock, label in _CLOCKS.items():
             shares = (
-                f'{percent(each.share)} ({percent(each.low)}–{percent(each.high)})'
-                for each in within[clock]
+                f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
+                for prize in prizes[clock]
             )
-            found[-1].add_row(said, *shares)
+            tables[-1].add_row(label, *shares)
     title = 'error of the longitude below which so many ships stay [nmi]'
-    sizes = ((said, result.quantiles_nmi[clock]) for clock, said in _CLOCKS.items())
-    found.append(_quantiles(title, sizes))
+    sizes = ((label, result.quantiles_nmi[clock]) for clock, label in _CLOCKS.items())
+    tables.append(_quantiles(title, sizes))
     if result.influences:
         clocks = tuple(_CLOCKS.values())
         title = 'rank correlation with the error, and with its size'
-        found.append(of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
-        for each in result.influences:
-            ranks = (each.raw, each.corrected, each.raw_size, each.corrected_size)
+        tables.append(of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
+        for row in result.influences:
+            ranks = (row.raw, row.corrected, row.raw_size, row.corrected_size)
             signed = ('–' if rank is None else printed(rank, '+z.2f') for rank in ranks)
-            found[-1].add_row(each.key, *signed)
-    return found
+            tables[-1].add_row(row.key, *signed)
+    return tables
 
 
 def of_fleet(title: str, *columns: str) -> Table:
     """Return a table without rows; all columns but the first hold figures."""
     table = WholeTable(title=title or None, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
-    first, *others = columns
-    table.add_column(first)
-    for name in others:
+    head, *figures = columns
+    table.add_column(head)
+    for name in figures:
         table.add_column(name, justify='right')
     return table
 
@@ -605,21 +605,21 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
         return f'{clock.clock}, {WAYS[way]}' if several else WAYS[way]
 
     if answers.judged:
-        limits = [f'{each.limit_nmi:g} nmi' for each in answers.clocks[0].ways['raw'].prizes]
+        limits = [f'{prize.limit_nmi:g} nmi' for prize in answers.clocks[0].ways['raw'].prizes]
         drawn = ['± wind'] * bool(answers.wind_draws) + ['± hull'] * bool(answers.hull_draws)
         sights = f'30 nmi, local time ± {answers.local_time_s:g} s'
         title = 'passages within (95 % confidence)'
         table = of_fleet(title, 'clock', *limits, sights, *drawn)
         for clock, way in rows:
             prizes = clock.ways[way].prizes
-            first = prizes[0]
-            spreads = [first.wind] * bool(answers.wind_draws)
-            spreads += [first.hull] * bool(answers.hull_draws)
+            top = prizes[0]
+            spreads = [top.wind] * bool(answers.wind_draws)
+            spreads += [top.hull] * bool(answers.hull_draws)
             table.add_row(
                 called(clock, way),
-                *(each.said for each in prizes),
-                percent(first.with_local_time),
-                *('–' if each is None else f'± {percent(each)}' for each in spreads),
+                *(prize.said for prize in prizes),
+                percent(top.with_local_time),
+                *('–' if spread is None else f'± {percent(spread)}' for spread in spreads),
             )
         yield table
     title = 'error below which so many passages stay [nmi]'
@@ -629,9 +629,9 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
         title = 'change of the error of a passage in the median [nmi]'
         table = of_fleet(title, 'clock', 'wind drawn anew', 'hull drawn anew')
         for clock, way in rows:
-            found = clock.ways[way]
-            changes = (found.wind_nmi, found.hull_nmi)
-            table.add_row(called(clock, way), *(figure(each, 'nmi') for each in changes))
+            result = clock.ways[way]
+            changes = (result.wind_nmi, result.hull_nmi)
+            table.add_row(called(clock, way), *(figure(change, 'nmi') for change in changes))
         yield table
     if answers.judged:
         for title, parts in (('season', 'seasons'), ('ocean', 'oceans')):
@@ -659,18 +659,18 @@ def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
         for why, number in clock.failures.items():
             yield f'{clock.clock}: {counted(number, "passage")} failed: {why}'
         differ = [
-            abs(each.differ_nmi[clock.clock]['corrected'])
-            for each in answers.companies
-            if 'corrected' in each.differ_nmi.get(clock.clock, {})
+            abs(pair.differ_nmi[clock.clock]['corrected'])
+            for pair in answers.companies
+            if 'corrected' in pair.differ_nmi.get(clock.clock, {})
         ]
         if differ:
-            rms = math.sqrt(sum(each * each for each in differ) / len(differ))
+            rms = math.sqrt(sum(nmi * nmi for nmi in differ) / len(differ))
             pairs = counted(len(differ), 'pair')
             yield (
                 f'{clock.clock}: on {pairs} of ships in company the rated clock differs by '
                 f'{figure(rms, "nmi")} nmi rms between two logs when they part'
             )
-    away = list(dict.fromkeys(each['passage'] for each in answers.voyages if each['ends']))
+    away = list(dict.fromkeys(row['passage'] for row in answers.voyages if row['ends']))
     if away:
         yield (
             f'the last entry of {counted(len(away), "passage")} lies at sea, more than '
@@ -700,16 +700,16 @@ def hull_page(facts: Facts) -> RenderableType:
     )
     heads = ('heading, °', 'heave, m', 'wave, s', 'roll, °', 'wave, s', 'pitch, °', 'wave, s')
     peaks = _squared('largest motions, per metre of wave', heads)
-    for each in facts['operators']:
+    for operator in facts['operators']:
         at = {
-            name: '–' if (period := each[f'{name}_at_s']) is None else f'{period:.1f}'
+            name: '–' if (period := operator[f'{name}_at_s']) is None else f'{period:.1f}'
             for name in ('heave', 'roll', 'pitch')
         }
         peaks.add_row(
-            f'{math.degrees(each["heading_rad"]):.0f}',
-            *(f'{each["heave_m_per_m"]:.2f}', at['heave']),
-            *(f'{math.degrees(each["roll_rad_per_m"]):.1f}', at['roll']),
-            *(f'{math.degrees(each["pitch_rad_per_m"]):.1f}', at['pitch']),
+            f'{math.degrees(operator["heading_rad"]):.0f}',
+            *(f'{operator["heave_m_per_m"]:.2f}', at['heave']),
+            *(f'{math.degrees(operator["roll_rad_per_m"]):.1f}', at['roll']),
+            *(f'{math.degrees(operator["pitch_rad_per_m"]):.1f}', at['pitch']),
         )
     sea = facts['sea']
     height, period = sea['significant_wave_height_m'], sea['peak_period_s']

@@ -74,27 +74,27 @@ def given_values(
     """
     from tauto_core.scene.loader import read_mapping
 
-    given: dict[str, Any] = {} if duration is None else {'duration': duration}
+    values: dict[str, Any] = {} if duration is None else {'duration': duration}
     if accuracy is not None:
-        given['solver.accuracy'] = accuracy
+        values['solver.accuracy'] = accuracy
     for setting in settings or ():
         path, equals, text = (part.strip() for part in setting.partition('='))
         if not path or not equals:
             raise UsageError(f'--set {setting}: has no KEY=. Write for example duration=600')
-        if path in given:
+        if path in values:
             raise UsageError(f'--set {setting}: {path} is given twice. Leave one of them out')
         try:
-            given[path] = read_mapping(f'value: {text}', '--set')['value']
+            values[path] = read_mapping(f'value: {text}', '--set')['value']
         except SceneError as error:
             raise UsageError(
                 f'--set {setting}: {error.problem}. Write one value, in quotes for the shell '
                 "where it has blanks or brackets: --set 'voyage.departure=[50.8, -1.1]'"
             ) from None
-        if given[path] is None and text.lower() not in ('null', '~'):
+        if values[path] is None and text.lower() not in ('null', '~'):
             raise UsageError(f'--set {setting}: has no value. Write one after the =')
-        if given[path] is None:
-            given[path] = ABSENT
-    return given
+        if values[path] is None:
+            values[path] = ABSENT
+    return values
 
 
 # Endings of arguments that options do without.
@@ -152,13 +152,13 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
 
 def say_warnings() -> None:
     """Print the package's own Python warnings from now on as messages."""
-    shown = warnings.showwarning
+    original = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
         if category.__module__.startswith('tauto_core.'):
             say(message.args[0] if isinstance(message, Warning) else message)
         else:
-            shown(message, category, *where, **more)
+            original(message, category, *where, **more)
 
     warnings.showwarning = show
 
@@ -228,13 +228,13 @@ def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    character, after = error.object[error.start], error.start + 1
+    character, end = error.object[error.start], error.start + 1
     if '\udc80' <= character <= '\udcff':
-        return bytes([ord(character) - 0xDC00]), after
+        return bytes([ord(character) - 0xDC00]), end
     name = unicodedata.name(character, '')
     if name.startswith(_GREEK):
-        return name.removeprefix(_GREEK).lower(), after
-    return _PLAIN.get(character) or ascii(character)[1:-1], after
+        return name.removeprefix(_GREEK).lower(), end
+    return _PLAIN.get(character) or ascii(character)[1:-1], end
 
 
 # -----------------------------------------------------------------------------
@@ -269,11 +269,11 @@ def ended_by_sigterm() -> Iterator[None]:
     numbers = [signal.SIGTERM, signal.SIGHUP]
     if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
         numbers.pop()
-    before = [signal.signal(number, end) for number in numbers]
+    handlers = [signal.signal(number, end) for number in numbers]
     try:
         yield
     finally:
-        for number, handler in zip(numbers, before, strict=True):
+        for number, handler in zip(numbers, handlers, strict=True):
             signal.signal(number, handler)
         _ending.clear()
 
@@ -291,9 +291,9 @@ def send_lost_again() -> None:
             report(lost)
             return
         number = _ending.pop() if _ending else signal.SIGINT
-        again = threading.Timer(_AGAIN_S, os.kill, (os.getpid(), number))
-        again.daemon = True
-        again.start()
+        timer = threading.Timer(_AGAIN_S, os.kill, (os.getpid(), number))
+        timer.daemon = True
+        timer.start()
 
     sys.unraisablehook = hear
 
@@ -321,11 +321,11 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
         task = bar.add_task(label, total=1.0)
 
         def compiles(kernel: str | None, left_s: float) -> None:
-            said = label
+            text = label
             if kernel is not None:
-                said += f': compiling {kernel.removeprefix("tauto_core.")} once'
-                said += f', about {left_s:.1f} s' if left_s else ''
-            bar.update(task, description=said)
+                text += f': compiling {kernel.removeprefix("tauto_core.")} once'
+                text += f', about {left_s:.1f} s' if left_s else ''
+            bar.update(task, description=text)
 
         with listening(compiles):
             yield lambda share: bar.update(task, completed=share)
@@ -357,7 +357,7 @@ def counting_bar(things: str) -> Iterator[Callable[[float, int], None]]:
         def tell(done: float, total: int) -> None:
             speed = bar.tasks[task].speed if total else None
             rate = f'{speed:.3g} a second' if speed else ''
-            said = f'{done:,.0f} of {total:,} {things}' if total else 'reading'
-            bar.update(task, completed=done, total=total or 1.0, rate=rate, said=said)
+            text = f'{done:,.0f} of {total:,} {things}' if total else 'reading'
+            bar.update(task, completed=done, total=total or 1.0, rate=rate, said=text)
 
         yield tell

@@ -74,7 +74,7 @@ def plot(given: dict[str, Any]) -> None:
     source, what = given.pop('source'), given.pop('what')
     ends = {name: given.pop(name, None) for name in ('from_s', 'to_s')}
     file = given.setdefault('file', Path(f'{title_of(source)}_{what}.svg'))
-    check_picture(what, file, part=any(each is not None for each in ends.values()))
+    check_picture(what, file, part=any(end is not None for end in ends.values()))
     for name, text in ends.items():
         _on_axis(
             name, text, 1.0
@@ -115,19 +115,19 @@ def cam(given: dict[str, Any]) -> Any:
 
 def fleet(given: dict[str, Any]) -> Any:
     """Send many ships on one voyage, or clocks along the passages of a log-book."""
-    asked, other = ('trial', 'fleet') if 'logs' in given else ('fleet', 'trial')
-    apart = signature_of(other).keys() - signature_of(asked).keys()
+    call, other_call = ('trial', 'fleet') if 'logs' in given else ('fleet', 'trial')
+    unknown = signature_of(other_call).keys() - signature_of(call).keys()
     for name, value in given.items():
-        if name in apart and value is not False:
+        if name in unknown and value is not False:
             wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
-            if asked == 'trial':
+            if call == 'trial':
                 which = ', whose passages are the ships. Leave one of them out'
                 wrong = ': does not go with ', Argument('logs'), which
             raise UsageError(Argument(name, value), *wrong)
-    chosen = {key: each for key, each in given.items() if key not in apart}
-    things = 'voyages' if asked == 'trial' else 'ships'
+    chosen = {key: value for key, value in given.items() if key not in unknown}
+    things = 'voyages' if call == 'trial' else 'ships'
     with ended_by_sigterm(), counting_bar(things) as progress:
-        return getattr(api, asked)(**chosen, progress=progress)
+        return getattr(api, call)(**chosen, progress=progress)
 
 
 def title_of(source: str) -> str:
@@ -151,7 +151,7 @@ def _on_axis(name: str, text: str | None, unit_s: float) -> float | None:
 def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voyage:
     """Return the voyage of a bag or a scene, after the warnings about it."""
     anyway = given['anyway']
-    values = {key: each for key, each in given.items() if key not in ('anyway', 'file')}
+    values = {key: value for key, value in given.items() if key not in ('anyway', 'file')}
     if api.is_bag(source):
         if values:
             raise UsageError(
