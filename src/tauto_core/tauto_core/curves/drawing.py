@@ -89,8 +89,8 @@ def cheek(
     angle = start + (end - start) * np.sin(np.linspace(0.0, 0.5, points) * math.pi)
     x, y = cam.contact(angle)
     if thread_thickness:
-        psi, half = cam.psi(angle), 0.5 * thread_thickness
-        x, y = x - half * np.cos(psi), y - half * np.sin(psi)
+        psi, offset = cam.psi(angle), 0.5 * thread_thickness
+        x, y = x - offset * np.cos(psi), y - offset * np.sin(psi)
     return Cheek(angle, x, y)
 
 
@@ -115,13 +115,13 @@ def cheeks_meet_rad(cam: Cam) -> float:
     """
     angles = np.linspace(0.0, cam.drawn_rad, _PROBES)
     # at positive angles the thread lies on the cheek at x < 0
-    apart = cam.contact(angles)[0] < 0.0
-    meets = np.flatnonzero(apart[:-1] & ~apart[1:])
+    is_left = cam.contact(angles)[0] < 0.0
+    meets = np.flatnonzero(is_left[:-1] & ~is_left[1:])
     if not len(meets):
         return math.inf
-    first = int(meets[0])
+    index = int(meets[0])
     return bisect(
-        lambda at: bool(cam.contact(at)[0] < 0.0), float(angles[first]), float(angles[first + 1])
+        lambda at: bool(cam.contact(at)[0] < 0.0), float(angles[index]), float(angles[index + 1])
     )[0]
 
 
@@ -135,31 +135,31 @@ def lever_cheek(
 
     The two cheeks of a lever differ. UsageError: a cheek that such a thread cannot follow.
     """
-    half, start = 0.5 * thread_thickness, 0.0
-    if half:
+    offset, start = 0.5 * thread_thickness, 0.0
+    if offset:
         looked = np.linspace(0.0, end, _PROBES - 1)
         radius = shape.radius_of_curvature(looked)
-        sharp = np.flatnonzero(radius < half)
-        last = int(sharp[-1]) if len(sharp) else 0
-        if last == len(looked) - 1 or not np.array_equal(sharp, np.arange(last + 1)):
+        sharp = np.flatnonzero(radius < offset)
+        index = int(sharp[-1]) if len(sharp) else 0
+        if index == len(looked) - 1 or not np.array_equal(sharp, np.arange(index + 1)):
             reach = float(shape.theta(looked[-1:])[0])
             raise UsageError(
-                f'thread thickness {2.0 * half!r} m: up to {reach:.6g} rad the cheek is not '
+                f'thread thickness {2.0 * offset!r} m: up to {reach:.6g} rad the cheek is not '
                 'everywhere beyond its tip as round as half of it; its greatest '
                 f'radius of curvature is {float(np.max(radius)):.6g} m. Use a thinner thread or a '
                 'shorter ',
                 Argument('reach_rad'),
             )
-        sharp_at, round_at = float(looked[last]), float(looked[last + 1])
+        sharp_at, round_at = float(looked[index]), float(looked[index + 1])
         start, _ = bisect(
-            lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= half),
+            lambda at: bool(shape.radius_of_curvature(np.array([at]))[0] >= offset),
             round_at,
             sharp_at,
         )
     tau = np.linspace(start, end, points)
     (x, y), angle = shape.contact(tau), shape.theta(tau)
-    if half:
-        u, inwards = shape.pose(tau).u, -half * float(np.sign(end))
+    if offset:
+        u, inwards = shape.pose(tau).u, -offset * float(np.sign(end))
         x, y = x + inwards * np.cos(u), y + inwards * np.sin(u)
     return Cheek(angle, x, y)
 
@@ -229,8 +229,8 @@ class ArcPath(NamedTuple):
             count = max(math.ceil(abs(angle) / step), 1)
             part = np.exp(1j * angle * np.arange(count) / count)
             parts.append(centre + (start - centre) * part)
-        found = np.concatenate(parts)
-        return found.real, found.imag
+        curve = np.concatenate(parts)
+        return curve.real, curve.imag
 
 
 @dataclass(frozen=True)
@@ -381,12 +381,12 @@ def cam_plate(
     named = list(zip(centres, sizes, strict=True))
     edge = outline.polygon(1e-3 * tip)
     for at, (centre, (name, size)) in enumerate(named):
-        others = [
-            abs(centre - other) - 0.5 * wide
-            for away, (other, (_, wide)) in enumerate(named)
+        rooms = [
+            abs(centre - point) - 0.5 * wide
+            for away, (point, (_, wide)) in enumerate(named)
             if away != at
         ]
-        room = min(_room(centre, edge), *others) - WALL_MM
+        room = min(_room(centre, edge), *rooms) - WALL_MM
         thinner = 0.94 * (thread - size + 2.0 * room)
         if room < 0.5 * size and name == 'bore_mm' and bore_mm is slot_mm and thinner > 0.0:
             raise UsageError(
@@ -452,12 +452,12 @@ def too_small(
     if not small:
         return ''
     # two digits of 0.94 of it are less than it
-    less = float(f'{0.94 * pull * tip_mm * min(small.values()) / tool_mm:.2g}')
+    lower = float(f'{0.94 * pull * tip_mm * min(small.values()) / tool_mm:.2g}')
     named = ', no '.join(f'{word} of {share * tip_mm:.2g} mm' for word, share in small.items())
     return (
         f'the cusp is {tip_mm:.3g} mm from the axle, and a tool of {tool_mm:g} mm makes no {named}'
-        f'. A pull of {less:.2g} N, a weight of {1000.0 * less / gravity:.3g} g, puts it at '
-        f'{tip_mm * pull / less:.3g} mm in the same period'
+        f'. A pull of {lower:.2g} N, a weight of {1000.0 * lower / gravity:.3g} g, puts it at '
+        f'{tip_mm * pull / lower:.3g} mm in the same period'
     )
 
 
@@ -477,9 +477,9 @@ def _room(centre: complex, edge: tuple[FloatArray, FloatArray]) -> float:
     start = edge[0] + 1j * edge[1] - centre
     side = np.roll(start, -1) - start
     along = np.clip(-(start * side.conj()).real / np.maximum(np.abs(side) ** 2, 1e-300), 0.0, 1.0)
-    apart = float(np.min(np.abs(start + along * side)))
+    distance = float(np.min(np.abs(start + along * side)))
     turns = float(np.sum(np.angle(np.roll(start, -1) / start))) / math.tau
-    return apart if round(turns) else -apart
+    return distance if round(turns) else -distance
 
 
 # -----------------------------------------------------------------------------
@@ -515,9 +515,9 @@ def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: fl
         middle = 0.5 * (low + high)
         return fitted(low, middle, halvings - 1) + fitted(middle, high, halvings - 1)
 
-    first, _ = at(np.array([start]))
+    start_psi, _ = at(np.array([start]))
     arcs = fitted(start, end, _MOST_HALVINGS)
-    psi = np.array([float(first[0]), *(arc[0] for arc in arcs)])
+    psi = np.array([float(start_psi[0]), *(arc[0] for arc in arcs)])
     centre = np.array([arc[1] for arc in arcs])
     radius = np.array([arc[2] for arc in arcs])
     ends = centre + radius * np.exp(1j * psi[1:])
@@ -532,7 +532,7 @@ def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, f
     curve turns back or by half a turn.
     """
     chord = complex(point[1] - point[0])
-    tangents = [complex(1j * np.exp(1j * each)) for each in psi]
+    tangents = [complex(1j * np.exp(1j * angle)) for angle in psi]
     # |chord − d (T₀ + T₁)| = 2 d
     across = (chord * (tangents[0] + tangents[1]).conjugate()).real
     turn = 2.0 * (1.0 - math.cos(float(psi[1] - psi[0])))
@@ -541,17 +541,17 @@ def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, f
     length = abs(chord) ** 2 / (across + math.sqrt(across * across + turn * abs(chord) ** 2))
     joint = 0.5 * (complex(point[0] + point[1]) + length * (tangents[0] - tangents[1]))
     # an arc turns by twice the angle between its first tangent and its chord
-    half = np.angle((joint - complex(point[0])) / tangents[0])
-    middle = float(psi[0]) + 2.0 * float(half)
+    bend = np.angle((joint - complex(point[0])) / tangents[0])
+    middle = float(psi[0]) + 2.0 * float(bend)
     if not psi[0] < middle < psi[1]:
         return None
     arcs = []
-    for begin, stop, one, other in (
+    for begin, stop, tail, head in (
         (float(psi[0]), middle, complex(point[0]), joint),
         (middle, float(psi[1]), joint, complex(point[1])),
     ):
-        radius = abs(other - one) / (2.0 * math.sin(0.5 * (stop - begin)))
-        arcs.append((stop, one - radius * complex(math.cos(begin), math.sin(begin)), radius))
+        radius = abs(head - tail) / (2.0 * math.sin(0.5 * (stop - begin)))
+        arcs.append((stop, tail - radius * complex(math.cos(begin), math.sin(begin)), radius))
     return arcs
 
 
@@ -574,7 +574,7 @@ def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath
         bulges.append(math.tan(0.25 * corner))
         vertices.append(complex(end + offset * away))
     # the slot is symmetric; a cutter as wide as the slot goes down its middle
-    vertices = [complex(min(each.real, 0.0), each.imag) for each in vertices]
+    vertices = [complex(min(point.real, 0.0), point.imag) for point in vertices]
     closing = math.tau - 2.0 * float((np.angle(end) - 0.5 * math.pi) % math.tau)
     parts = math.ceil(closing / _LARGEST_ARC)
     turned = np.exp(1j * closing * np.arange(1, parts) / parts)
@@ -610,8 +610,8 @@ def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     It differs from that of the cam only before the thread lies on the cheeks.
     """
     arm = cam.lever_arm(angle)
-    before = angle < plate.acts_from_rad
-    arm[before] = lever_arm_as_cut(plate, cam, angle[before])
+    at_edges = angle < plate.acts_from_rad
+    arm[at_edges] = lever_arm_as_cut(plate, cam, angle[at_edges])
     return arm
 
 
@@ -644,13 +644,13 @@ def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray
     for amplitude in amplitudes.tolist():
         angle = amplitude * np.sin(phase)
         arm = cam.lever_arm(angle)
-        made = (
+        cuts = (
             edge_lever_arm(plate, cam, angle),
             lever_arm_as_cut(plate, cam, angle),
             arm - 1e-6,  # cut a micrometre too deep
         )
-        period, *others = (_period(t, phase, amplitude, setting) for t in (arm, *made))
-        rows.append([86400.0 * (period / other - 1.0) for other in others])
+        period, *periods = (_period(t, phase, amplitude, setting) for t in (arm, *cuts))
+        rows.append([86400.0 * (period / value - 1.0) for value in periods])
     edge, outline, deep = np.array(rows).T
     return PlateRates(amplitudes, edge, outline, deep)
 
