@@ -69,7 +69,7 @@ def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
     """
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
-    return [number(name, each, unit) for each in values]
+    return [number(name, value, unit) for value in values]
 
 
 def number(name: str, value: object, unit: str | None = None) -> float:
@@ -97,10 +97,10 @@ def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
 
     is_one = isinstance(plot, str | Path) or not isinstance(plot, Iterable)
     files: Iterable[object] = [plot] if is_one else plot  # type: ignore[assignment]
-    found = [path(argument, each) for each in files]
-    for each in found:
-        check_plot(each, argument)
-    return found
+    paths = [path(argument, file) for file in files]
+    for picture in paths:
+        check_plot(picture, argument)
+    return paths
 
 
 def _range(name: str, ends: Range, unit: str | None = None) -> tuple[float, float]:
@@ -108,16 +108,16 @@ def _range(name: str, ends: Range, unit: str | None = None) -> tuple[float, floa
     from tauto_core.scene.units import measure
 
     if not isinstance(ends, str):
-        least, most, *more = [*numbers(name, ends, unit), math.nan, math.nan]
-        if len(more) != 2 or not least <= most:
+        smallest, largest, *padding = [*numbers(name, ends, unit), math.nan, math.nan]
+        if len(padding) != 2 or not smallest <= largest:
             wrong = 'must be the least and the largest. Write (42, 100)'
             raise UsageError(f'{name} = {ends!r}: {wrong}')
-        return least, most
-    text, dots, last = ends.partition('..')
+        return smallest, largest
+    text, dots, upper = ends.partition('..')
     try:
         low, high = (
             float(end) if unit is None or not end else measure(end, unit)
-            for end in (text or '-inf', (last or 'inf') if dots else text)
+            for end in (text or '-inf', (upper or 'inf') if dots else text)
         )
         if not low <= high:
             raise ValueError
@@ -171,11 +171,11 @@ def load(
     return _load(scene, overrides, duration=duration, accuracy=accuracy)
 
 
-def _load(scene: File | Scene, overrides: Mapping[str, object], **given: object) -> Scene:
+def _load(scene: File | Scene, overrides: Mapping[str, object], **values: object) -> Scene:
     from tauto_core.scene import load_scene
 
-    said = {key: value for key, value in given.items() if value is not None}
-    return load_scene(scene, **_by_path({**overrides, **said}))
+    settings = {key: value for key, value in values.items() if value is not None}
+    return load_scene(scene, **_by_path({**overrides, **settings}))
 
 
 def sail(
@@ -268,10 +268,10 @@ def replay(
         raise UsageError(Argument('plot'), *wanted)
     loaded = None if scene is None else load(scene)
     opened = read_bag(path('bag', bag))
-    found = voyage.replay(opened, loaded, stability=stability, keep=keep)
-    for each in drawn:
-        found.plot('stability', each)
-    return found
+    result = voyage.replay(opened, loaded, stability=stability, keep=keep)
+    for file in drawn:
+        result.plot('stability', file)
+    return result
 
 
 def check(
@@ -354,10 +354,10 @@ def budget(
     crew = Crew(whole('jobs', jobs))
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     place = None if out is None else budget_file(path('out', out), loaded)
-    found = account(loaded, crew, progress, origin=_origin(scene), anyway=anyway)
+    result = account(loaded, crew, progress, origin=_origin(scene), anyway=anyway)
     if place is not None:
-        found.write(place)
-    return found
+        result.write(place)
+    return result
 
 
 def isochronism(
@@ -392,19 +392,19 @@ def isochronism(
     from tauto_core.machines import compile_machine, free_swings
 
     loaded = _load(scene, overrides)
-    given = amplitudes if isinstance(amplitudes, str) else list(amplitudes)
-    asked = numbers('amplitudes', given, 'rad' if loaded.regulator is None else 'm')
-    for each in given if loaded.regulator is None else ():
-        if not isinstance(each, str) and each > math.tau:
-            turns = f': {each / math.tau:.2g} turns, more than any known wheel swings. Write '
-            units = f'{each:g}deg if degrees are meant, or {each:g}rad'
-            raise UsageError(Argument('amplitudes', each, spaced=True), turns, units)
+    values = amplitudes if isinstance(amplitudes, str) else list(amplitudes)
+    sizes = numbers('amplitudes', values, 'rad' if loaded.regulator is None else 'm')
+    for value in values if loaded.regulator is None else ():
+        if not isinstance(value, str) and value > math.tau:
+            turns = f': {value / math.tau:.2g} turns, more than any known wheel swings. Write '
+            units = f'{value:g}deg if degrees are meant, or {value:g}rad'
+            raise UsageError(Argument('amplitudes', value, spaced=True), turns, units)
     with naming(_origin(scene), loaded.name):
         built = compile_machine(loaded)
         nominal_s = nominal_period_s(loaded, built)
-        found = free_swings(at_departure(loaded, built), asked, nominal_s)
+        result = free_swings(at_departure(loaded, built), sizes, nominal_s)
     left_out, warnings = loaded.sections_besides('air', 'clock'), stale_dial(loaded, built)
-    return replace(found, keys_left_out=left_out, warnings=tuple(warnings))
+    return replace(result, keys_left_out=left_out, warnings=tuple(warnings))
 
 
 def cam(
@@ -571,7 +571,7 @@ def design(
         'pull': pull,
         'base_radius': base_radius,
     }
-    found = wheel_design(
+    result = wheel_design(
         {
             name: size
             if size is None or (isinstance(size, str) and in_words(size))
@@ -586,9 +586,9 @@ def design(
     )
     if file is not None:
         reference.write_scene(
-            str(path('file', file)), lambda name: reference.scene_of_design(found, name)
+            str(path('file', file)), lambda name: reference.scene_of_design(result, name)
         )
-    return found
+    return result
 
 
 def axle(
@@ -799,8 +799,8 @@ def logbook(
     files = {'log': log, 'winds': winds}
     named = {name: str(path(name, file)) for name, file in files.items() if file is not None}
     for file in named.values():
-        for found in missing_file('FILE', file, folders=True):
-            raise UsageError(f'{file}: {found.problem}. {found.remedy}')
+        for fault in missing_file('FILE', file, folders=True):
+            raise UsageError(f'{file}: {fault.problem}. {fault.remedy}')
     drawn, wind = _plots(plot), named.get('winds')
     if passage is not None:
         if drawn:
@@ -812,10 +812,10 @@ def logbook(
         is_scene = ': is the file of a scene. Name a passage with ', Argument('passage')
         raise UsageError(Argument('out', out), *is_scene)
     rows, passages = [], []
-    for each in read_passages(named['log'], winds=wind, progress=progress):
-        rows.append(passage_facts(each))
+    for record in read_passages(named['log'], winds=wind, progress=progress):
+        rows.append(passage_facts(record))
         if drawn:  # only a map needs all entries at once
-            passages.append(each)
+            passages.append(record)
     if passages:
         from tauto_core.plots.ensembles import draw_passages
 
@@ -836,9 +836,9 @@ def _scene_of_passage(
         if not str(out).endswith(('.yaml', '.yml')):
             raise UsageError(Argument('out', out), ': must end in .yaml. Name another file')
         check_place(path('out', out), 'out')
-    found = sound_passage(log, name, winds=winds)
+    record = sound_passage(log, name, winds=winds)
     content = load(scene).model_dump(mode='json', exclude_none=True)
-    text = scene_yaml(parse_scene(write_mapping(scene_of_passage(content, found, days)), name))
+    text = scene_yaml(parse_scene(write_mapping(scene_of_passage(content, record, days)), name))
     if out is not None:
         write_whole(Path(out), text.encode())
     return text
@@ -858,14 +858,14 @@ def claims(*, page: File | None = None, site: File | None = None) -> list[Claim]
     """
     from tauto_core.euler.page import all_claims, write_page
 
-    found = all_claims()
+    results = all_claims()
     if page is not None:
-        write_page(path('page', page), found)
+        write_page(path('page', page), results)
     if site is not None:
         from tauto_core.euler.site import write_site
 
-        write_site(path('site', site), found)
-    return found
+        write_site(path('site', site), results)
+    return results
 
 
 def new_scene(
@@ -899,10 +899,10 @@ def new_scene(
     """
     from tauto_core.scene import reference
 
-    asked = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
+    parts = {'ship': ship, 'cam': cam, 'thread': thread, 'power': power, 'escapement': escapement}
     if file is not None:
         path('file', file)
-    kinds = {key: kind for key, kind in asked.items() if kind is not None}
+    kinds = {key: kind for key, kind in parts.items() if kind is not None}
     return reference.write_scene(
         None if file is None else str(file), lambda name: reference.new_scene(name, kinds)
     )
@@ -1038,12 +1038,12 @@ def compare(
         harbour_days=14.0 if harbour_days is None else number('harbour_days', harbour_days, 'd'),
         overrides=_by_path(overrides),
     )
-    found = comparison.compare(entries, jobs=whole('jobs', jobs), progress=progress)
-    for each in drawn:
+    result = comparison.compare(entries, jobs=whole('jobs', jobs), progress=progress)
+    for picture in drawn:
         from tauto_core.plots.ensembles import draw_comparison
 
-        draw_comparison(found, each)
-    return found
+        draw_comparison(result, picture)
+    return result
 
 
 def fleet(
@@ -1104,12 +1104,12 @@ def fleet(
     plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by, anyway)
     for warning in plan.warnings:
         _tell(warning)
-    found = fleets.sail_fleet(plan, crew, where, _counted(progress, count))
-    for each in drawn:
+    result = fleets.sail_fleet(plan, crew, where, _counted(progress, count))
+    for picture in drawn:
         from tauto_core.plots.ensembles import draw_fleet
 
-        draw_fleet(found, each)
-    return found
+        draw_fleet(result, picture)
+    return result
 
 
 def _counted(progress: Counting | None, total: int) -> Progress | None:
@@ -1217,10 +1217,10 @@ def trial(
     where = None if out is None else path('out', out)
     sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
     answers = replace(answers_of(sailed, local_time), keys_left_out=trials.replaced_by_log(loaded))
-    for each in drawn:
+    for picture in drawn:
         from tauto_core.plots.ensembles import draw_trial
 
-        draw_trial(sailed, answers, each)
+        draw_trial(sailed, answers, picture)
     return answers
 
 
@@ -1271,8 +1271,8 @@ def plot(
     )
     part = from_s is not None or to_s is not None
     check_picture(what, None if file is None else path('file', file), part=part)
-    given = {**overrides, 'duration': duration, 'accuracy': accuracy}
-    voyage = voyage_of(source, given, progress, anyway=anyway, sails=what not in OF_A_SCENE)
+    values = {**overrides, 'duration': duration, 'accuracy': accuracy}
+    voyage = voyage_of(source, values, progress, anyway=anyway, sails=what not in OF_A_SCENE)
     return voyage.plot(what, file, from_s=from_s, to_s=to_s)
 
 
@@ -1305,8 +1305,8 @@ def report(
 
     page = path('file', file)
     check_report(page)
-    given = {**overrides, 'duration': duration, 'accuracy': accuracy}
-    voyage = voyage_of(source, given, progress, anyway=anyway)
+    values = {**overrides, 'duration': duration, 'accuracy': accuracy}
+    voyage = voyage_of(source, values, progress, anyway=anyway)
     write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
 
 
@@ -1317,19 +1317,19 @@ def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
     """
     from tauto_core.scene import Scene
 
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     for key, value in overrides.items():
         path_of_key = key.replace('__', '.')
-        section, _, rest = path_of_key.partition('_')
+        section, _, tail = path_of_key.partition('_')
         if section in Scene.model_fields and path_of_key not in Scene.model_fields:
-            raise UsageError(f'{key}: is no key of a scene. Write {section}__{rest}')
+            raise UsageError(f'{key}: is no key of a scene. Write {section}__{tail}')
         is_accuracy = key == 'accuracy' and value is not None
         if is_accuracy:
             path_of_key = 'solver.accuracy'
-        if path_of_key in found:
+        if path_of_key in values:
             raise UsageError(f'{key}: {path_of_key} is given twice. Leave one out')
-        found[path_of_key] = number(key, value, 's') if is_accuracy else value
-    return found
+        values[path_of_key] = number(key, value, 's') if is_accuracy else value
+    return values
 
 
 def voyage_of(
@@ -1347,17 +1347,17 @@ def voyage_of(
     from tauto_core.voyage import Voyage
     from tauto_core.voyage import sail as sail_scene
 
-    asked = {key: value for key, value in given.items() if value is not None}
+    settings = {key: value for key, value in given.items() if value is not None}
     bag = None if isinstance(source, Voyage) or not is_bag(source) else source
-    if asked and (bag is not None or isinstance(source, Voyage)):
+    if settings and (bag is not None or isinstance(source, Voyage)):
         raise UsageError(
-            f'{", ".join(asked)}: for a scene, and this one was sailed already. Leave it out'
+            f'{", ".join(settings)}: for a scene, and this one was sailed already. Leave it out'
         )
     if isinstance(source, Voyage):
         return source
     if bag is not None:
         return replay(bag)
-    loaded = _load(source, asked)
+    loaded = _load(source, settings)
     if sails:
         return sail_scene(loaded, origin=_origin(source), anyway=anyway, progress=progress)
     return Voyage(loaded, {}, {})

@@ -116,13 +116,13 @@ class Summary:
                 if topic == ESTIMATE:
                     self._rated.estimate(samples)
 
-    def _feel(self, felt: Samples | None) -> None:
+    def _feel(self, samples: Samples | None) -> None:
         """Take temperatures of the clock."""
-        if isinstance(felt, TemperatureSamples) and len(felt.stamp_ns):
+        if isinstance(samples, TemperatureSamples) and len(samples.stamp_ns):
             low, high = self._air
             self._air = (
-                min(low, float(felt.temperature.min())),
-                max(high, float(felt.temperature.max())),
+                min(low, float(samples.temperature.min())),
+                max(high, float(samples.temperature.max())),
             )
 
     def result(self) -> dict[str, Any]:
@@ -178,8 +178,8 @@ class Summary:
 
     def _rate_error(self) -> RateError | None:
         if self._error is None and self._scatter is not None:
-            found = self._scatter.rate_error()
-            self._error = forgets_its_start(self._scene, self._machine, found)
+            error = self._scatter.rate_error()
+            self._error = forgets_its_start(self._scene, self._machine, error)
         return self._error
 
     @cached_property
@@ -236,17 +236,17 @@ class Summary:
         first reading. All three are left out where there is only one instant. A clock that stopped
         has no drift.
         """
-        last, clock = self._last.get(ESTIMATE), self.clock()
-        if last is None or self._has_stopped:
+        estimate, clock = self._last.get(ESTIMATE), self.clock()
+        if estimate is None or self._has_stopped:
             return {}
-        found = _named(last)
+        values = _named(estimate)
         if clock:
-            wrong_s = found['offset_s'] - clock['error_s']
-            found['offset_error_sigmas'] = wrong_s / found['offset_sigma_s']
-        first, end = self._first_reading, self._last_reading
-        if first is not None and end is not None and first != end:
-            rate, sigma = mean_rate(found)
-            start = (None if has_mean_rate(found) else self._rated.start()) or first
+            wrong_s = values['offset_s'] - clock['error_s']
+            values['offset_error_sigmas'] = wrong_s / values['offset_sigma_s']
+        begin, end = self._first_reading, self._last_reading
+        if begin is not None and end is not None and begin != end:
+            rate, sigma = mean_rate(values)
+            start = (None if has_mean_rate(values) else self._rated.start()) or begin
             true = _rate(start, end)
             # a random walk with the density q departs from its mean over T by √(qT/3); if it
             # begins only u before the end, by √(q(u − u²/T + u³/3T²))
@@ -255,10 +255,10 @@ class Summary:
             variance = expected_walk_per_s(self._scene) * elapsed_s / 3.0
             variance += model.under_way_per_s * (u - u**2 / elapsed_s + u**3 / elapsed_s**2 / 3.0)
             wandered = DAY_S * math.sqrt(variance)
-            found['rate_error_sigmas'] = (rate - true) / math.hypot(sigma, wandered)
-            found['rate_compared_from_s'] = (start[0] - first[0]) / NS_PER_S
-            found['rate_compared_s_per_day'] = true
-        return found
+            values['rate_error_sigmas'] = (rate - true) / math.hypot(sigma, wandered)
+            values['rate_compared_from_s'] = (start[0] - begin[0]) / NS_PER_S
+            values['rate_compared_s_per_day'] = true
+        return values
 
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and the prize by the Act of 1714.
@@ -267,24 +267,24 @@ class Summary:
         do; the `belief` in words; and the result of `projection` where the clock was unchecked for
         less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
         """
-        found = self._tally.result()
-        if found is None:
+        result = self._tally.result()
+        if result is None:
             return {}
-        found |= belief_of(found, assumption(self._scene))
+        result |= belief_of(result, assumption(self._scene))
         clock, estimate, error = self.clock(), self.drift(), self._rate_error()
         if self._has_stopped:
-            return {**found, 'projection': [], 'not_projected': 'the clock stopped'}
-        tried = found['unchecked_days'] >= LEAST_UNCHECKED_DAYS
+            return {**result, 'projection': [], 'not_projected': 'the clock stopped'}
+        tried = result['unchecked_days'] >= LEAST_UNCHECKED_DAYS
         if tried or not clock or not estimate or error is None:
-            return {**found, 'projection': [], 'not_projected': None}
+            return {**result, 'projection': [], 'not_projected': None}
         return {
-            **found,
+            **result,
             **projection(
                 clock['rate_s_per_day'],
                 error,
                 estimate,
                 dial_model(self._scene),
-                found['latitude_deg'] or 0.0,
+                result['latitude_deg'] or 0.0,
                 self._scene.clock.random_walk_fm_per_s,
             ),
         }
@@ -326,8 +326,8 @@ def answer(result: Mapping[str, Any]) -> str:
             'out; ship.hull gives her a hull.'
         )
     ends = f' The last entry of the log is {result["ends"]}.' if 'ends' in result else ''
-    said = f'{_answer(result)}{ends}{slack}{cork}'
-    return f'The bag is not whole. {said}' if result.get('damage') else said
+    text = f'{_answer(result)}{ends}{slack}{cork}'
+    return f'The bag is not whole. {text}' if result.get('damage') else text
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
@@ -335,8 +335,8 @@ def not_whole(result: Mapping[str, Any]) -> str:
     damage = result.get('damage')
     if not damage:
         return ''
-    more = f'; and {len(damage) - 2} more' if len(damage) > 2 else ''
-    return f'The bag is not whole: {"; ".join(damage[:2])}{more}'
+    remainder = f'; and {len(damage) - 2} more' if len(damage) > 2 else ''
+    return f'The bag is not whole: {"; ".join(damage[:2])}{remainder}'
 
 
 def _answer(result: Mapping[str, Any]) -> str:
@@ -360,17 +360,17 @@ def _answer(result: Mapping[str, Any]) -> str:
         when = f'After {span(at_s)} unchecked'
     else:
         when = f'After {span(at_s)}, the last {span(unchecked_s)} unchecked,'
-    shown = abs(raw_nmi) >= least('nmi')
+    is_off = abs(raw_nmi) >= least('nmi')
     place = (
         f'{figure(abs(raw_nmi), "nmi")} nmi {_side(raw_nmi)}'
-        if shown
+        if is_off
         else f'within {least("nmi"):g} nmi'
     )
     # the direction of the corrected longitude is said only where it differs from the dial's
     east_nmi = longitude['error_nmi']
     corrected = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
     nowhere = not float(corrected.split(maxsplit=1)[0].replace(',', ''))
-    if not (nowhere or (shown and east_nmi * raw_nmi > 0.0)):
+    if not (nowhere or (is_off and east_nmi * raw_nmi > 0.0)):
         corrected = f'{corrected} {_side(east_nmi)}'
     # a voyage that is too short for the Act has no prize, not even none
     judged = longitude.get('prize_pounds') is not None
@@ -394,17 +394,17 @@ def belief_of(longitude: Mapping[str, Any], assumes: str) -> dict[str, Any]:
     `model_holds`, whether it is within `BELIEVED`; `belief`, all that in words.
     """
     judged = [
-        (abs(each['error_nmi']) / each['sigma_nmi'], each['at_s'])
-        for each in (*longitude['landfalls'], longitude)
-        if each['sigma_nmi']
+        (abs(row['error_nmi']) / row['sigma_nmi'], row['at_s'])
+        for row in (*longitude['landfalls'], longitude)
+        if row['sigma_nmi']
     ]
     sigmas, at_s = max(judged, default=(0.0, longitude['at_s']))
     holds = sigmas <= BELIEVED
-    said = f'The ± is what her navigator believes, who takes {assumes}.'
+    belief = f'The ± is what her navigator believes, who takes {assumes}.'
     if not holds:
         when = f' after {span(at_s)}' if at_s != longitude['at_s'] else ''
         equation = '' if 'follow' in assumes else 'the rate equation (drift.covariates), '
-        said += (
+        belief += (
             f' His model does not hold: the truth lay {significant(sigmas, 2)} of his standard '
             f'deviations away{when}. What helps: {equation}a rate that wanders '
             '(drift.random_walk_fm), or a fix at sea (drift.lunars).'
@@ -414,7 +414,7 @@ def belief_of(longitude: Mapping[str, Any], assumes: str) -> dict[str, Any]:
         'error_sigmas': sigmas,
         'error_sigmas_at_s': at_s,
         'model_holds': holds,
-        'belief': said,
+        'belief': belief,
     }
 
 
@@ -451,16 +451,16 @@ def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
 
 def budget_rows(budget: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
     """Return each row of a budget (`Budget.facts`) as text: cause, rate, miles, where found."""
-    said = []
+    rows = []
     for row in (*budget['rows'], budget['sum'], budget['interaction'], budget['whole']):
         east, rate, sigma = row['east_nmi'], row['rate_s_per_day'], row['sigma_s_per_day']
         # a sigma finer than a thousandth of a second a day says nothing
         fine = not sigma or sigma < least('s/day')
-        shown = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
+        rate_text = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
         miles = f'{figure(abs(east), "nmi")} {_side(east)}' if east else '0'
         where = {'land': 'on land', 'sea': 'at sea'}[row['found']]
-        said.append((row['cause'], shown, miles, where))
-    return said
+        rows.append((row['cause'], rate_text, miles, where))
+    return rows
 
 
 def _hull_row(sea: _Section) -> list[_Row]:
@@ -547,8 +547,8 @@ def _drift_rows(drift: _Section) -> list[_Row]:
         words = f'mean of {mean}' if mean else f'mean after {span(since_s)}'
         if not mean:
             # the rate in the clock's group is the mean of the whole run, so this one is shown
-            known = drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day']
-            rows.append((f'rate of the dial, {words}', to_sigma(*known, signed=True), 's/day'))
+            pair = drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day']
+            rows.append((f'rate of the dial, {words}', to_sigma(*pair, signed=True), 's/day'))
         rows.append(_sigmas(f'error of the rate, {words}', drift['rate_error_sigmas']))
     return rows
 
@@ -700,13 +700,13 @@ def dataset(voyage: _Sailed) -> Dataset:
         import xarray
     except ModuleNotFoundError:
         raise _not_installed('xarray') from None
-    held: dict[str, Any] = {}
+    arrays: dict[str, Any] = {}
     for table in (LOGGED, OBSERVED, MOTION):
         axis = next(iter(table))
         for name, values in _arrays_of(voyage, table).items():
             unit, meaning = _unit_and_meaning(voyage, name, table)
-            held[name] = axis, values, {'units': unit, 'long_name': meaning}
-    return xarray.Dataset(held, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
+            arrays[name] = axis, values, {'units': unit, 'long_name': meaning}
+    return xarray.Dataset(arrays, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
 
 
 def frame(voyage: _Sailed) -> DataFrame:
@@ -716,16 +716,16 @@ def frame(voyage: _Sailed) -> DataFrame:
     except ModuleNotFoundError:
         raise _not_installed('pandas') from None
     arrays = _arrays_of(voyage, LOGGED)
-    found = pd.DataFrame(arrays).set_index(next(iter(LOGGED)))
+    table = pd.DataFrame(arrays).set_index(next(iter(LOGGED)))
     units = {name: _unit_and_meaning(voyage, name, LOGGED)[0] for name in arrays}
-    found.attrs = {'scene': voyage.scene.name, 'answer': voyage.answer, 'units': units}
-    return found
+    table.attrs = {'scene': voyage.scene.name, 'answer': voyage.answer, 'units': units}
+    return table
 
 
 def _arrays_of(voyage: _Sailed, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
     """Return the arrays of a table that the voyage has."""
-    found = {name: getattr(voyage, name) for name in table}
-    return {name: values for name, values in found.items() if len(values)}
+    arrays = {name: getattr(voyage, name) for name in table}
+    return {name: values for name, values in arrays.items() if len(values)}
 
 
 def _unit_and_meaning(

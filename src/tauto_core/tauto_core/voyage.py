@@ -142,19 +142,19 @@ class ShipSource(Stateful):
         imu = self._motion.produce(count) if self._as_messages else self._motion.sense(count)
         if not len(imu.stamp_ns):
             return {}
-        first, last = self._produced, self._produced + len(imu.stamp_ns)
-        self._produced = last
+        start, stop = self._produced, self._produced + len(imu.stamp_ns)
+        self._produced = stop
         batches: Batches = {SHIP_IMU: imu}
-        if first == 0 and self._says_scene:
+        if start == 0 and self._says_scene:
             batches[SCENE] = text(starts_at, scene_yaml(self._scene))
-        begin, end = first * self._step_ns, min(last * self._step_ns, self._duration_ns + 1)
+        begin, end = start * self._step_ns, min(stop * self._step_ns, self._duration_ns + 1)
         logs = np.arange(-(-begin // interval), -(-end // interval))
         if len(logs):
             batches[SHIP_FIX] = self._route.fixes(starts_at + logs * interval)
         if self._box is not None:
             # the clock interpolates with the motion beyond the end too
-            more = self._step_ns if last < self.total else interval
-            until = (last - 1) * self._step_ns + more
+            margin = self._step_ns if stop < self.total else interval
+            until = (stop - 1) * self._step_ns + margin
             grid = np.arange(-(-begin // interval), -(-until // interval))
             if len(grid):
                 batches[SHIP_TEMPERATURE] = TemperatureSamples(
@@ -164,9 +164,9 @@ class ShipSource(Stateful):
                     np.zeros(len(grid)),
                 )
         if begin < end:
-            seen = self._observations.between(starts_at + begin, starts_at + end)
-            if len(seen.stamp_ns):
-                batches[OBSERVATION] = seen
+            observations = self._observations.between(starts_at + begin, starts_at + end)
+            if len(observations.stamp_ns):
+                batches[OBSERVATION] = observations
         return batches
 
 
@@ -189,12 +189,12 @@ class Pipeline(Stateful):
     def _run(self, known: Batches, *, final: bool) -> Batches:
         for stage in self._stages:
             wanted = {topic: known[topic] for topic in stage.inputs if topic in known}
-            said = [stage.feed(wanted)] if wanted else []
-            said += [stage.finish()] if final else []
-            for batches in said:
+            outputs = [stage.feed(wanted)] if wanted else []
+            outputs += [stage.finish()] if final else []
+            for batches in outputs:
                 for topic, samples in batches.items():
-                    before = [known[topic]] if topic in known else []
-                    known[topic] = join([*before, samples])  # type: ignore[type-var]
+                    earlier = [known[topic]] if topic in known else []
+                    known[topic] = join([*earlier, samples])  # type: ignore[type-var]
         return known
 
     def health(self) -> dict[str, int]:
@@ -294,8 +294,8 @@ class Voyage:
         return self._figure('longitude', 'sigma_nmi')
 
     def _figure(self, section: str, name: str) -> float:
-        found = self.result.get(section, {}).get(name)
-        return math.nan if found is None else float(found)
+        value = self.result.get(section, {}).get(name)
+        return math.nan if value is None else float(value)
 
     @cached_property
     def ship_motion(self) -> ShipMotion:
@@ -348,9 +348,9 @@ class Voyage:
         return self._mean_rate(1)
 
     def _mean_rate(self, which: int) -> FloatArray:
-        def mean(found: JointSamples) -> FloatArray:
-            names = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in found.name else ESTIMATE_NAMES[2:]
-            return found.position[:, found.name.index(names[which])]
+        def mean(estimate: JointSamples) -> FloatArray:
+            names = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in estimate.name else ESTIMATE_NAMES[2:]
+            return estimate.position[:, estimate.name.index(names[which])]
 
         return self._read(ESTIMATE, mean)
 
@@ -371,12 +371,12 @@ class Voyage:
     @property
     def angle_rad(self) -> FloatArray:
         """Angle of the wheel in its case [rad]; for a body in a fluid its arc [m]."""
-        return self._read(JOINT_STATES, lambda found: found.position[:, 0])
+        return self._read(JOINT_STATES, lambda states: states.position[:, 0])
 
     @property
     def angular_velocity_rad_s(self) -> FloatArray:
         """Angular velocity of the wheel in its case [rad/s]; in a fluid the body's speed [m/s]."""
-        return self._read(JOINT_STATES, lambda found: found.velocity[:, 0])
+        return self._read(JOINT_STATES, lambda states: states.velocity[:, 0])
 
     @property
     def phase_rad(self) -> FloatArray:
@@ -401,22 +401,22 @@ class Voyage:
     @property
     def latitude_deg(self) -> FloatArray:
         """True latitude of the ship [degrees north]."""
-        return self._read(SHIP_FIX, lambda found: found.latitude)
+        return self._read(SHIP_FIX, lambda fix: fix.latitude)
 
     @property
     def longitude_deg(self) -> FloatArray:
         """True longitude of the ship [degrees east]."""
-        return self._read(SHIP_FIX, lambda found: found.longitude)
+        return self._read(SHIP_FIX, lambda fix: fix.longitude)
 
     @property
     def clock_longitude_deg(self) -> FloatArray:
         """Longitude of the ship by the corrected clock [degrees east]."""
-        return self._read(LONGITUDE_FIX, lambda found: found.longitude)
+        return self._read(LONGITUDE_FIX, lambda fix: fix.longitude)
 
     @cached_property
     def temperature_celsius(self) -> FloatArray:
         """Temperature in the box of the clock at `time_s` [°C]; empty without `air`."""
-        celsius = self._read(SHIP_TEMPERATURE, lambda found: found.temperature)
+        celsius = self._read(SHIP_TEMPERATURE, lambda samples: samples.temperature)
         if not len(celsius):
             return celsius
         return _fixed(np.interp(self.time_s, self._seconds(SHIP_TEMPERATURE), celsius))
@@ -515,19 +515,19 @@ class Voyage:
         with BagWriter(folder, force=force) as writer:
             writer.describe(bag_metadata(self.scene))
             writer.describe(self.result.get('marks', {}))
-            kept = dict(self.samples)
-            kept.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
-            writer.write(kept)
+            samples = dict(self.samples)
+            samples.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
+            writer.write(samples)
 
     def _read(self, topic: str, array: Callable[[Any], FloatArray]) -> FloatArray:
         """Return an array from the samples of a topic; empty where the voyage lacks it."""
         return _fixed(array(self.samples[topic]) if topic in self.samples else np.empty(0))
 
     def _seconds(self, topic: str) -> FloatArray:
-        return self._read(topic, lambda found: (found.stamp_ns - self.start_ns) / NS_PER_S)
+        return self._read(topic, lambda samples: (samples.stamp_ns - self.start_ns) / NS_PER_S)
 
     def _named(self, topic: str, name: str) -> FloatArray:
-        return self._read(topic, lambda found: found.position[:, found.name.index(name)])
+        return self._read(topic, lambda states: states.position[:, states.name.index(name)])
 
 
 def _fixed(values: FloatArray) -> FloatArray:
@@ -592,7 +592,7 @@ def sail(
     source = ShipSource(
         scene, motion, says_scene=logs or watch is not None, as_messages=as_messages
     )
-    stages, summary, kept = pipeline(scene, machine), Summary(scene, machine), list[Batches]()
+    stages, summary, parts = pipeline(scene, machine), Summary(scene, machine), list[Batches]()
     chunk, under_way = CHUNK if as_messages else QUIET_CHUNK, True
     if scene.suspension is not None:
         chunk = min(chunk, HUNG_CHUNK)
@@ -615,27 +615,27 @@ def sail(
             if bag is not None:
                 bag.write(logged)
             if keep:
-                kept.append(logged)
+                parts.append(logged)
             if progress is not None:
                 progress(source.produced / source.total)
     odd = oddities(scene, machine)
     warnings = [*odd, *source.warnings, *drift_warnings(stages.health(), scene)]
-    asked = None
+    reached = None
     if judge and scene.accuracy is not None:
         from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words
 
         if scene.states_accuracy or is_steep(scene, machine):
-            asked = accuracy_reached(scene, machine, motion)
-            if not asked['holds']:
-                warnings.append(missed_words(asked))
+            reached = accuracy_reached(scene, machine, motion)
+            if not reached['holds']:
+                warnings.append(missed_words(reached))
     result = {
         **summary.result(),
-        **({} if asked is None else {'accuracy': asked}),
+        **({} if reached is None else {'accuracy': reached}),
         'wall_s': time.perf_counter() - started,
         'bag': None if out is None else str(out),
         **({'warnings': warnings} if warnings else {}),
     }
-    return Voyage(scene, result, merged(kept))
+    return Voyage(scene, result, merged(parts))
 
 
 def compile_kernels(scene: Scene) -> None:
@@ -746,12 +746,12 @@ def replay(
         recorded |= bag.batches([SHIP_IMU])
     summary = Summary(scene)
     fed = stages.feed({topic: recorded[topic] for topic in inputs})
-    held = stages.finish()
+    tail = stages.finish()
     summary.feed(fed)
-    summary.feed(held)
+    summary.feed(tail)
     if SHIP_TEMPERATURE in recorded and SHIP_TEMPERATURE not in inputs:
         summary.feed({SHIP_TEMPERATURE: recorded[SHIP_TEMPERATURE]})
-    samples, reading = merged([fed, held]), cast(TimeSamples, recorded[READING])
+    samples, reading = merged([fed, tail]), cast(TimeSamples, recorded[READING])
     figures = {
         'clock': summary.clock(),
         'drift': summary.drift(),
@@ -783,8 +783,8 @@ def replay(
         'to lie still',
     }
     missing = [
-        f'{bag.path}: there is no topic {topic}: {so}'
-        for topic, so in without.items()
+        f'{bag.path}: there is no topic {topic}: {reason}'
+        for topic, reason in without.items()
         if topic not in bag and topic in (*drift.inputs, SHIP_FIX)
     ]
     sea = sea_of(scene) | ends_of(scene.voyage, scene.duration)
@@ -805,5 +805,5 @@ def replay(
     if not keep:
         return Voyage(scene, result, {})
     texts = {} if bag.scenes is None else {SCENE: bag.scenes}
-    others = {topic: recorded[topic] for topic in stated if topic in recorded}
-    return Voyage(scene, result, {**texts, **others, **samples})
+    remaining = {topic: recorded[topic] for topic in stated if topic in recorded}
+    return Voyage(scene, result, {**texts, **remaining, **samples})
