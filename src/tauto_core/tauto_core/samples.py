@@ -228,19 +228,19 @@ class Stateful:
     """Saves and restores attributes by their names; of parts that have a state, that state.
 
     Attributes:
-        kept: the names, without an underscore: of all that the next result depends on, but for
-            what a class adds to its own `state`.
+        state_names: the names, without an underscore: of all that the next result depends on,
+            but for what a class adds to its own `state`.
     """
 
-    kept: ClassVar[tuple[str, ...]] = ()
+    state_names: ClassVar[tuple[str, ...]] = ()
 
     def state(self) -> State:
         """Return all that the next result depends on."""
-        return {name: _saved(getattr(self, self._attribute(name))) for name in self.kept}
+        return {name: _saved(getattr(self, self._attribute(name))) for name in self.state_names}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        for name in self.kept:
+        for name in self.state_names:
             attribute = self._attribute(name)
             setattr(self, attribute, _restored(getattr(self, attribute), state[name]))
 

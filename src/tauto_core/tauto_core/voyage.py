@@ -101,7 +101,7 @@ class ShipSource(Stateful):
     `says_scene`. The motion is only for the clock unless it is needed `as_messages` too.
     """
 
-    kept = ('produced', 'motion')
+    state_names = ('produced', 'motion')
     outputs = (SCENE, SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION)
 
     def __init__(
@@ -173,7 +173,7 @@ class ShipSource(Stateful):
 class Pipeline(Stateful):
     """Stages in their order: the output of one is fed to all that follow."""
 
-    kept = ('stages',)
+    state_names = ('stages',)
 
     def __init__(self, stages: Sequence[Stage]) -> None:
         self._stages = tuple(stages)

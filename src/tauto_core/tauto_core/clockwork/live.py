@@ -117,7 +117,7 @@ class SensorWatch(Stateful):
         gravity: g [m/s²].
     """
 
-    kept = ('last', 'stuck_ns', 'open', 'rows', 'covered_ns', 'wanted_ns')
+    state_names = ('last', 'stuck_ns', 'open', 'rows', 'covered_ns', 'wanted_ns')
 
     def __init__(self, gravity: float) -> None:
         self._gravity = gravity
@@ -265,7 +265,7 @@ class Limits(Stateful):
         scene: the scene of the machine.
     """
 
-    kept = ('stamp_ns', 'amplitude', 'felt_ns', 'tilt')
+    state_names = ('stamp_ns', 'amplitude', 'felt_ns', 'tilt')
 
     def __init__(self, scene: Scene) -> None:
         machine = compile_machine(scene)
@@ -330,7 +330,7 @@ class HeldTemperature(Stateful):
         scene: the scene to simulate.
     """
 
-    kept = ('stamps', 'celsius', 'origin_ns', 'next')
+    state_names = ('stamps', 'celsius', 'origin_ns', 'next')
 
     def __init__(self, scene: Scene) -> None:
         self._log_ns = scene.log_interval_ns
@@ -377,7 +377,7 @@ class LiveTrochlea(Stateful):
         SceneError: the machine cannot be built, or its suspension.
     """
 
-    kept = (
+    state_names = (
         'stage', 'continuity', 'limits', 'run', 'shown', 'refused', 'counts', 'trouble',
         'all_back', 'anew', 'watch', 'held', 'newest_ns', 'standing', 'thermometer', 'told_ns',
     )  # fmt: skip

@@ -175,7 +175,7 @@ class DialNoise(Stateful):
         scene: its `clock.white_fm`, `clock.random_walk_fm`, `log.interval` and `seed`.
     """
 
-    kept = ('index', 'x', 'y')
+    state_names = ('index', 'x', 'y')
 
     def __init__(self, scene: Scene) -> None:
         self._seed = scene.seed
@@ -304,7 +304,7 @@ class Warmth(Stateful):
         log_ns: time between logged instants [ns].
     """
 
-    kept = ('known_ns', 'first', 'celsius')
+    state_names = ('known_ns', 'first', 'celsius')
 
     def __init__(self, heat: Heat, log_ns: int) -> None:
         self.varies = heat.varies and heat.feels_temperature
@@ -374,7 +374,7 @@ class TrochleaStage(Stateful):
         SceneError: the machine cannot be built, or its suspension.
     """
 
-    kept = (
+    state_names = (
         'origin_ns', 'last_stamp', 'released', 'refused', 'slacks', 'taut_ns', 'buffer',
         'propagator', 'suspension', 'noise', 'warmth',
     )  # fmt: skip

@@ -499,7 +499,7 @@ class ForcedHarmonic(Stateful):
     """Propagator of a linear well whose neutral line is the case's, underdamped."""
 
     name = 'forced_harmonic'
-    kept = ('wheel', 'time_ns', 'start_angle')
+    state_names = ('wheel', 'time_ns', 'start_angle')
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine

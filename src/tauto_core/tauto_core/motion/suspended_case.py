@@ -623,7 +623,7 @@ def add_up(
 class AxleModes(Stateful):
     """The case as a sum of two modes; e, c, k [m] and g [m/s2] as in `AxleSwing`."""
 
-    kept = ('swings',)
+    state_names = ('swings',)
 
     def __init__(self, e: float, c: float, k: float, gravity: float) -> None:
         self._mode_shapes = modes(e, c, k * k)

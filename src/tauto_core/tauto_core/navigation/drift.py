@@ -217,7 +217,7 @@ class Track(Stateful):
     It begins with the state when the dial was set, or after a stop, with the track `before` it.
     """
 
-    kept = ('oldest_ns', 'counts')
+    state_names = ('oldest_ns', 'counts')
 
     def __init__(self, start: Known, model: ClockModel, before: Track | None = None) -> None:
         self._model = model
@@ -467,7 +467,7 @@ class DriftStage(Stateful):
     """
 
     outputs: ClassVar[tuple[str, ...]] = (ESTIMATE, CORRECTED)
-    kept = (
+    state_names = (
         'stamp', 'reference', 'integral', 'begun', 'released', 'pending', 'last_reading_ns',
         'last_observation_ns', 'late_s', 'health', 'motion',
         'setting',

@@ -201,7 +201,7 @@ class LiveFixes(Stateful):
         max_speed: most that the ship makes [m/s]; the sigma of a place grows by it with age.
     """
 
-    kept = ('last', 'strayed', 'health')
+    state_names = ('last', 'strayed', 'health')
 
     def __init__(self, max_age_s: float = 10.0, max_speed: float = 50.0) -> None:
         self.max_age_s, self.max_speed = max_age_s, max_speed
@@ -260,7 +260,7 @@ class LongitudeStage(Stateful):
         live: the receiver of a live clock, which expects no fix of each stamp.
     """
 
-    kept = ('held', 'last_ns', 'first_ns', 'setting', 'stale', 'live', 'age_s', 'health')
+    state_names = ('held', 'last_ns', 'first_ns', 'setting', 'stale', 'live', 'age_s', 'health')
     inputs: ClassVar[tuple[str, ...]] = (SHIP_FIX, READING, CORRECTED, ESTIMATE)
     outputs: ClassVar[tuple[str, ...]] = (LONGITUDE_FIX, LONGITUDE_ERROR)
 

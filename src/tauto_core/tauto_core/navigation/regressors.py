@@ -199,7 +199,7 @@ class Regressors(MotionRegressors):
     """
 
     inputs = (SHIP_IMU,)
-    kept = ('stamp', 'value', 'integral', 'last', 'usual', 'swung', 'health')
+    state_names = ('stamp', 'value', 'integral', 'last', 'usual', 'swung', 'health')
 
     def __init__(self, scene: Scene, *, live: bool) -> None:
         laws = {'heave': self._heave, 'roll': _roll}
@@ -362,7 +362,14 @@ class SlowRegressor(MotionRegressors):
         live: whether stamps may go back, as in a graph whose time begins again.
     """
 
-    kept: ClassVar[tuple[str, ...]] = ('stamp', 'piece', 'said', 'integral', 'last', 'health')
+    state_names: ClassVar[tuple[str, ...]] = (
+        'stamp',
+        'piece',
+        'said',
+        'integral',
+        'last',
+        'health',
+    )
     topic: ClassVar[str]
     name: ClassVar[str]
     """The measured quantity, in the names of counters."""
@@ -457,7 +464,7 @@ class Gravity(SlowRegressor):
         fixes: sorts the fixes of a live receiver; None: they are those of a scene.
     """
 
-    kept = (*SlowRegressor.kept, 'fixes')
+    state_names = (*SlowRegressor.state_names, 'fixes')
     topic, name = SHIP_FIX, 'latitude'
 
     def __init__(self, scene: Scene, fixes: LiveFixes | None) -> None:
@@ -518,7 +525,7 @@ class Temperature(SlowRegressor):
 class AllRegressors(MotionRegressors):
     """Joins the integrals of several sources, in the order of the scene's covariates."""
 
-    kept = ('sources',)
+    state_names = ('sources',)
 
     def __init__(self, covariates: tuple[str, ...], sources: dict[tuple[str, ...], Any]) -> None:
         self._sources: tuple[MotionRegressors, ...] = tuple(sources.values())
@@ -571,7 +578,7 @@ class SharedIntegrals(MotionRegressors):
             alike, in the same air.
     """
 
-    kept = ('next_ns', 'stamp', 'integral', 'source')
+    state_names = ('next_ns', 'stamp', 'integral', 'source')
 
     def __init__(self, scene: Scene) -> None:
         self._source = regressors(scene, live=False)
@@ -612,7 +619,7 @@ class SharedIntegrals(MotionRegressors):
 class RecordedIntegrals(MotionRegressors):
     """Gives the integrals of the covariates by a `drift/estimate` of at least one sample."""
 
-    kept = ('health',)
+    state_names = ('health',)
 
     def __init__(self, estimate: JointSamples, covariates: tuple[str, ...]) -> None:
         columns = [estimate.name.index(name) for name in integral_names(covariates)]

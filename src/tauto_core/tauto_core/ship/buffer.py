@@ -297,7 +297,7 @@ class MotionBuffer(Stateful):
         unbalanced: whether the wheel is; a neutral line fixed to the case then needs β − γ too.
     """
 
-    kept = ('times', 'data', 'first', 'next', 'turns', 'last_roll', 'bridged', 'crowded')
+    state_names = ('times', 'data', 'first', 'next', 'turns', 'last_roll', 'bridged', 'crowded')
 
     def __init__(
         self,

@@ -164,7 +164,7 @@ class ShipMotion(Stateful):
         SceneError: a sea whose waves are too short for `ship.rate` or lie outside `ship.rao`.
     """
 
-    kept = ('next',)
+    state_names = ('next',)
 
     def __init__(self, scene: Scene, without: Collection[str] = ()) -> None:
         self._scene = scene

@@ -333,7 +333,7 @@ class Suspension(Stateful):
         SceneError: a fast mode that no sampling of the ship's motion resolves.
     """
 
-    kept = ('released', 'last', 'buffer', 'swing')
+    state_names = ('released', 'last', 'buffer', 'swing')
 
     def __init__(self, scene: Scene, *, max_gap_s: float) -> None:
         assert scene.suspension is not None
