@@ -331,7 +331,7 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
     if ship.weather is not None:
         highest = max(ship.states(scene), key=lambda state: state.height)
         seas = [ship.in_state(state) for state in highest.alone if state.sea is not None]
-    heaves = [ship.channels(scene).heave for ship in seas]
+    heaves = [sea.channels(scene).heave for sea in seas]
     waves = [wave for wave in heaves if isinstance(wave, Harmonics)]
     if not waves:
         return None

@@ -130,6 +130,7 @@ class ClimateWalk(NamedTuple):
     causes: tuple[str, ...] = ()
 
 
+@lru_cache(maxsize=16)  # the air of a passage takes 10 ms to set up, and six ask
 def climate_walk(scene: Scene) -> ClimateWalk:
     """Return the wandering of the rate under way that the navigator expects.
 
