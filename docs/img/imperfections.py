@@ -72,7 +72,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--part', type=float, default=1.0, help='of the passage that is sailed')
     part = parser.parse_args().part
-    print('| clock | a kelvin | Portsmouth to Jamaica | her motion | all three |')
+    print('| clock | a kelvin | Portsmouth to Jamaica | the motion | all three |')
     print('|---|---|---|---|---|')
     for name in CLOCKS:
         scene = load_scene(name)
