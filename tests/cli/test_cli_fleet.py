@@ -127,8 +127,8 @@ def test_a_lost_ship_gives_no_answer_and_exit_code_1(tmp_path, monkeypatch):
     words = ('--ships', '3', '--out', str(tmp_path / 'rows'), '--json')
     ended = fleet(*words)
     assert (ended.exit_code, ended.stdout) == (1, '')
-    assert 'ship 0: its process died. She is lost' in ended.stderr
-    assert '2 of 3 ships came in; they are kept, and the same command sails' in ended.stderr
+    assert 'ship 0: its process died. It is lost' in ended.stderr
+    assert '2 of 3 ships came in: they are kept, and the same command sails' in ended.stderr
     monkeypatch.undo()
     again = fleet(*words)
     assert again.exit_code == 0

@@ -148,7 +148,7 @@ REFUSALS = {
     'compare ideal --roll much': ("--roll = 'much': ", NUMBERS, 'Write for example 0.1,0.5,1'),
     'compare ideal --roll=-10': (
         '--roll -10: ',
-        'must lie between 0 and 45 degrees, twice the root mean square of the roll. ',
+        'must be between 0 and 45 degrees, twice the root mean square of the roll. ',
         'Write for example 0,10,20',
     ),
     'compare ideal --suspension with': (
@@ -164,12 +164,12 @@ REFUSALS = {
     ),
     'fleet ideal --ships 0 --out rows': (
         '--ships 0: ',
-        'must lie between 1 and 1,000,000. ',
+        'must be between 1 and 1,000,000. ',
         'Use for example 200',
     ),
     'fleet ideal --ships 1000001': (
         '--ships 1000001: ',
-        'must lie between 1 and 1,000,000. ',
+        'must be between 1 and 1,000,000. ',
         'Use for example 200',
     ),
     'fleet ideal --jobs 0 --out rows': ('--jobs 0: ', 'must be at least 1. ', 'Use for example 2'),

@@ -130,7 +130,7 @@ def test_a_clock_keeps_the_noise_expected_of_it_on_another_passage(write):
 
 
 def test_two_rows_of_one_name_are_refused(write):
-    with pytest.raises(UsageError, match="its name, 'same', is that of"):
+    with pytest.raises(UsageError, match="has the same name, 'same'"):
         make_entries([write('one', 'same'), write('other', 'same')])
     with pytest.raises(UsageError, match='a roll comes twice'):
         make_entries([write('one')], rolls_deg=[5.0, 5.0])
@@ -196,8 +196,8 @@ def test_a_harmonic_rolls_by_the_root_of_two_of_its_amplitude():
 @pytest.mark.parametrize(
     ('name', 'roll_deg', 'words'),
     [
-        ('second_cam_at_sea', 46.0, 'must lie between 0 and 45 degrees'),
-        ('second_cam_at_sea', math.nan, 'must lie between 0 and 45 degrees'),
+        ('second_cam_at_sea', 46.0, 'must be between 0 and 45 degrees'),
+        ('second_cam_at_sea', math.nan, 'must be between 0 and 45 degrees'),
         ('ideal', 10.0, r'ship\.kind still\) is zero'),
         ('measured', 10.0, r'ship\.kind recorded\) was measured'),
     ],

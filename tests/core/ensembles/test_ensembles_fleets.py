@@ -123,8 +123,8 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
     ):
         sail_fleet(plan(), Crew(1), folder)
     assert [str(each.message) for each in said] == [
-        'ship 3: its process died. She is lost',
-        'ship 4: MemoryError. She is lost',
+        'ship 3: its process died. It is lost',
+        'ship 4: MemoryError. It is lost',
     ]
     monkeypatch.undo()
     whole = sail_fleet(plan(), Crew(1), folder)
@@ -403,7 +403,7 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(tmp_path, monkeypatc
             start('dask_worker', scheduler.address, *bare)
 
         monkeypatch.setattr(workers.warnings, 'warn', hire)
-        with pytest.raises(WorkerError, match=r'scheduler is lost .* \d of 6 ships came in; they'):
+        with pytest.raises(WorkerError, match=r'scheduler is lost .* \d of 6 ships came in: they'):
             sail_fleet(fleet, Crew(2, scheduler.address), folder, lose)
     assert lost == [worker, scheduler]
     monkeypatch.undo()

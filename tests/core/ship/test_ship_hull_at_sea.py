@@ -280,7 +280,7 @@ def test_the_answer_says_that_a_ship_without_a_hull_is_a_cork(scene: Any) -> Non
 
 
 def test_the_roll_of_a_hull_cannot_be_scaled(scene: Any) -> None:
-    with pytest.raises(UsageError, match='follows from her hull'):
+    with pytest.raises(UsageError, match='follows from the hull'):
         with_roll(scene(), 5.0)
 
 

@@ -1,9 +1,7 @@
 """The statistics of fleets and trials: how often the longitude was found, and the errors.
 
-Of a fleet the causes of its errors, too. Of a trial: the share of passages on which each clock
- finds the longitude, by the dial alone, rated in harbour, and with thermometer and
-IMU; the ± of the wind and of the hull; the effect of the navigator's error of local time; season
-and ocean; and ships in company.
+A fleet also has the correlations of its drawn keys with the errors. A trial compares three ways
+of navigating (`WAYS`), random winds and hulls, local time, seasons, oceans and ships in company.
 """
 
 from __future__ import annotations
@@ -35,22 +33,22 @@ LEAST_RANKED = 10
 """Least number of voyages for a correlation."""
 
 ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
-"""The two ways of finding the longitude, with their columns: by the dial, and by the dial less the
-estimated drift.
+"""Two ways of finding the longitude and their columns: the dial alone, and the dial corrected for
+the estimated drift.
 """
 
 
 @dataclass(frozen=True)
 class Portion:
-    """Share of all ships whose longitude was within a limit.
+    """Share of all ships with a longitude within a limit.
 
-    One that failed, or whose clock stopped, counts as outside.
+    A ship that failed, or lost its clock, counts as outside.
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
         ships: number of ships within it.
         share: their share of all.
-        low, high: Wilson's interval for the share of such voyages, at 95 %.
+        low, high: Wilson's interval of the share, at 95 %.
     """
 
     limit_nmi: float
@@ -64,14 +62,14 @@ class Portion:
 class Influence:
     """The correlation of a drawn key with the error.
 
-    A key that shifts the error, such as a tolerance, correlates with the error and not with its
+    A key that shifts the error, such as a tolerance, correlates with the error but not with its
     size. A key that only scatters the error, such as the noise of an observation, correlates with
-    the size and not with the error.
+    the size only.
 
     Attributes:
         key: path in the scene.
-        raw, corrected: Spearman's rank correlation, −1 to 1, with the dial's error, positive to
-            the east, and with the corrected clock's; None where either does not vary.
+        raw, corrected: Spearman's rank correlation, −1 to 1, with the error of the dial and of the
+            corrected clock, positive to the east. It is `None` if either is constant.
         raw_size, corrected_size: the same with the size of the error.
     """
 
@@ -93,16 +91,16 @@ class Answers:
 
     Attributes:
         ships: number of ships that sailed.
-        failures: reasons for which voyages ended early, or clocks stopped, with their numbers.
-        unchecked_days: the least and the most time for which a clock had not been checked when
-            its longitude was judged; None if no ship arrived.
-        within: for each clock (`ERRORS`), one entry for each limit of the Act of 1714. None where
-            a ship was unchecked for less than `LEAST_UNCHECKED_DAYS`, since the Act judges no such
-            voyage, or where none arrived.
-        quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES; None if
-            no ship arrived.
-        influences: correlations of the drawn keys that are numbers, the strongest on the corrected
-            clock first.
+        failures: reasons why voyages ended early or clocks stopped, with their numbers.
+        unchecked_days: least and most time since a clock was last checked when its longitude was
+            judged, `None` if no ship arrived.
+        within: for each clock (`ERRORS`), one entry for each limit of the Act of 1714. `None` if a
+            ship was unchecked for less than `LEAST_UNCHECKED_DAYS`, when the Act does not apply,
+            or if no ship arrived.
+        quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES, `None`
+            if no ship arrived.
+        influences: correlations of the numeric drawn keys, the strongest on the corrected clock
+            first.
     """
 
     ships: int
@@ -114,8 +112,8 @@ class Answers:
 
     @property
     def answer(self) -> str:
-        """How often the longitude was found within the Act's first limit, in a sentence; of a
-        voyage that the Act does not judge, how large the errors are.
+        """How often the longitude was found within the Act's first limit, in a sentence. If the
+        Act does not apply: how large the errors are.
         """
         ships = counted(self.ships, 'ship')
         if self.within is not None:
@@ -151,7 +149,7 @@ class Answers:
 
 
 def statistics_of(rows: Sequence[dict[str, Any]], drawn: Iterable[str] = ()) -> Answers:
-    """Return the statistics of a fleet from its rows, at least one, and the keys drawn for it."""
+    """Return the statistics of a fleet from at least one row and its drawn keys."""
     arrived = Rows(filter(has_arrived, rows))
     errors = {name: np.array(arrived.column(key)) for name, key in ERRORS.items()}
     unchecked = arrived.column('unchecked_days')
@@ -169,12 +167,12 @@ def statistics_of(rows: Sequence[dict[str, Any]], drawn: Iterable[str] = ()) -> 
 
 
 def failures_of(rows: Iterable[Mapping[str, Any]]) -> Counter[str]:
-    """Return the reasons for which voyages ended early, with their numbers."""
+    """Return the reasons why voyages ended early, with their numbers."""
     return Counter(row['failure'] for row in rows if row['failure'] is not None)
 
 
 def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
-    """Return the sizes of errors [nmi]; infinite where a clock did not arrive, or has none."""
+    """Return the sizes of errors [nmi], infinite if a clock did not arrive or has no error."""
     sizes = (
         abs(row[column]) if has_arrived(row) and row[column] is not None else math.inf
         for row in rows
@@ -183,13 +181,13 @@ def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
 
 
 def _quantiles(sizes: FloatArray) -> list[float] | None:
-    """Return the quantiles of the sizes that are finite; None if there are none."""
+    """Return the quantiles of the finite sizes, `None` if there are no finite sizes."""
     finite = sizes[np.isfinite(sizes)]
     return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
 
 
 def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Portion]:
-    """Return the shares of all ships within each limit of the Act by a clock of ERRORS."""
+    """Return the shares of all ships within each limit of the Act, by a clock of ERRORS."""
     return _shares(sizes_nmi(rows, ERRORS[clock]))
 
 
@@ -201,7 +199,7 @@ def _shares(sizes: FloatArray) -> list[Portion]:
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
-    """Return Wilson's interval, at 95 %, for the share of which `count` of `total` were seen."""
+    """Return Wilson's 95 % interval of a share of which `count` of `total` were observed."""
     from scipy.stats import binomtest
 
     interval = binomtest(count, total).proportion_ci(_CONFIDENCE, method='wilson')
@@ -235,34 +233,33 @@ def _spearman(values: Sequence[float], errors: FloatArray) -> float | None:
 # The answers of a trial.
 
 LOCAL_TIME_S = 4.0
-"""Standard deviation of the local time that a navigator finds by the altitude of the sun [s]: a
-minute of arc of the longitude."""
+"""Standard deviation of the local time that a navigator finds by the altitude of the sun [s], one
+minute of arc of longitude."""
 
 WAYS = {**ERRORS, 'sensed': 'sensed_error_nmi'}
-"""Three ways of finding the longitude, with their columns: by the dial; by the dial less the rate
-found in harbour; and corrected by thermometer and IMU as well.
+"""Three ways of finding the longitude and their columns: the dial alone, the dial corrected for
+the rate in harbour, and corrected by thermometer and IMU as well.
 """
 
 TRACED = {'raw': 'noon_raw_error_nmi', 'corrected': 'noon_error_nmi'}
-"""Columns with the errors noon by noon."""
+"""Columns with the errors at each noon."""
 
 
 @dataclass(frozen=True)
 class Prize:
-    """Share of the passages of six weeks and more whose longitude was within a limit.
+    """Share of the passages of six weeks and more with a longitude within a limit.
 
     A clock that failed counts as outside.
 
     Attributes:
         limit_nmi: limit of the Act of 1714.
-        pounds: its sum.
+        pounds: prize for this limit.
         passages: number of passages within it.
         share: their share of all.
-        low, high: Wilson's interval for the share of such passages, at 95 %.
-        with_local_time: expected share if the navigator finds local time with an error, too.
-        wind: root mean square change of the share with another random wind; None if it
-            was not.
-        hull: the same for the hull.
+        low, high: Wilson's interval of the share, at 95 %.
+        with_local_time: expected share if the navigator's local time is wrong, too.
+        wind, hull: root mean square change of the share with another random wind or hull, `None`
+            if it was not drawn.
     """
 
     limit_nmi: float
@@ -289,7 +286,7 @@ class Part:
         name: of the season or the ocean.
         passages: number of passages of six weeks and more.
         within: how many of them are within each limit of the Act.
-        median_nmi: median size of the error; None if none arrived.
+        median_nmi: median size of the error, `None` if no clock arrived.
     """
 
     name: str
@@ -300,16 +297,15 @@ class Part:
 
 @dataclass(frozen=True)
 class WayAnswers:
-    """The answers of a clock in one of the three ways (`WAYS`).
+    """The answers for a clock and one of the three `WAYS`.
 
     Attributes:
-        prizes: one for each limit of the Act; empty without passages of six weeks.
-        quantiles_nmi: quantiles of the size of the error on all passages at QUANTILES; None if
-            none arrived.
-        wind_nmi: median size of the change of a passage's error with another random wind;
-            None if it was not.
-        hull_nmi: the same for the hull.
-        seasons: by the quarter of the year of the middle of the passage.
+        prizes: one for each limit of the Act, empty without passages of six weeks.
+        quantiles_nmi: quantiles of the size of the error on all passages at QUANTILES, `None` if
+            no clock arrived.
+        wind_nmi, hull_nmi: median size of the change of a passage's error with another random wind
+            or hull, `None` if it was not drawn.
+        seasons: by the season of the middle of the passage.
         oceans: by the ocean of most entries.
     """
 
@@ -328,9 +324,9 @@ class ClockAnswers:
     Attributes:
         clock: name of its scene.
         scene: file or name that the user gave.
-        failures: reasons for which voyages as logged ended early, with their numbers.
+        failures: reasons why voyages as logged ended early, with their numbers.
         stopped: number of passages as logged on which the clock stopped.
-        ways: by the names of `WAYS`; without `sensed` where no rate equation fits the clock.
+        ways: by the names of `WAYS`, without `sensed` if no rate equation fits the clock.
     """
 
     clock: str
@@ -342,13 +338,13 @@ class ClockAnswers:
 
 @dataclass(frozen=True)
 class ConvoyPair:
-    """Two ships that sailed together, each with the wind of her log.
+    """Two ships that sailed together, each with the wind of its own log.
 
     Attributes:
         passages: their names.
         days: days in company.
-        differ_nmi: by how much the errors of each clock differ on the last of these days, by the
-            name of the clock and the way [nmi].
+        differ_nmi: difference of the errors of each clock on the last of these days, by the name
+            of the clock and the way [nmi].
     """
 
     passages: tuple[str, str]
@@ -363,15 +359,15 @@ class TrialAnswers:
     Attributes:
         logs: file or name of the log-book.
         passages: number of passages.
-        judged: number of those of six weeks and more, which the Act would judge.
-        local_time_s: error of local time with which `Prize.with_local_time` reckons [s].
-        wind_draws, hull_draws: number of repetitions with another random wind or hull.
+        judged: number of passages of six weeks and more, which the Act would judge.
+        local_time_s: error of local time for `Prize.with_local_time` [s].
+        wind_draws, hull_draws: repetitions of each passage with another random wind or hull.
         clocks: in the order of the trial.
         companies: ships in company.
         left_out: chosen passages that cannot be sailed, a mapping with `passage` and `problem`.
-        voyages: a mapping for each clock on each passage, as logged; `ends` says where the last
-            entry lies at sea, and is None elsewhere.
-        keys_left_out: keys of the first scene in whose place the log stands.
+        voyages: a mapping for each clock on each passage as logged; `ends` describes a last entry
+            at sea, otherwise it is `None`.
+        keys_left_out: keys of the first scene that the log replaces.
     """
 
     logs: str
@@ -412,12 +408,12 @@ class TrialAnswers:
 def check_local_time(local_time_s: float) -> None:
     """Refuse an error of local time [s] that no navigator makes (UsageError)."""
     if not 0.0 <= local_time_s <= 3600.0:
-        limits = ': must lie between 0 and 3600 s. Use for example 4'
+        limits = ': must be between 0 and 3600 s. Use for example 4'
         raise UsageError(Argument('local_time', f'{local_time_s:g}'), limits)
 
 
 def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
-    """Return the answers of a trial; the navigator errs by `local_time_s` in his local time."""
+    """Return the answers of a trial. The navigator's local time errs by `local_time_s`."""
     trial = sailed.trial
     passages = {trip.name: trip for trip in trial.passages}
     ends = {name: no_landfall(*trip.entries[-1][1:3]) for name, trip in passages.items()}
@@ -526,7 +522,7 @@ def _prizes(
         if row['drawn'] in draws and row['passage'] in names:
             draws[row['drawn']].setdefault(row['draw'], []).append(row)
     for share, (limit, pounds) in zip(_shares(sizes), AWARDS, strict=True):
-        # the share of a normal error about each clock's own
+        # the probability that a normal error about each clock's own is within the limit
         chance = ndtr((limit - sizes) / sights) - ndtr((-limit - sizes) / sights)
         spreads = []
         for drawn in draws.values():
@@ -548,7 +544,7 @@ def _prizes(
 def _changes(
     rows: Sequence[dict[str, Any]], logged: dict[str, dict[str, Any]], way: str, drawn: str
 ) -> float | None:
-    """Return the median size of the change of the error by a draw [nmi]; None without any."""
+    """Return the median size of a draw's change of the error [nmi], `None` without draws."""
     column = WAYS[way]
     pairs = [
         (row[column], logged[row['passage']][column]) for row in rows if row['drawn'] == drawn

@@ -1,8 +1,8 @@
 """The budget of a clock's rate: its causes, their uncertainty, the effect of small changes.
 
 Each cause at sea is switched off in turn, and the same stretches of the same voyage are sailed
-again: the sea comes from the seed, so that the common part of the two cancels. Dial, amplitude,
-drag and escapement are found on land, from the steady swing.
+again with the same seed: the scatter that both runs share cancels. Dial, amplitude, drag and
+escapement are computed on land from the steady swing.
 """
 
 from __future__ import annotations
@@ -53,24 +53,23 @@ from tauto_core.voyage import CHUNK, ShipSource, bag_scene
 from tauto_core.wording import span
 
 STRETCHES, FEWEST_STRETCHES = 240, 24
-"""Stretches of a long voyage that are sailed, and how few where each has to be long."""
+"""Number of stretches of a long voyage, and the least number if each has to be long."""
 
 THINNED = 3
-"""Badly known numbers are tried on every so many stretches."""
+"""Uncertain numbers are varied on every third stretch."""
 
 STRETCH_S, SETTLE_S = 1800.0, 600.0
-"""Least length of a stretch, and of the time sailed before it counts [s]."""
+"""Least length of a stretch, and of the time that it is sailed before it counts [s]."""
 
 SETTLINGS = 8.0
 """Time constants of the amplitude before a stretch counts: e⁻⁸ of the start remains."""
 
 CHEEK_M, WEIGHT_KG, AMPLITUDE_RAD = 1e-5, 1e-4, 0.1
-"""The small changes whose effect is given."""
+"""The small changes of `Budget.worth`."""
 
 EXPANSION_PART, MODULUS_PART, THINNING_PART = 0.05, 0.15, 0.15
-"""Parts by which the numbers of a named material or oil may lie off.
-
-They are assumed: a name says neither the alloy nor the sort.
+"""Relative uncertainty of the properties of a named material or oil, an assumption: the name
+gives neither the alloy nor the sort.
 """
 
 _FORMAT = 1
@@ -82,10 +81,10 @@ class BudgetRow:
 
     Attributes:
         cause: its name.
-        rate_s_per_day: the rate with it less that without it, positive where the clock gains.
-        sigma_s_per_day: standard deviation, since only stretches were sailed; None: on land, or
-            the whole voyage was sailed.
-        east_nmi: how far east that would put the ship at the end of the scene.
+        rate_s_per_day: the rate with the cause minus the rate without it, positive if it gains.
+        sigma_s_per_day: standard deviation by the choice of stretches, `None` if the cause was
+            computed on land or the whole voyage was sailed.
+        east_nmi: how far east it would put the ship at the end of the scene.
         found: `land` or `sea`.
     """
 
@@ -98,15 +97,13 @@ class BudgetRow:
 
 @dataclass(frozen=True)
 class RoughRow:
-    """The uncertainty of the rate by a badly known number.
+    """The effect of an uncertain number on the rate.
 
     Attributes:
         key: of the number in the scene.
         unit: of the values.
-        least: smallest value that was tried.
-        most: largest one.
-        least_s_per_day: change of the whole rate with the smallest.
-        most_s_per_day: with the largest.
+        least, most: smallest and largest value that was tried.
+        least_s_per_day, most_s_per_day: change of the whole rate with these values.
     """
 
     key: str
@@ -125,7 +122,7 @@ class RoughRow:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """The change of the rate on land by a small change: `what`, and [s/day]."""
+    """The change of the rate on land [s/day] by a small change, `what`."""
 
     what: str
     rate_s_per_day: float
@@ -133,22 +130,22 @@ class Sensitivity:
 
 @dataclass(frozen=True)
 class Budget:
-    """The budget of a clock's rate; `sum` + `interaction` = `whole`.
+    """The budget of a clock's rate: `sum` + `interaction` = `whole`.
 
     Attributes:
         scene: name of the scene.
         duration_s: its length [s].
-        latitude_deg: where the ship is at the end, for the miles.
-        stretches: number of stretches sailed; 1 of the length of the scene: all of it.
+        latitude_deg: latitude of the ship at the end, for the miles.
+        stretches: number of stretches. One of the length of the scene is the whole voyage.
         stretch_s: length of each [s].
         settle_s: time sailed before each begins to count [s].
         rows: the causes.
         sum: of all rows.
-        interaction: the effect of the causes only together.
+        interaction: the effect of causes that act only together.
         whole: the rate with all of them.
-        rough: the uncertainty by badly known numbers.
+        rough: the effects of uncertain numbers.
         rough_s_per_day: root of the summed squares of their half ranges.
-        fixed_s_per_day: the whole rate if the case were fixed to the ship; None: it is.
+        fixed_s_per_day: the whole rate with the case fixed to the ship, `None` if it is fixed.
         worth: the effect of small changes.
     """
 
@@ -183,11 +180,11 @@ class Budget:
         )
 
     def facts(self) -> dict[str, Any]:
-        """Return all of it as one object, ready for JSON."""
+        """Return the budget as a mapping for JSON."""
         return {'format': _FORMAT, 'sailed': self.sailed, **asdict(self)}
 
     def write(self, file: Path) -> None:
-        """Write `facts` to a file; one that cannot be written is an OutputError."""
+        """Write `facts` to a file. OutputError if it cannot be written."""
         write_output(file, json.dumps(self.facts(), allow_nan=False, indent=1).encode())
 
 
@@ -199,9 +196,9 @@ class Job:
         scene: the scene.
         without: motions or gravity switched off, see `ShipMotion`.
         begins_ns: when each stretch begins to settle, from the start [ns].
-        settle_ns: time until it counts [ns]; 0: the voyage is sailed as `sail` does.
+        settle_ns: time before it counts [ns]. 0: the voyage is sailed as by `sail`.
         stretch_ns: time for which it counts [ns].
-        heat: how the machine changes with temperature and age; None: as its scene says.
+        heat: temperature and age dependence of the machine. `None`: the scene's.
     """
 
     scene: Scene
@@ -234,7 +231,7 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
         stage = TrochleaStage(scene, 'first' if job.settle_ns else 'scene', aged)
         remaining = (job.settle_ns + job.stretch_ns) // scene.step_ns + 1 + 2 * LOOKAHEAD
         warm = SHIP_TEMPERATURE in stage.inputs
-        if warm:  # the clock waits for the temperature of the next logged instant
+        if warm:  # the clock needs the temperature at the next logged instant
             remaining += log_ns // scene.step_ns + 2 * LOOKAHEAD
         outputs: list[Batches] = []
         while remaining > 0 and source.produced < source.total:
@@ -250,7 +247,7 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
             [batch.position[:, 1:3] for batch in phases if isinstance(batch, JointSamples)]
         )
         ends = job.settle_ns // log_ns, (job.settle_ns + job.stretch_ns) // log_ns
-        # whole half turns and the fraction apart, so that a long voyage loses no digits
+        # whole half turns and the fraction separately: a long voyage loses no digits
         turned = half_turns[ends[1]] - half_turns[ends[0]]
         means.append(0.5 * float(turned.sum()) / (job.stretch_ns / NS_PER_S))
         tell((number + 1.0) / len(job.begins_ns))
@@ -258,7 +255,7 @@ def swings_a_second(job: Job, tell: Callable[[float], None]) -> FloatArray:
 
 
 def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
-    """Return the machine with its oil older: the clock of a stretch counts from its beginning."""
+    """Return the machine with older oil: the clock of a stretch counts from its beginning."""
     if not (age_s and machine.heat.thickening and machine.drag):
         return machine
     viscous = machine.drag.viscous * math.exp(machine.heat.thickening * age_s)
@@ -278,12 +275,12 @@ def account(
     Args:
         scene: the scene.
         crew: the processes on which stretches are sailed.
-        progress: called with the fraction done, from 0 to 1.
-        origin: file or name that the user gave, for errors; None: the scene's name.
-        anyway: sail even machines and ships larger than any known.
+        progress: called with the fraction done.
+        origin: file or name that the user gave, for errors. `None`: the scene's name.
+        anyway: sail machines and ships larger than any known, too.
 
     Raises:
-        TautoError: a bad scene, a clock that has no rate, or an event that ends the motion.
+        TautoError: a bad scene, a clock without a rate, or an event that ends the motion.
     """
     with naming(origin or scene.name, scene.name):
         if not anyway:
@@ -293,7 +290,7 @@ def account(
         if isinstance(machine, InPlaceOfWheel):
             raise UsageError(
                 f'{scene.name}: a body in a fluid or on an axle has no drag, escapement or heat '
-                'whose shares could be told apart. Use a scene with a trochlea'
+                'to be told apart. Use a scene with a trochlea'
             )
         swing = _steady(scene.name, machine)
     nominal_s = nominal_period_s(scene, built)
@@ -314,7 +311,7 @@ def account(
     for key, _, values, runs in rough:
         for value, job in zip(values, runs, strict=True):
             jobs[f'{key} = {value:.4g}'] = job
-    # a dial that is left to itself is regulated for the machine as its materials are
+    # the dial is regulated for the properties that are tried, too
     nominal = {
         name: nominal_s if job.heat is None else nominal_period_s(scene, job.machine)
         for name, job in jobs.items()
@@ -375,7 +372,7 @@ def _with(plan: Job, **keys: object) -> Job:
 
 
 def _steady_air(scene: Scene) -> ConstantAir | None:
-    """Return air that keeps the clock at the temperature of the departure."""
+    """Return air at the temperature of the departure."""
     if scene.air is None:
         return None
     return ConstantAir(celsius=float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
@@ -401,7 +398,7 @@ def _causes(
 
 
 def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
-    """Return the runs for effects without a closed form: on land, and without suspension."""
+    """Return the runs on land (if the thread swings) and without suspension."""
     scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
     if thread_swings:
         jobs[_ON_LAND] = _with(
@@ -416,7 +413,7 @@ _NumberedJob: TypeAlias = tuple[int, str, Job]
 
 
 def case_of(voyage: _NumberedJob) -> str:
-    """Return what is switched off or tried in a job, in words; empty for the whole."""
+    """Return the change that a job makes, in words, empty for the whole."""
     _, name, _ = voyage
     return f'with {name}' if ' = ' in name else f'without {name}' if name else ''
 
@@ -435,7 +432,7 @@ def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[di
 def _sailed(
     jobs: Mapping[str, Job], crew: Crew, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
-    """Return the frequencies of each job by its name, from all processes."""
+    """Return the frequencies of each job by its name."""
     plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(jobs.items())], case_of)
     report = None if progress is None else lambda count: progress(count / len(jobs))
     rows = sail(plan, crew, None, report)
@@ -445,8 +442,8 @@ def _sailed(
 def _sigma(rates: FloatArray) -> float | None:
     """Return the standard deviation of the mean of evenly spread stretches [s/day].
 
-    From differences of neighbours, which a slow change of the weather hardly widens (Cochran,
-    Sampling Techniques, 3rd ed., 8.10: a systematic sample of an autocorrelated population).
+    The differences of neighbours hardly contain the slow changes of the weather (Cochran, Sampling
+    Techniques, 3rd ed., 8.10: a systematic sample of an autocorrelated population).
     """
     if len(rates) < 2:
         return None
@@ -454,7 +451,7 @@ def _sigma(rates: FloatArray) -> float | None:
 
 
 def _steady(name: str, machine: AnyMachine) -> SteadySwing | None:
-    """Return the swing on land; None where the thread swings, too."""
+    """Return the steady swing on land, `None` if the thread swings, too."""
     if isinstance(machine, HangingMachine):
         return None
     swing = steady_swing(machine)
@@ -492,15 +489,15 @@ def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
 
 
 # -----------------------------------------------------------------------------
-# Rows found on land: dial, amplitude, drag, escapement; the effect of small changes.
+# Causes on land: dial, amplitude, drag, escapement. The effect of small changes.
 
 
 def _on_land(machine: AnyMachine, swing: SteadySwing | None, nominal_s: float) -> dict[str, float]:
-    """Return the parts of the rate on land [s/day], which add up to it.
+    """Return the causes of the rate on land [s/day], which add up to it.
 
-    The dial: small free swings. Amplitude: free swings of the steady one. Drag: with as much of
-    it, and as much energy a swing, but all impulses in the middle, where they cost nothing (Airy).
-    Escapement: that they come elsewhere, and recoil.
+    The dial is the rate of small free swings. The amplitude adds the difference to free swings of
+    the steady amplitude. Drag adds drag and the impulse energy, with all impulses at mid-swing
+    where they do not change the period (Airy). The escapement adds their real place and recoil.
     """
     parts = {'dial': rate_s_per_day(machine.small_period, nominal_s)}
     free_s = machine.period(machine.release_angle) if swing is None else swing.free_period
@@ -523,7 +520,7 @@ def _on_land(machine: AnyMachine, swing: SteadySwing | None, nominal_s: float) -
 def _materials(
     scene: Scene, heat: Heat
 ) -> Iterator[tuple[str, tuple[float, float], tuple[Heat, Heat]]]:
-    """Yield the numbers of materials known by name alone: key, least and most, and their heats."""
+    """Yield key, limits and heats of each property that only the name of a material gives."""
     trochlea, drag = scene.trochlea, scene.drag
     if trochlea is None or not (heat.varies and heat.feels_temperature):
         return
@@ -559,7 +556,7 @@ def _worth(
 ) -> Iterator[Sensitivity]:
     """Yield the effect of small changes on land, by central differences of the whole machine.
 
-    Changes that are not possible, near the end of a cam for example, are left out.
+    Impossible changes, such as beyond the end of a cam, are left out.
     """
 
     def rate(changed: AnyMachine) -> float:
@@ -581,8 +578,8 @@ def _worth(
         ),
     }
     if heat.feels_temperature and not isinstance(machine, HangingMachine):
-        # of a swinging thread no steady swing is known, by which oil acts; the numbers hold at
-        # heat.at_celsius, and `machine` is the same at the departure's temperature
+        # The action of oil on a swinging thread is unknown. The properties hold at
+        # heat.at_celsius, and `machine` is `base` at the departure's temperature.
         base, celsius = cast(AnyMachine, compile_machine(scene)), machine.heat.at_celsius
         changes['1 K'] = lambda sign: rate(base.at_celsius(celsius + sign))
     for what, changed in changes.items():
@@ -592,15 +589,15 @@ def _worth(
 
 
 def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
-    """Return a machine whose cam is larger, the lever arm at 1 rad longer by so much."""
+    """Return a machine with a larger cam, its lever arm at 1 rad longer by `more_m`."""
     if isinstance(machine, HangingMachine):
         return replace(machine, base_radius=machine.base_radius + more_m)
     if isinstance(machine, LeverMachine):
         shape = machine.geometry
         tau = shape.tau_of(np.array([min(1.0, 0.999 * machine.range_rad)]))
         part = 1.0 + more_m / float((shape.base_radius * tau * shape.u_per_tau(tau))[0])
-        # β turns by so much more with the wheel; its size changes the pull by less
-        # than a hundredth of that. J scales as the square, the moment of the weights linearly.
+        # β turns faster by this factor. The size of the cam changes the pull by less than
+        # a hundredth of that. J scales as the square, the moment of the weights linearly.
         spared = (part**2 - part) * (machine.turned_inertia - machine.lever_inertia)
         if machine.force:
             # a longer end of the lever has the larger moment and draw
@@ -620,7 +617,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
     if isinstance(cam, EquivalentCam | LinearisedCam):
         part = 1.0 + more_m * at / float(cam.cam.lever_arm(at))
         return replace(machine, cam=EquivalentCam(cam.cam, cam.law, part))
-    # a pull on a larger lever arm is a larger pull, and its mass moves more
+    # a pull on a longer arm is a larger pull, and its mass moves farther
     part = 1.0 + more_m * at / float(cam.lever_arm(at))
     return replace(
         machine,
@@ -632,7 +629,7 @@ def _larger_cheek(machine: AnyMachine, more_m: float) -> AnyMachine:
 
 
 def _heavier(machine: AnyMachine, more_kg: float) -> AnyMachine:
-    """Return a machine with a heavier weight, or with a pull that is larger by as much."""
+    """Return a machine with a heavier weight, or a pull that is larger by as much."""
     if isinstance(machine, LeverMachine) and machine.force:
         return replace(machine, force=machine.force + more_kg * machine.gravity)
     if not isinstance(machine, Machine):
@@ -647,14 +644,14 @@ def _heavier(machine: AnyMachine, more_kg: float) -> AnyMachine:
 
 
 # -----------------------------------------------------------------------------
-# A budget that is kept with its voyage.
+# A budget that is stored with its voyage.
 
 
 def kept_budget(bag: Path) -> dict[str, Any] | None:
-    """Return the budget kept with a bag, as `Budget.facts` gave it; None: there is none.
+    """Return the budget stored with a bag, as `Budget.facts` gave it, or `None`.
 
     Raises:
-        UsageError: it is not a budget that this version can read.
+        UsageError: this version cannot read it.
     """
     file = (bag if bag.is_dir() else bag.parent) / BUDGET
     if not file.is_file():
@@ -670,7 +667,7 @@ def kept_budget(bag: Path) -> dict[str, Any] | None:
 
 
 def budget_file(out: Path, scene: Scene) -> Path:
-    """Return the file in which a budget is kept: beside the voyage in a bag's folder, or as named.
+    """Return the file for a budget: in the folder of a voyage, or as named.
 
     Raises:
         UsageError: neither the folder of a voyage of this scene nor a file ending in .json.

@@ -1,7 +1,6 @@
-"""The entries of a comparison, in one sea or with several rolls, and their voyages.
+"""Comparison of clocks in one sea or with several rolls: its entries and their voyages.
 
-Clocks in one sea sail together, in as many processes as there are: each process samples the sea,
-and moves the case in which clocks hang, once.
+Each process samples the sea, and moves the case that clocks hang in, once for all its clocks.
 """
 
 from __future__ import annotations
@@ -50,16 +49,16 @@ from tauto_core.wording import counted, figure, least, span
 # The amplitude of a ship's roll, and the same ship in the same waves with another roll.
 
 LARGEST_DEG = 45.0
-"""Largest roll that may be set; beyond it the linear roll equation does not hold."""
+"""Largest roll that may be set. The linear roll equation does not hold for a larger roll."""
 
 
 def significant_roll_deg(scene: Scene) -> float | None:
     """Return the significant amplitude of a ship's roll, 2 √(Σ a²/2) [deg].
 
     It is twice the root mean square, which in a narrow-banded sea is the mean of the highest third
-    of the amplitudes (Longuet-Higgins 1952); for a single harmonic of amplitude a it is √2 a. None
-    where the roll was measured, 0 for a ship that lies still; in weather it is that in the highest
-    sea.
+    of the amplitudes (Longuet-Higgins 1952). For a single harmonic of amplitude a it is √2 a. In
+    weather it belongs to the highest sea. It is `None` if the roll was measured, 0 for a still
+    ship.
     """
     if not scene.ship.is_computed:
         return None
@@ -70,21 +69,21 @@ def significant_roll_deg(scene: Scene) -> float | None:
 
 
 def with_roll(scene: Scene, roll_deg: float) -> Scene:
-    """Return the scene with a ship that rolls by another significant amplitude.
+    """Return the scene with another significant amplitude of the roll.
 
     Every harmonic of the roll is scaled by the same factor, in a sea through the slope coefficient
-    or the response operator; waves and heave are not changed. A ship that does not roll, or is not
-    of kind sea or components, and an amplitude beyond LARGEST_DEG are a UsageError.
+    or the response operator. Waves and heave stay unchanged. UsageError if the ship does not roll
+    or is not of kind sea or components, or if the amplitude exceeds LARGEST_DEG.
     """
     if not 0.0 <= roll_deg <= LARGEST_DEG:
         raise UsageError(
             Argument('roll_deg', f'{roll_deg:g}'),
-            f': must lie between 0 and {LARGEST_DEG:g} degrees, twice the root mean square of the '
+            f': must be between 0 and {LARGEST_DEG:g} degrees, twice the root mean square of the '
             'roll. Write for example 0,10,20',
         )
     ship, now = scene.ship, significant_roll_deg(scene)
     if not now or not ship.roll_scales:
-        why = 'was measured' if now is None else 'follows from her hull' if now else 'is zero'
+        why = 'was measured' if now is None else 'follows from the hull' if now else 'is zero'
         raise UsageError(
             Argument('roll_deg', f'{roll_deg:g}'),
             f': the roll of {scene.name} (ship.kind {ship.kind}) {why} and cannot be scaled. Use '
@@ -107,10 +106,10 @@ CLOCKS = (
     'clock_sully_lever',
     'clock_own_cam_lever',
 )
-"""The built-in clocks in order; all have the same wheel, drag and escapement."""
+"""The built-in clocks in order. All have the same wheel, drag and escapement."""
 
 BEYOND_SULLY = 'clock_pendulum', 'clock_balance_spring'
-"""Clocks of before and after in the same sea, which take part where they are named."""
+"""Later and earlier clocks, which take part only if they are named."""
 
 SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'air', 'ship', 'voyage', 'drift', 'log')
 """Keys of a scene that describe the passage, not the clock."""
@@ -128,7 +127,7 @@ class Entry:
     Attributes:
         origin: file or name that the user gave.
         scene: the scene that runs.
-        roll_deg: significant amplitude of its ship's roll [deg]; None: measured.
+        roll_deg: significant amplitude of its ship's roll [deg], `None` if measured.
     """
 
     origin: str
@@ -154,19 +153,19 @@ def make_entries(
     harbour_days: float = 14.0,
     overrides: Mapping[str, object] = MappingProxyType({}),
 ) -> list[Entry]:
-    """Return the entries of a comparison, each checked as before a voyage.
+    """Return the checked entries of a comparison, in the order of roll, clock, fixed before hung.
 
-    They are in the order of roll, then clock, with fixed cases before suspended ones. Without
-    clocks they are CLOCKS. All take the keys SHARED of `ship_of`; otherwise they must agree in
-    them. `cases` are 'with' and 'without' suspension, or 'both' where a scene has one. With
-    `anyway` machines and ships larger than any known sail too; a set roll may be larger.
-    `overrides` are values by the paths of their keys; those of a passage go to `ship_of`.
+    Without clocks they are CLOCKS. All take the keys SHARED of `ship_of`. Without it they must
+    agree in them. `cases` selects clocks with or without suspension. `anyway` allows machines and
+    ships larger than any known (a roll that is set may be larger). `overrides` are values by the
+    paths of their keys. Keys of the passage go to `ship_of`.
 
-    With a `passage` of a log-book, one without problems, they sail it in the ship of `ship_of`, or
-    of the first clock, after `harbour_days` in harbour, and each dial is regulated there.
+    With a `passage` of a log-book, which must have no problems, the clocks sail it in the ship of
+    `ship_of` or of the first clock. The dials are regulated during `harbour_days` in harbour.
 
-    A scene that cannot run is a SceneError; scenes that do not share their sea, names or rolls
-    given twice, or a suspension that a scene does not have, are a UsageError.
+    Raises:
+        SceneError: a scene cannot run.
+        UsageError: scenes in different seas, names or rolls given twice, or a missing suspension.
     """
     scenes = _scenes(clocks or CLOCKS, ship_of, duration, accuracy, overrides)
     if passage is not None:
@@ -179,8 +178,8 @@ def make_entries(
     for origin, scene in scenes:
         if scene.name in origins:
             raise UsageError(
-                f'{origin}: its name, {scene.name!r}, is that of {origins[scene.name]} too, and a '
-                'row is called by it. Leave one out, or give another `name`'
+                f'{origin}: {origins[scene.name]} has the same name, {scene.name!r}, which its '
+                'row needs. Leave one out, or give another `name`'
             )
         origins[scene.name] = origin
     _check_shared(scenes)
@@ -222,7 +221,7 @@ def _scenes(
     scenes = [(origin_of(clock), load_scene(clock, **changed)) for clock in clocks]
     if duration is not None:
         shared['duration'] = duration
-    # one motion for all, sampled as the most demanding of them needs
+    # one motion for all, at the highest of their sampling rates
     passages = [] if ship_of is None else [shared['ship']]
     rates = {ship.rate for ship in (*passages, *(scene.ship for _, scene in scenes))}
     if not shared and len(rates) == 1:
@@ -242,7 +241,7 @@ def _along(
     *,
     shortened: bool,
 ) -> list[tuple[str, Scene]]:
-    """Return the clocks on a passage of a log-book, in the ship of the first of them."""
+    """Return the clocks on a passage of a log-book, in the ship of the first clock."""
     origin, leader = scenes[0]
     afloat = []
     for name, scene in scenes:
@@ -258,20 +257,20 @@ def _along(
 
 
 def with_rate(scene: Scene, rate_hz: float) -> Scene:
-    """Return a scene whose motion has so many samples a second."""
+    """Return a scene with another sampling rate of the ship's motion [Hz]."""
     ship = scene.ship.model_copy(update={'rate': rate_hz})
     return scene.model_copy(update={'ship': ship})
 
 
 def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
-    """Return a scene whose dial is regulated at the mean temperature of its first day."""
+    """Return a scene with the dial regulated at the mean temperature of its first day."""
     period_s = regulated_period_s(on_first_day(scene, machine))
     dial = scene.clock.model_copy(update={'nominal_period': period_s})
     return scene.model_copy(update={'clock': dial})
 
 
 def on_passage_of(name: str, scene: Scene, passage: Scene, ship_of: str) -> Scene:
-    """Return a clock on the passage of another scene, named `ship_of`: with its keys SHARED."""
+    """Return a clock with the keys SHARED of a passage, the scene that is named `ship_of`."""
     return _taking(name, scene, {key: getattr(passage, key) for key in SHARED}, ship_of)
 
 
@@ -284,7 +283,7 @@ def _taking(name: str, scene: Scene, shared: Mapping[str, Any], ship_of: str | N
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
-    """Return a changed scene, checked as if it had been written that way."""
+    """Return a changed scene, checked like one that was read."""
     try:
         return parse_scene(scene_yaml(changed), origin)
     except SceneError as error:
@@ -308,7 +307,7 @@ def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
 
 
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
-    """Refuse clocks that are not on the same ship."""
+    """Refuse clocks with different passages (UsageError)."""
     (leader, scene), *followers = scenes
     passage = _passage(scene)
     for origin, peer in followers:
@@ -332,7 +331,7 @@ def _passage(scene: Scene) -> dict[str, Any]:
 
 
 def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the path of every key whose values differ, and both values."""
+    """Yield the path and both values of every key that differs."""
     if not (isinstance(ours, dict) and isinstance(theirs, dict)):
         if ours != theirs:
             yield path, ours, theirs
@@ -343,7 +342,7 @@ def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, 
 
 
 # -----------------------------------------------------------------------------
-# The error of a clock along a passage, at as many instants as a figure needs.
+# The error of a clock along a passage.
 
 PIECES = 96
 """Number of equal pieces of a passage at whose ends the error is kept."""
@@ -352,12 +351,12 @@ PIECES = 96
 class ErrorTrace:
     """Keeps the clock's error at the ends of at most PIECES equal pieces of a scene.
 
-    A piece is a whole number of log intervals; a shorter remainder at the end is not used.
+    A piece is a whole number of log intervals. A shorter remainder at the end is not used.
 
     Attributes:
         piece_s: length of a piece [s].
-        time_s: time from the start at the ends of the pieces, the start itself first [s].
-        error_s: reading less true time then [s].
+        time_s: ends of the pieces since the start, with the start itself [s].
+        error_s: reading minus true time then [s].
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -377,7 +376,7 @@ class ErrorTrace:
         self.error_s += ((reading.time_ref_ns - reading.stamp_ns)[ends] / NS_PER_S).tolist()
 
     def rate_spread(self) -> float | None:
-        """Return the standard deviation of the rates of the pieces [s/day]; None for one piece."""
+        """Return the standard deviation of the pieces' rates [s/day], `None` for one piece."""
         rates = np.diff(self.error_s) / self.piece_s * DAY_S
         return float(np.std(rates, ddof=1)) if len(rates) > 1 else None
 
@@ -387,7 +386,7 @@ Progress: TypeAlias = Callable[[float], None]
 
 @dataclass(frozen=True)
 class Stop:
-    """The event that stopped a clock: its time [s] from the start, and the reason."""
+    """The event that stopped a clock: its time since the start [s] and the reason."""
 
     at_s: float
     why: str
@@ -395,28 +394,26 @@ class Stop:
 
 @dataclass(frozen=True)
 class Row:
-    """The result for one clock. Figures at the end are None where an event ended its motion.
+    """The result for one clock. Figures at the end are `None` if an event ended its motion.
 
     Attributes:
         clock: name of the scene.
         scene: file or name that the user gave.
         suspended: whether its case was suspended.
-        roll_deg: significant amplitude of the ship's roll [deg]; None: measured.
+        roll_deg: significant amplitude of the ship's roll [deg], `None` if measured.
         release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
-        propagator: name of the propagator that computed its motion.
-        rate_s_per_day: mean rate over the run.
-        rate_spread_s_per_day: standard deviation of the rates over pieces of the run (`piece_s`
-            of the comparison); None for a clock that stopped.
-        error_s: reading less true time at the end.
-        raw_error_nmi: error to the east by the reading alone, the dial as the scene sets it.
-        error_nmi: error to the east by the reading corrected for the rate observed in port.
-        raw_prize_pounds: prize of the Act of 1714 for the raw error.
-        prize_pounds: prize of the Act of 1714 for the corrected error.
-        stopped: the event that ended its motion, or the time from which it no longer went; None
-            for a clock that still runs.
-        time_s: ends of the pieces, from the start, up to an event.
+        propagator: name of the propagator of its motion.
+        rate_s_per_day: mean rate.
+        rate_spread_s_per_day: standard deviation of the rates of the pieces (`piece_s`), `None` if
+            the clock stopped.
+        error_s: reading minus true time at the end.
+        raw_error_nmi: error to the east of the dial as the scene sets it.
+        error_nmi: error to the east of the reading corrected for the rate observed in port.
+        raw_prize_pounds, prize_pounds: prize of the Act of 1714 for these errors.
+        stopped: the event that ended its motion, or the time when it stopped, `None` if it runs.
+        time_s: ends of the pieces since the start, up to an event.
         trace_s: the clock's error then [s].
-        run_s: processor time of the run.
+        run_s: processor time.
     """
 
     clock: str
@@ -444,7 +441,7 @@ class Comparison:
 
     Attributes:
         duration_s: length of the run [s].
-        piece_s: length of the pieces for `rate_spread_s_per_day` and the traces [s].
+        piece_s: length of the pieces of `rate_spread_s_per_day` and the traces [s].
         wall_s: wall time of the comparison [s].
         rows: in the order of the entries.
     """
@@ -456,7 +453,7 @@ class Comparison:
 
     @property
     def answer(self) -> str:
-        """Which clock's dial errs least and which most at the end, in a sentence."""
+        """Which dials have the least and the largest error at the end, in a sentence."""
 
         def called(row: Row) -> str:
             case = 'hung' if row.suspended else 'fixed'
@@ -472,7 +469,7 @@ class Comparison:
         if best is worst:
             text += f' the dial of {called(best)} errs by {_miles(best)}.'
         else:
-            text += f' the dial of {called(best)} errs least, by {_miles(best)}; that of '
+            text += f' the dial of {called(best)} errs least, by {_miles(best)}, and the dial of '
             text += f'{called(worst)} most, by {_miles(worst)}.'
         stopped = len(self.rows) - len(went)
         return f'{text} {counted(stopped, "clock")} stopped.' if stopped else text
@@ -490,11 +487,11 @@ def _miles(row: Row) -> str:
 def compare(
     entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
 ) -> Comparison:
-    """Return the comparison of all entries, at least one, by parallel processes.
+    """Return the comparison of at least one entry, run by parallel processes.
 
-    With one job, and where the work is small, this process makes all runs. A clock that failed
-    otherwise than by an event in its motion ends the comparison with its TautoError. `progress` is
-    called with the fraction done, from 0 to 1.
+    With one job, or little work, this process makes all runs. A failure other than an event in the
+    motion of a clock ends the comparison with its TautoError. `progress` is called with the
+    fraction done.
     """
     began, works_s = time.perf_counter(), []
     for entry in entries:
@@ -511,12 +508,12 @@ def compare(
 
 
 def in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[tuple[int, Entry]]]:
-    """Return the entries that sail together, with their places, the costliest first.
+    """Return the entries that sail together with their places, the costliest first.
 
-    Where there are fewer seas than processes, the clocks of a sea are dealt out, dearest first.
+    If there are fewer seas than processes, the clocks of a sea are divided.
     """
     seas: dict[str, list[tuple[int, Entry]]] = {}
-    # the swing of a suspended case costs more than any kind of thread
+    # the motion of a suspended case costs more than any kind of thread
     costs = [(entry.hung, step_ns(entry.scene)) for entry in entries]
     for place in sorted(range(len(entries)), key=costs.__getitem__, reverse=True):
         sea = repr(_passage(entries[place].scene))
@@ -532,9 +529,9 @@ def sail_sea(voyage: Sequence[tuple[int, Entry]], progress: Progress) -> list[di
 
 
 class Sea:
-    """The sea of a voyage, with what its clocks share: the motion of the ship and what they feel.
+    """The sea of a voyage: the ship's motion and its integrals, which several clocks share.
 
-    It is that of the scene which needs the most samples: a hung case needs some beyond the end.
+    It is sampled for the scene that needs the most samples beyond its end (a hung case).
 
     Args:
         scenes: scenes of the clocks.
@@ -550,7 +547,7 @@ class Sea:
         self._integrals: dict[tuple[object, ...], SharedIntegrals] = {}
 
     def integrals(self, scene: Scene) -> SharedIntegrals:
-        """Return the source of the integrals of a scene's covariates."""
+        """Return the shared integrals of a scene's covariates."""
         key = SharedIntegrals.key(scene)
         if key not in self._integrals:
             self._integrals[key] = SharedIntegrals(scene)
@@ -564,10 +561,10 @@ class Sea:
         *,
         as_messages: bool = False,
     ) -> None:
-        """Sail clocks to the end; the sea is sampled once.
+        """Sail clocks to the end in the sea, which is sampled once.
 
-        Of the processor time of this thread since `began_s`, each clock has her own and an equal
-        part of the rest; what several feel alike counts for the first of them.
+        Each clock gets its own processor time and an equal share of the other time of this thread
+        since `began_s`. Shared inputs count for the first clock that needs them.
         """
         source = voyage.ShipSource(
             self._scene, self.motion, says_scene=False, as_messages=as_messages
@@ -594,17 +591,17 @@ class Sea:
 
 
 class Afloat:
-    """A clock under way, beside others in one sea.
+    """A clock under way, together with others in one sea.
 
     Args:
         scene: its scene.
         origin: its file or name, for errors.
-        sea: which all share.
+        sea: the common sea.
         rated: whether the dial is regulated for its start (`regulated`).
 
     Attributes:
-        ended: the event that ended it; None: it goes.
-        at_end: whether the clock says no more.
+        ended: the event that ended its motion, or `None`.
+        at_end: whether the last batch has been made.
         run_s: its own processor time [s].
     """
 
@@ -620,7 +617,7 @@ class Afloat:
         self.run_s = time.thread_time() - began
 
     def feed(self, ship: Batches | None) -> None:
-        """Take the next batches of the ship; None at the end. An event ends its motion."""
+        """Take the next batches of the ship, `None` at the end. An event ends the motion."""
         if self.ended is not None:
             return
         began = time.thread_time()
@@ -631,19 +628,19 @@ class Afloat:
             self.summary.feed(batches)
             self.at_end = ship is None
             self.keep(batches)
-        except MotionDataError:  # a file that is not on this machine, or cannot be read
+        except MotionDataError:  # a missing or unreadable file
             raise
         except TautoError as error:
             self.ended = error
         self.run_s += time.thread_time() - began
 
     def keep(self, batches: Batches) -> None:
-        """Take what the clock said."""
+        """Take the clock's output."""
         raise NotImplementedError
 
     @cached_property
     def report(self) -> dict[str, Any]:
-        """The result of the voyage; empty where an event ended it."""
+        """The result of the voyage, empty if an event ended it."""
         return self.summary.result() if self.ended is None else {}
 
     def figures(self) -> dict[str, Any]:
@@ -703,14 +700,11 @@ _OF_A_ROW = (
     'prize_pounds',
     'run_s',
 )
-"""Figures that a row of a comparison has by the same names."""
+"""Figures that have the same name in a row of a comparison."""
 
 
 def sail_together(entries: Sequence[Entry], progress: Progress | None = None) -> list[Row]:
-    """Run clocks in one sea, which is sampled once; an event that stops one is a result of hers.
-
-    The others go on.
-    """
+    """Run clocks in one sea. An event that stops one is its result, and the others go on."""
     began = time.thread_time()
     scenes = [entry.scene for entry in entries]
     sea = Sea(scenes, [entry.origin for entry in entries])

@@ -1,9 +1,7 @@
-"""Fleets: many voyages of one scene, each with its own random numbers.
+"""Fleets: many voyages of one scene with different random numbers.
 
-The keys that are drawn, the plan of a fleet, the voyage of a ship as a row, and the rows on disk.
-
-A ship has arrived, has failed by physics, or is lost with her process or the scheduler. The lost
-are no observations: they have no row, there is no answer without them, and they sail again.
+A voyage ends with an arrival, or with a failure of the clock, or is lost with its process or the
+scheduler. A lost voyage has no row, and the statistics wait until it has been sailed again.
 """
 
 from __future__ import annotations
@@ -51,19 +49,19 @@ from tauto_core.scene.tables import read_data
 from tauto_core.scene.units import in_unit, misfit, unit_of, unit_table
 
 # -----------------------------------------------------------------------------
-# The distributions from which a key of the scene is drawn for each ship of a fleet.
+# The distributions of the keys that are drawn for each ship of a fleet.
 
 _Value: TypeAlias = float | int | str | bool
 
 
 class Normal(Section):
-    """A normal distribution, truncated at `low` and `high` where they are given."""
+    """A normal distribution, truncated at `low` and `high` if they are given."""
 
     kind: Literal['normal']
     sigma: Positive = Field(description='standard deviation')
     mean: Number | None = Field(default=None, description="absent: the scene's value")
-    low: Number | None = Field(default=None, description='nothing below is drawn')
-    high: Number | None = Field(default=None, description='nothing above is drawn')
+    low: Number | None = Field(default=None, description='least value')
+    high: Number | None = Field(default=None, description='largest value')
 
     @model_validator(mode='after')
     def _refuse_empty(self) -> Normal:
@@ -72,7 +70,7 @@ class Normal(Section):
         return self
 
     def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
-        """Return a value; if the mean is absent it is the scene's own, which must be a number."""
+        """Return a value. `value` is the scene's, which replaces a missing mean."""
         from scipy.stats import truncnorm
 
         mean = _centre(value) if self.mean is None else self.mean
@@ -100,7 +98,7 @@ class Uniform(Section):
         return self
 
     def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
-        """Return a value; arguments as for `Normal.draw`."""
+        """Return a value. The arguments are explained in `Normal.draw`."""
         if self.half_width is not None:
             return _centre(value) + self.half_width * (2.0 * random.random() - 1.0)
         low, high = cast(float, self.low), cast(float, self.high)
@@ -108,7 +106,7 @@ class Uniform(Section):
 
 
 class OneOf(Section):
-    """One of a list of values, each with the same probability."""
+    """A list of equally probable values."""
 
     kind: Literal['list']
     values: tuple[_Value, ...] = Field(min_length=1, description='values to choose from')
@@ -121,7 +119,7 @@ class OneOf(Section):
         return self
 
     def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
-        """Return a value; arguments as for `Normal.draw`."""
+        """Return a value. The arguments are explained in `Normal.draw`."""
         del value
         return self.values[int(random.integers(len(self.values)))]
 
@@ -133,10 +131,10 @@ _EXAMPLE = 'Write for example `{kind: normal, sigma: 2.0e-5}`.'
 
 
 def read_draws(path: Path, scene: Scene) -> dict[str, Normal | Uniform | OneOf]:
-    """Return the distributions of keys, by their paths in the scene.
+    """Return the distributions in a YAML file by the paths of their keys.
 
-    The YAML file has paths such as `trochlea.cam.base_radius`, each with a mapping whose `kind` is
-    normal, uniform or list. A file that cannot be read or has something else is a SceneError.
+    The file maps paths such as `trochlea.cam.base_radius` to mappings with `kind` normal, uniform
+    or list. Any other contents and an unreadable file are a SceneError.
     """
     try:
         content = read_mapping(read_data(path, 2**20).decode(), str(path))
@@ -150,10 +148,10 @@ def read_draws(path: Path, scene: Scene) -> dict[str, Normal | Uniform | OneOf]:
 def as_draws(
     content: dict[str, Any], origin: str, scene: Scene
 ) -> dict[str, Normal | Uniform | OneOf]:
-    """Return the distributions of keys, from the mapping in such a file.
+    """Return the distributions in the mapping of such a file.
 
-    Numbers are in the unit that the key has in the scene, or texts with a unit, such as `20 um`.
-    `origin` names the source for errors, which are as for `read_draws`.
+    Numbers are in the unit of the key in the scene, or texts with a unit, such as `20 um`.
+    `origin` names the source in errors (see `read_draws`).
     """
     draws, problems = {}, []
     for key, distribution in content.items():
@@ -175,14 +173,14 @@ def as_draws(
 
 
 def _in_numbers(content: object, unit: str | None) -> object:
-    """Return a distribution with its texts of a number and a unit as numbers in a key's unit."""
+    """Return a distribution with its texts, such as `20 um`, as numbers in a key's unit."""
     if unit is None or not isinstance(content, dict):
         return content
     return {name: in_unit(value, str(_asked(name, unit))) for name, value in content.items()}
 
 
 def _asked(name: str, unit: str | None) -> str | None:
-    """Return the unit of a number of a distribution: a spread in degrees Celsius is in kelvin."""
+    """Return the unit of a number of a distribution. The spread of a temperature is in kelvin."""
     is_temperature = unit is not None and (unit_of(unit) or unit_table()['K']).zero
     return 'K' if is_temperature and name in ('sigma', 'half_width') else unit
 
@@ -205,14 +203,14 @@ def _wrong(text: str) -> PydanticCustomError:
 MOST_SHIPS = 1_000_000
 
 CHECKED_FIRST = 2_000
-"""Ships whose scenes are checked before any sails, at 2 ms each; the others when they sail."""
+"""Number of scenes that are checked before the start, at 2 ms each."""
 
 _STREAM = 3
-"""Number of the streams of random numbers from the scene's seed for ships and draws."""
+"""Number of the random streams of ships and draws, from the scene's seed."""
 
 
 class Ship(NamedTuple):
-    """One ship of a fleet: the value of each drawn key, by its path, and her scene."""
+    """One ship of a fleet: its drawn values by the paths of their keys, and its scene."""
 
     drawn: dict[str, _Value]
     scene: Scene
@@ -220,18 +218,18 @@ class Ship(NamedTuple):
 
 @dataclass(frozen=True)
 class Plan:
-    """A fleet: every ship has another seed, and another value of each drawn key.
+    """A fleet: every ship has another seed and another value of each drawn key.
 
-    A ship depends on the scene, its seed, her number and the draws alone. With more ships, or more
-    drawn keys, the other values drawn for her do not change.
+    A ship depends only on the scene, its seed, the ship's number and the draws: more ships or more
+    drawn keys do not change it.
 
     Attributes:
         scene: the scene that the ships vary.
         origin: file or name that the user gave.
         ships: number of ships.
-        draws: distributions of the drawn keys, by their paths.
+        draws: distributions by the paths of their keys.
         drawn_by: the file with the distributions, for errors.
-        anyway: sail even machines and ships larger than any known.
+        anyway: sail machines and ships larger than any known, too.
     """
 
     scene: Scene
@@ -245,7 +243,7 @@ class Plan:
         if not 1 <= self.ships <= MOST_SHIPS:
             raise UsageError(
                 Argument('ships', self.ships),
-                f': must lie between 1 and {MOST_SHIPS:,}. Use for example 200',
+                f': must be between 1 and {MOST_SHIPS:,}. Use for example 200',
             )
 
     @cached_property
@@ -255,12 +253,12 @@ class Plan:
 
     @property
     def columns(self) -> Columns:
-        """Columns of the rows of a fleet."""
+        """Columns of the fleet's rows."""
         drawn = {key: _type_of(draw) for key, draw in self.draws.items()}
         return {'ship': int, 'seed': int, **drawn, **FIGURE_TYPES, **ENDED}
 
     def identity(self) -> dict[str, Any]:
-        """Return all on which the rows of a fleet depend, except the number of ships."""
+        """Return everything that determines the rows, except the number of ships."""
         return {
             'scene': self.content,
             'vary': {key: draw.model_dump(exclude_none=True) for key, draw in self.draws.items()},
@@ -269,7 +267,7 @@ class Plan:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings beside the answer: ships that differ too little to be counted."""
+        """A warning if the motion is the same on all ships."""
         ship, drawn = self.scene.ship, set(self.draws)
         if ship.is_random or {key.partition('.')[0] for key in drawn} & _OF_THE_MOTION:
             return ()
@@ -285,9 +283,9 @@ class Plan:
         )
 
     def ship(self, number: int) -> Ship:
-        """Return a ship, 0 to ships - 1; a key or value that no scene can have is a SceneError.
+        """Return the ship of a number, from 0. An impossible key or value is a SceneError.
 
-        So are drawn values beyond all that are known, unless `anyway`.
+        A drawn machine or ship larger than any known is one, too, unless `anyway`.
         """
         content = copy.deepcopy(self.content)
         drawn: dict[str, _Value] = {}
@@ -311,10 +309,9 @@ class Plan:
             raise self._refused(number, problem, *further) from None
 
     def check(self) -> None:
-        """Refuse a fleet in which a ship's scene is invalid, before any of them sails.
+        """Check the scenes of the first `CHECKED_FIRST` ships before any ship sails.
 
-        Of a large fleet the first `CHECKED_FIRST` are looked at. The SceneError names the ship,
-        the key, the value that was drawn and the limit.
+        The SceneError names the ship, the key, the drawn value and the limit.
         """
         for key in self.draws:
             check_key(self.content, key, self.drawn_by)
@@ -326,13 +323,13 @@ class Plan:
 
     def _refused(self, number: int, problem: Problem, *further: Problem) -> SceneError:
         text = f'ship {number}, as drawn: {problem.problem}'
-        narrow = ' Narrow what is drawn, or cut it off with low and high.' * bool(self.draws)
+        narrow = ' Narrow the distribution, or cut it off with low and high.' * bool(self.draws)
         remedy = f'{problem.remedy}{narrow}'
         return SceneError(self.drawn_by, problem.key, problem.value, text, remedy, further=further)
 
 
 _OF_THE_MOTION = {'gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension'}
-"""Sections of a scene on which the motion of the ship, or of the regulator in it, depends."""
+"""Sections of a scene that determine the motion of the ship and of the regulator in it."""
 
 _NOISES = {'clock.white_fm', 'clock.random_walk_fm'}
 
@@ -349,14 +346,13 @@ def _stream(seed: int, *which: int) -> np.random.SeedSequence:
 
 
 # -----------------------------------------------------------------------------
-# The voyage of one ship of a fleet: a row of figures, or the reason why there are none.
+# The voyage of one ship of a fleet, and its row of figures.
 
 
 def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> list[dict[str, Any]]:
-    """Return the row of a ship: number and seed, drawn values, and `figures_of` her voyage.
+    """Return the row of a ship: number, seed, drawn values and `figures_of` its voyage.
 
-    What has nothing to do with her voyage, such as a MemoryError, is raised; so is the SceneError
-    of a ship that was not checked before (`Plan.check`).
+    Errors other than an end of the voyage, such as a MemoryError, are raised.
     """
     ship = plan.ship(number)
     report: Mapping[str, Any] = {}
@@ -365,11 +361,11 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> lis
         report = voyage.sail(
             ship.scene,
             origin=plan.origin,
-            anyway=True,  # she was checked before
+            anyway=True,  # `Plan.ship` has checked it
             keep=False,
             progress=progress,
         ).result
-    except MotionDataError:  # a file that is not on this machine, or cannot be read
+    except MotionDataError:  # a missing or unreadable file
         raise
     except TautoError as error:
         ended = error
@@ -382,8 +378,8 @@ class Fleet:
     """A fleet that has sailed.
 
     Attributes:
-        plan: the plan of the fleet.
-        rows: results of `sail_ship`, in the order of the ships.
+        plan: the plan.
+        rows: results of `sail_ship`, sorted by ship.
         answers: statistics of the rows.
     """
 
@@ -406,7 +402,7 @@ def sail_fleet(
 ) -> Fleet:
     """Sail a fleet, or the rest of it, as `rows.sail` does.
 
-    An invalid scene of any ship is a SceneError before any sails.
+    An invalid scene is a SceneError before any ship sails.
     """
     plan.check()
     scene = plan.ship(0).scene

@@ -1,23 +1,21 @@
-"""A plan of voyages, sailed by a crew, gives one table of rows, from which answers are made.
+"""A plan of voyages, sailed on a crew of processes, gives one table of rows.
 
     rows = sail(plan, crew, out, progress)
 
-A plan (`Voyages`) is clocks × seas × draws. Its voyages are independent of each other, and the
-clocks of a voyage share one sea. Each voyage makes the rows of its clocks in any process
-(`workers`).
+A plan (`Voyages`) is clocks × seas × draws. Its voyages are independent. The clocks of a voyage
+share one sea. Any process (`workers`) can sail a voyage and make its rows.
 
-| command | a voyage                            | its task              | its rows           |
-|---------|-------------------------------------|-----------------------|--------------------|
-| compare | clocks of one sea in one process    | `comparison.sail_sea` | one for each clock |
-| fleet   | a ship with what is drawn for her   | `fleets.sail_ship`    | one                |
-| trial   | a passage as logged, or drawn anew  | `trials.sail_passage` | one for each clock |
-| budget  | stretches, with a cause left out    | `budget.sail_job`     | one                |
+| command | a voyage                           | its task              | its rows           |
+|---------|------------------------------------|-----------------------|--------------------|
+| compare | clocks of one sea in one process   | `comparison.sail_sea` | one for each clock |
+| fleet   | a ship with its drawn values       | `fleets.sail_ship`    | one                |
+| trial   | a passage as logged, or drawn anew | `trials.sail_passage` | one for each clock |
+| budget  | stretches with a cause left out    | `budget.sail_job`     | one                |
 
-An event that ends the motion of a clock is a result, with its reason in the row. A voyage that
-never ended, for want of memory or since its process died, has no rows. Where the rows are kept
-(`out`) the others sail on, and the same command sails what is left; elsewhere it ends the plan at
-once. A scene that cannot sail always does. A clock that stopped, or whose motion an event ended,
-has no longitude (`has_arrived`).
+An event that ends the motion of a clock is a result: the row has the reason. A voyage is lost if
+memory runs out or its process dies, and has no rows. With `out` the other voyages go on and the
+same command sails the lost ones. Without it the first lost voyage ends the plan. A scene that
+cannot sail always ends it.
 """
 
 from __future__ import annotations
@@ -57,10 +55,10 @@ Columns: TypeAlias = Mapping[str, type]
 
 
 class Rows(Sequence[dict[str, Any]]):
-    """Rows of the same names, each a new mapping where it is asked for.
+    """Rows with the same names, kept by columns.
 
-    They are kept by columns: a number takes 8 bytes, and a million ships a quarter of a gigabyte,
-    where their mappings would take two. A number of a row is finite, or None.
+    A number takes 8 bytes: a million ships take 250 MB, their mappings would take 2 GB. Numbers
+    are finite or `None`. Indexing makes a new mapping.
     """
 
     def __init__(self, rows: Iterable[Mapping[str, Any]] = ()) -> None:
@@ -69,7 +67,7 @@ class Rows(Sequence[dict[str, Any]]):
         self.extend(rows)
 
     def extend(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Add rows; a ValueError if one has other names than those before it."""
+        """Add rows. A row with other names than the earlier rows is a ValueError."""
         for row in rows:
             if not self._count:
                 self._columns = {name: array('d') for name in row}
@@ -86,11 +84,11 @@ class Rows(Sequence[dict[str, Any]]):
             self._count += 1
 
     def column(self, name: str) -> list[Any]:
-        """Return the values of a column, without making the rows; empty if there are none."""
+        """Return the values of a column, an empty list if there are no rows."""
         return [_told(value) for value in self._columns.get(name, ())]
 
     def sort(self) -> None:
-        """Put them in the order of the ships."""
+        """Sort the rows by ship."""
         if not self._count:
             return
         order = np.argsort(np.array(self._columns['ship'], np.int64), kind='stable').tolist()
@@ -99,7 +97,7 @@ class Rows(Sequence[dict[str, Any]]):
             self._columns[name] = array('d', values) if isinstance(column, array) else values
 
     def table(self, columns: Columns) -> pa.Table:
-        """Return these columns as a table of Arrow."""
+        """Return these columns as an Arrow table."""
         import pyarrow as pa
 
         integer, number = pa.int64(), pa.float64()
@@ -135,24 +133,23 @@ def _told(value: Any) -> Any:
 
 
 # -----------------------------------------------------------------------------
-# The rows of a fleet on disk: Parquet, written as ships finish, and continued after a break.
+# The rows of a fleet on disk, in Parquet files. An interrupted fleet can go on.
 #
-# The folder contains `fleet.yaml`, which identifies the fleet, and `ships.parquet`. While the
-# fleet sails, its rows are in small files in `ships/`, each written completely or not at all; at
-# the end they are joined in the order of the ships. A fleet that is killed loses the rows of its
-# last second. Only one process writes to the folder.
+# `fleet.yaml` identifies the fleet, `ships.parquet` has its rows. Under way the rows are in small
+# files in `ships/`, written atomically and joined at the end. A killed fleet loses the rows of
+# its last second. Only one process writes to the folder.
 
 EVERY_S = 1.0
 """Interval at which rows are written while ships finish."""
 
 _AT_ONCE = 4096
-"""Rows that are mappings at a time while they are read."""
+"""Number of rows that are converted to mappings at a time."""
 
 _SAYS, _TABLE, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
 
 
 class FleetError(TautoError):
-    """A fleet whose rows cannot be read or written."""
+    """The rows of a fleet cannot be read or written."""
 
 
 def need_parquet() -> None:
@@ -168,19 +165,19 @@ def need_parquet() -> None:
 
 
 class Store:
-    """The rows of one fleet in its folder.
+    """The rows of one fleet in a folder.
 
     Args:
         folder: made if it does not exist.
-        identity: all on which the rows depend, except their number.
-        columns: of the rows.
+        identity: everything that determines the rows, except their number.
+        columns: columns of the rows.
 
     Attributes:
-        rows: the stored rows in the order of the ships, while it is opened.
+        rows: the stored rows, sorted by ship, from `opened` on.
 
     Raises:
-        UsageError: the folder holds something else, or another fleet, or another process writes
-            to it.
+        UsageError: the folder has other contents or another fleet, or another process writes to
+            it.
         FleetError: its contents cannot be read.
     """
 
@@ -200,20 +197,20 @@ class Store:
 
     @contextmanager
     def opened(self) -> Iterator[None]:
-        """Make the folder, be its only writer, identify the fleet in it and read its rows."""
+        """Lock the folder, write the identity and read the rows. It is made if need be."""
         parts = self._folder / _PARTS
         with ExitStack() as stack:
             with _saying(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)
                 stack.enter_context(self._one_writer())
-            self._check_folder()  # another fleet may have sailed here since
+            self._check_folder()  # another fleet may have started here since `__init__`
             self.rows = Rows(self._read())
             self.rows.sort()
             with _saying(self._folder):
                 write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
                 parts.mkdir(exist_ok=True)
                 for drafts in (self._folder.glob(DRAFTS), parts.glob(DRAFTS)):
-                    for draft in drafts:  # by a process that was killed
+                    for draft in drafts:  # of a killed process
                         draft.unlink()
             yield
 
@@ -231,7 +228,7 @@ class Store:
             yield
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:
-        """Take the rows of ships that finished together; they are written at once or later."""
+        """Take rows that were made together. They are written at once or within `EVERY_S`."""
         self._waiting.extend(rows)
         if time.monotonic() >= self._written_s + EVERY_S:
             self.flush()
@@ -246,7 +243,7 @@ class Store:
         self._waiting, self._written_s = Rows(), time.monotonic()
 
     def close(self) -> None:
-        """Join all rows in one file, in the order of the ships."""
+        """Join all rows in one file, sorted by ship."""
         self.flush()
         self.rows.sort()
         self._write(self.rows, self._folder / _TABLE)
@@ -260,7 +257,7 @@ class Store:
         if not folder.is_dir():
             raise UsageError(Argument('out', folder), ': is a file. Name a folder')
         if not says.exists():
-            # killed at its start, a fleet leaves no more than these
+            # a fleet that was killed at its start leaves only these
             if any(not file.match(DRAFTS) for file in folder.iterdir() if file.name != _LOCK):
                 why = ': holds something else. Name a new folder'
                 raise UsageError(Argument('out', folder), why)
@@ -277,7 +274,7 @@ class Store:
             )
 
     def _read(self) -> Iterable[dict[str, Any]]:
-        """Yield the stored rows, one for each ship."""
+        """Yield one stored row for each ship."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -309,7 +306,7 @@ class Store:
 
 @contextmanager
 def _saying(folder: Path) -> Iterator[None]:
-    """Turn errors of the file system into a clear message."""
+    """Turn an error of the file system into a FleetError."""
     try:
         yield
     except OSError as error:
@@ -341,23 +338,25 @@ FIGURES: dict[str, tuple[str, str]] = {
     'worst_at_s': ('longitude', 'worst_at_s'),
     'stopped_s': ('trochlea', 'stopped_s'),
 }
-"""Columns of a row, and their place in the result of `voyage.sail`. They belong to the sample by
-which a voyage is judged, the last one before the landfall or the end (`navigation.tally`), and are
-positive to the east.
+"""Columns of a row and their section and key in the result of `voyage.sail`.
+
+They belong to the judged sample, the last before the landfall or the end (`LongitudeTally`).
+Errors are positive to the east.
 """
 
 FIGURE_TYPES = dict.fromkeys(FIGURES, float) | {'raw_prize_pounds': int, 'prize_pounds': int}
 
 ENDED: Columns = {'failure': str, 'run_s': float}
-"""Last columns of a row: the reason of an early end, or None; and the processor time [s], the only
-column that differs in another run.
+"""Last columns of a row: why the voyage ended early, or `None`, and its processor time [s].
+
+Only `run_s` differs when a run is repeated.
 """
 
 
 def figures_of(
     report: Mapping[str, Any], ended: BaseException | None, run_s: float
 ) -> dict[str, Any]:
-    """Return FIGURES from the result of a voyage, None where there are none, and ENDED."""
+    """Return FIGURES and ENDED from the result of a voyage. Missing figures are `None`."""
     return {
         **{name: report.get(section, {}).get(key) for name, (section, key) in FIGURES.items()},
         'failure': None if ended is None else str(ended) or type(ended).__name__,
@@ -366,7 +365,7 @@ def figures_of(
 
 
 def has_arrived(row: Mapping[str, Any]) -> bool:
-    """Return whether the clock of a row went to the end: no event ended it, nor did it stop."""
+    """Return whether the clock ran to the end: no event ended the voyage and it did not stop."""
     return row['failure'] is None and row['stopped_s'] is None
 
 
@@ -375,18 +374,18 @@ Voyage = TypeVar('Voyage')
 
 @dataclass(frozen=True)
 class Voyages(Generic[Voyage]):
-    """A plan: voyages to be sailed, clocks × seas × draws.
+    """A plan of voyages: clocks × seas × draws.
 
     Attributes:
-        task: makes the rows of a voyage; sent with it between processes.
+        task: makes the rows of a voyage. It is pickled together with the voyage.
         voyages: in the order in which they begin.
-        called: returns how a voyage is called where it is lost.
-        cost_s: returns the processor time of a voyage [s]; infinite: worth a process of its own.
+        called: returns the name of a voyage for error messages.
+        cost_s: returns the processor time of a voyage [s]; infinite: always use other processes.
         clocks: number of rows of a voyage.
-        number: returns the number of a voyage, which does not change if there are more; `ship` of
-            its rows is that number times `clocks`, and counts on.
-        columns: of rows that can be kept; none: they cannot.
-        identity: all on which they depend, except their number.
+        number: returns the number of a voyage, which must not depend on how many there are. The
+            values `ship` of its rows count from that number times `clocks`.
+        columns: columns of the rows. Empty: they cannot be stored.
+        identity: everything that determines the rows, except their number.
     """
 
     task: Task[Voyage, list[dict[str, Any]]]
@@ -405,19 +404,19 @@ def sail(
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Rows:
-    """Sail a plan, or what is left of it, and return all rows in the order of their numbers.
+    """Sail a plan, or the rest of it, and return all rows sorted by `ship`.
 
     Args:
         plan: the plan.
-        crew: where.
-        out: folder of the rows, written as voyages end; None: they are not kept.
-        progress: called with the number of rows that are done, parts of voyages included.
+        crew: the processes.
+        out: folder in which rows are stored as voyages end. `None`: they are not stored.
+        progress: called with the number of finished rows, fractions of voyages included.
 
     Raises:
-        UsageError: a folder that holds something else, or in which another process writes.
-        FleetError: one that cannot be used.
-        SceneError: a scene that cannot sail.
-        WorkerError: there are no processes, or voyages were lost with them.
+        UsageError: the folder has other contents, or another process writes to it.
+        FleetError: the folder cannot be read or written.
+        SceneError: a scene cannot sail.
+        WorkerError: no process can be started, or voyages were lost with their process.
     """
     store = None if out is None else Store(out, plan.identity, plan.columns)
     clocks, voyages = plan.clocks, plan.voyages
@@ -433,7 +432,7 @@ def sail(
             if progress is not None:
                 progress(total - clocks * len(pending) * (1.0 - share))
 
-        # as many processes as for all of them: the first run had those
+        # all voyages, not only the pending ones: a continued run uses as many processes
         works_s = [plan.cost_s(item) for item in pending[:1]] * len(voyages)
         crew = crew.for_work(works_s) if pending else Crew(1)
         try:
@@ -451,7 +450,7 @@ def sail(
                     lost.append(f'{plan.called(pending[run.place])}: {why}')
                     if store is None:
                         break
-                    warnings.warn(f'{lost[-1]}. She is lost', TautoWarning, stacklevel=2)
+                    warnings.warn(f'{lost[-1]}. It is lost', TautoWarning, stacklevel=2)
             if lost:
                 suffix = f' ({len(lost) - 1} more)' if len(lost) > 1 else ''
                 count = counted(len(lost), 'ship')
@@ -459,7 +458,7 @@ def sail(
         except WorkerError as error:
             if not came_in or not plan.columns:
                 raise
-            tally = f'. {came_in:,} of {counted(total, "ship")} came in; '
+            tally = f'. {came_in:,} of {counted(total, "ship")} came in: '
             advice = (
                 ('with ', Argument('out'), ' they would be kept, and the same command would sail ')
                 if store is None

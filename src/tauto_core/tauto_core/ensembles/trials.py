@@ -1,7 +1,6 @@
-"""Trials: clocks sent along the passages of a log-book, each in the sea that its wind raises.
+"""Trials: clocks sent along the passages of a log-book, in the seas that the logged winds raise.
 
-The chosen passages, the random wind and hull, and the voyage of several
-clocks in one sea as a row for each of them. The rows are kept as those of a fleet.
+The choice of passages, the random wind and hull, and the voyage of several clocks in one sea.
 """
 
 from __future__ import annotations
@@ -68,19 +67,19 @@ from tauto_core.ship.sampling import rate_under_way
 from tauto_core.wording import counted
 
 # -----------------------------------------------------------------------------
-# The passages that are chosen from a log-book.
+# The choice of passages from a log-book.
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Passages that are wanted.
+    """Which passages are wanted.
 
     Attributes:
         days: least and largest length [days].
         years: first and last year of the first entry.
-        port: part of the name of a port from which or to which they go, in any case.
-        ocean: part of the name of the ocean in which most of their entries lie (`OCEANS`).
-        sample: number of passages taken of these, evenly over their list; None: all.
+        port: part of the name of the port of departure or destination, in any case.
+        ocean: part of the name of the ocean of most entries (`OCEANS`).
+        sample: number of passages taken, spread evenly over the list. `None`: all.
     """
 
     days: tuple[float, float] = (LEAST_UNCHECKED_DAYS, math.inf)
@@ -101,11 +100,11 @@ class Choice:
         return self.ocean is None or self.ocean.casefold() in ocean.casefold()
 
     def takes(self, passage: LoggedPassage) -> bool:
-        """Return whether a passage is wanted; one that cannot be judged by its length is."""
+        """Return whether a passage is wanted. One whose length is unknown is."""
         try:
             year = log_time(passage.entries[0][0]).year
         except ValueError:
-            return True  # it is refused by passage and row, not passed over
+            return True  # so that it is refused with its name and row
         ports = f'{passage.sailed_from}\n{passage.bound_to}'.casefold()
         return (
             self.years[0] <= year <= self.years[1]
@@ -118,7 +117,7 @@ class Choice:
         )
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
-        """Return the passages that are wanted; none is a UsageError."""
+        """Return the wanted passages. No such passage is a UsageError."""
         count, matches = 0, []
         for passage in passages:
             count += 1
@@ -126,8 +125,7 @@ class Choice:
                 matches.append(passage)
         if not matches:
             raise UsageError(
-                f'{origin}: none of its {count} passages is what is asked for. See them with '
-                '`tauto logbook`'
+                f'{origin}: none of its {count} passages matches. List them with `tauto logbook`'
             )
         if self.sample is not None and self.sample < len(matches):
             places = np.linspace(0, len(matches) - 1, self.sample).round().astype(int)
@@ -136,7 +134,7 @@ class Choice:
 
 
 def ocean_of_passage(passage: LoggedPassage) -> str:
-    """Return the ocean in which most entries of a passage lie."""
+    """Return the ocean of most entries of a passage."""
     counts = Counter(
         ocean_of(latitude, longitude) for _, latitude, longitude, *_ in passage.entries
     )
@@ -147,34 +145,34 @@ SEASONS = ('December to February', 'March to May', 'June to August', 'September 
 
 
 def season_of(passage: LoggedPassage) -> str:
-    """Return the quarter of the year in which the middle entry of a passage lies."""
+    """Return the season of the middle entry of a passage (`SEASONS`)."""
     month = log_time(passage.entries[len(passage.entries) // 2][0]).month
     return SEASONS[month % 12 // 3]
 
 
 # -----------------------------------------------------------------------------
-# Unknowns of a passage, drawn at random: the wind (theory/logbooks.md), and the hull.
+# The unknowns of a passage, drawn at random: the wind (theory/logbooks.md) and the hull.
 
 WIND_OFFSET = 0.92
-"""Standard deviation of a log's wind over a passage [m/s]: means of two logs differ by 1.3 rms."""
+"""Standard deviation of a log's mean wind over a passage [m/s]: two logs differ by 1.3 rms."""
 
 WIND_DAILY = 1.90
-"""The same of a day besides [m/s]: two logs differ by 2.98 m/s rms, one errs by 2.11."""
+"""Further standard deviation of a day [m/s]: two logs differ by 2.98 rms, one errs by 2.11."""
 
 WIND_FROM_DEG = 21.0
-"""Standard deviation of a log's direction of the wind [degrees]: 19 in the median between two."""
+"""Standard deviation of a log's wind direction [degrees]: the median of two logs differs by 19."""
 
 HULL_SHAPES = ('sloop', 'deptford', 'ketch')
-"""Hulls of the century among `SHAPES`."""
+"""The 18th-century hulls among `SHAPES`."""
 
 GYRATIONS = 0.22, 0.28
-"""Radius of gyration in pitch over the length of the hull: an assumption."""
+"""Radius of gyration in pitch over the length of the hull, an assumption."""
 
 CENTRES_M = -0.5, 0.5
-"""Height of the centre of gravity over the waterline [m]: an assumption."""
+"""Height of the centre of gravity above the waterline [m], an assumption."""
 
 DAMPINGS = 0.5, 3.0
-"""Damping of the roll over that of the scene: sails damp it several-fold. An assumption."""
+"""Roll damping over the scene's. Sails increase it several-fold. An assumption."""
 
 HULL_KEYS = (
     'ship.hull.shape',
@@ -184,7 +182,7 @@ HULL_KEYS = (
 )
 
 _STREAM = 4
-"""Number of the streams of random numbers from the scene's seed for passages."""
+"""Number of the random streams of passages, from the scene's seed."""
 
 Drawn: TypeAlias = Literal['log', 'wind', 'hull']
 
@@ -192,11 +190,11 @@ Drawn: TypeAlias = Literal['log', 'wind', 'hull']
 def with_wind_drawn(
     entries: Sequence[LogEntry], random: np.random.Generator
 ) -> tuple[LogEntry, ...]:
-    """Return entries with random winds within the scatter of a log.
+    """Return the entries with random winds within the scatter of a log.
 
-    A wind of U m/s becomes max(U + a + b, 0), a of the passage and b of the day, and turns by a
-    normal angle. Where it blew too little to have a direction, and now has more, any may come.
-    Entries whose wind says nothing stay as they are.
+    A wind of U m/s becomes max(U + a + b, 0) and turns by a normal angle; a belongs to the passage
+    and b to the day. A wind below `LEAST_WIND` gets a random direction. Entries without a wind or
+    a direction stay unchanged.
     """
     offset = WIND_OFFSET * random.standard_normal()
     result = []
@@ -214,7 +212,7 @@ def with_wind_drawn(
 
 
 def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[str, Any]:
-    """Return values of `HULL_KEYS`, drawn within the uncertainty of a ship of the century."""
+    """Return random values of `HULL_KEYS` for a ship of the century."""
     shape = HULL_SHAPES[int(random.integers(len(HULL_SHAPES)))]
     gyration, centre, damping = random.random(3)
     low, high = (math.log(bound) for bound in DAMPINGS)
@@ -233,7 +231,7 @@ def drawn_hull(scene: Mapping[str, Any], random: np.random.Generator) -> dict[st
 # The plan of a trial.
 
 ANY_RATE_HZ = 10.0
-"""A provisional `ship.rate` of scenes, until theirs is known [Hz]."""
+"""A provisional `ship.rate` of scenes until theirs is known [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -243,11 +241,11 @@ class TriedClock:
     Attributes:
         origin: file or name that the user gave.
         name: name of its scene.
-        content: the scene's mapping, without the keys that a log gives.
-        covariates: `drift.covariates` of the navigator with thermometer and IMU; none if no rate
+        content: the scene's mapping without the keys that a log sets.
+        covariates: `drift.covariates` of the navigator with thermometer and IMU, empty if no rate
             equation fits the clock.
-        priors: their `drift.coefficients`, found once.
-        why_unsensed: why there are none.
+        priors: their `drift.coefficients`, estimated once.
+        why_unsensed: why there are no covariates.
     """
 
     origin: str
@@ -263,10 +261,10 @@ class Sailing:
     """A passage to be sailed by all clocks of a trial: as logged, or with random wind or hull.
 
     Attributes:
-        number: from 0; it does not change if more are drawn.
+        number: from 0, unchanged if more are drawn.
         passage: the log.
-        drawn: the quantity drawn: none (`log`), the wind or the hull.
-        draw: number of the draw, from 1; 0 as logged.
+        drawn: the drawn quantity; `log`: as logged.
+        draw: number of the draw from 1; 0 as logged.
     """
 
     number: int
@@ -281,10 +279,10 @@ class Rules:
 
     Attributes:
         clocks: clocks that share ship and passage.
-        seed: of the seas, the observations and the draws, together with the passage's name.
-        harbour_days: days of rating in still water before the first entry: invented.
-        longest_s: length to which a scene is cut [s]; None: the log's.
-        anyway: sail even machines and ships larger than any known.
+        seed: seeds the seas, observations and draws, together with the passage's name.
+        harbour_days: days of rating in still water before the first entry, an assumption.
+        longest_s: length to which a scene is cut [s]. `None`: the log's.
+        anyway: sail machines and ships larger than any known, too.
     """
 
     clocks: tuple[TriedClock, ...]
@@ -296,10 +294,10 @@ class Rules:
     def scene(
         self, clock: TriedClock, sailing: Sailing, *, rate_hz: float | None = None
     ) -> tuple[Scene, dict[str, Any]]:
-        """Return the scene of a clock on a passage, and the values that were drawn for its hull.
+        """Return the scene of a clock on a passage, and the random values of its hull.
 
-        `rate_hz` is a `ship.rate` in place of that which follows from `solver.accuracy`: for fixed
-        clocks with an escapement that of `rate_under_way`.
+        `rate_hz` replaces the `ship.rate` that `solver.accuracy` requires; for fixed clocks with
+        an escapement that is `rate_under_way`.
         """
         passage, hull = sailing.passage, dict[str, Any]()
         if sailing.drawn == 'wind':
@@ -346,10 +344,10 @@ class Trial:
 
     Attributes:
         logs: file or name that the user gave.
-        passages: the passages that were chosen.
-        wind_draws: number of repetitions of each passage with another random wind.
-        hull_draws: the same with another hull.
-        left_out: chosen passages that cannot be sailed, with what is wrong with them.
+        rules: the settings.
+        passages: the chosen passages.
+        wind_draws, hull_draws: repetitions of each passage with another random wind or hull.
+        left_out: chosen passages that cannot be sailed, with their problems.
     """
 
     logs: str
@@ -364,7 +362,7 @@ class Trial:
             if not 0 <= getattr(self, name) <= MOST_DRAWS:
                 raise UsageError(
                     Argument(name, getattr(self, name)),
-                    f': must lie between 0 and {MOST_DRAWS}. Use for example 2',
+                    f': must be between 0 and {MOST_DRAWS}. Use for example 2',
                 )
         if self.hull_draws:
             for clock in self.rules.clocks:
@@ -378,10 +376,10 @@ class Trial:
 
     @cached_property
     def sailings(self) -> tuple[Sailing, ...]:
-        """All passages to be sailed, those as logged first, then draw by draw.
+        """All passages to be sailed, first as logged, then draw by draw.
 
-        Within a draw they come in an order that the seed draws: a trial that is ended early has
-        sailed a sample of its passages, and not those of the first years.
+        Within a draw their order is random (from the seed), so a trial that ends early has sailed
+        a random sample of its passages.
         """
         count = len(self.passages)
         seeds = np.random.SeedSequence(self.rules.seed, spawn_key=(_STREAM, 0, count))
@@ -398,11 +396,11 @@ class Trial:
 
     @property
     def ships(self) -> int:
-        """Number of rows: a clock on a passage each."""
+        """Number of rows: one for each clock on each passage."""
         return len(self.sailings) * len(self.rules.clocks)
 
     def identity(self) -> dict[str, Any]:
-        """Return all on which the rows depend, except the numbers of draws."""
+        """Return everything that determines the rows, except the numbers of draws."""
         entries = [[passage.name, *map(list, passage.entries)] for passage in self.passages]
         return {
             'clocks': [dict(clock.content) for clock in self.rules.clocks],
@@ -417,10 +415,10 @@ class Trial:
         }
 
     def check(self) -> None:
-        """Refuse a trial whose passages make no scenes, before anything sails."""
+        """Refuse passages that make no valid scene."""
         for number, passage in enumerate(self.passages):
             for clock in self.rules.clocks:
-                # the rate that an accuracy needs takes a hundred times as long as all the rest
+                # the `ship.rate` for an accuracy takes a hundred times as long as the rest
                 scene, _ = self.rules.scene(clock, Sailing(number, passage), rate_hz=ANY_RATE_HZ)
                 assert scene.voyage is not None
                 with naming(self.logs, f'passage {passage.name}'):
@@ -443,23 +441,22 @@ def make_trial(
     skip_wrong: bool = False,
     anyway: bool = False,
 ) -> Trial:
-    """Return the trial of clocks that share ship and passage, after reading the log-book.
+    """Read the log-book and return the trial of clocks that share ship and passage.
 
     Args:
         logs: file or folder of the log-book.
         scenes: the clocks, with their names as the user gave them.
         choice: which passages.
-        progress: called with the share of the log-book that has been read.
-        harbour_days: days of rating before the first entry [days].
-        longest_s: time from the start to which a voyage is cut [s]; None: as long as the log.
-        wind_draws: number of repetitions of each passage with another random wind.
-        hull_draws: the same with another hull.
+        progress: called with the fraction of the log-book that has been read.
+        harbour_days: rating before the first entry [days].
+        longest_s: length to which a voyage is cut [s]. `None`: the log's.
+        wind_draws, hull_draws: repetitions of each passage with another random wind or hull.
         skip_wrong: leave out passages that cannot be sailed.
-        anyway: sail even machines and ships larger than any known.
+        anyway: sail machines and ships larger than any known, too.
 
     Raises:
-        UsageError: no such file or passages, numbers out of range, or a clock that comes twice.
-        SceneError: chosen passages that cannot be sailed, each with its rows; or a clock that
+        UsageError: no such file or passages, numbers out of range, or two clocks of one name.
+        SceneError: chosen passages that cannot be sailed, each with its rows, or a clock that
             cannot be rated as its scene says.
     """
     check_logs(logs)
@@ -505,7 +502,7 @@ _SKIP = Argument('skip_wrong', value=True)
 
 
 def replaced_by_log(scene: Scene) -> tuple[str, ...]:
-    """Return the keys that a scene sets and in whose place a trial has the log's."""
+    """Return the keys of a scene that a trial replaces by the log's."""
     ship, own = scene.ship.model_fields_set, scene.air
     keys = [f'ship.{key}' for key in (*OF_THE_SEA, 'weather') if key in ship]
     air = () if own is None else own.model_fields_set
@@ -515,7 +512,7 @@ def replaced_by_log(scene: Scene) -> tuple[str, ...]:
 
 
 def check_logs(logs: str) -> None:
-    """Refuse, before anything is read, a log-book that is not there (UsageError)."""
+    """Refuse a log-book that does not exist (UsageError)."""
     for problem in missing_file('logs', logs, folders=True):
         raise UsageError(Argument('logs', logs), f': {problem.problem}. {problem.remedy}')
 
@@ -523,9 +520,9 @@ def check_logs(logs: str) -> None:
 def clocks_beside(
     scene: Scene, origin: str, clocks: Sequence[str | Path | Scene]
 ) -> list[tuple[str, Scene]]:
-    """Return further clocks on the ship of a scene, their cases fixed to her.
+    """Return further clocks (scenes, files or built-in names), fixed to the ship of a scene.
 
-    They are scenes, files or built-in names; `clocks` means `CLOCKS`.
+    The name `clocks` means all `CLOCKS`.
     """
     result = []
     for item in clocks:
@@ -537,7 +534,7 @@ def clocks_beside(
 
 
 def _content(scene: Scene, origin: str) -> dict[str, Any]:
-    """Return the mapping of a clock's scene, without the keys that each passage sets."""
+    """Return the mapping of a clock's scene without the keys that each passage sets."""
     content = read_mapping(scene_yaml(scene), origin)
     content.get('clock', {}).pop('nominal_period', None)
     if scene.accuracy is not None:
@@ -546,9 +543,9 @@ def _content(scene: Scene, origin: str) -> dict[str, Any]:
 
 
 def _sensed(rules: Rules, clock: TriedClock, typical: Sailing) -> TriedClock:
-    """Return the clock with covariates, those of its scene or all, and their priors.
+    """Return the clock with the covariates of its scene, or all, and their priors.
 
-    They are found on one passage and stated on all: trial runs take longer than a passage.
+    They are estimated on one passage only, since the trial runs take longer than a passage.
     """
     content = {**clock.content, 'drift': dict(clock.content.get('drift') or {})}
     keys = content['drift'].pop('covariates', None)
@@ -575,10 +572,10 @@ def _with_covariates(
 
 
 # -----------------------------------------------------------------------------
-# A passage sailed by all clocks in one sea: a row for each.
+# A passage, sailed by all clocks in one sea: one row for each.
 
 SENSED = {'sensed_error_nmi': 'error_nmi', 'sensed_sigma_nmi': 'sigma_nmi'}
-"""Columns of who has thermometer and IMU, and their place in `LongitudeTally.result`."""
+"""Columns of the navigator with thermometer and IMU, and their keys in `LongitudeTally.result`."""
 
 TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
@@ -603,12 +600,12 @@ class _Tried(Afloat):
         self._traces: dict[str, list[float]] = {name: [] for name in TRACES}
 
     def keep(self, batches: Batches) -> None:
-        """Take the errors noon by noon, and what the navigator with thermometer and IMU finds."""
+        """Take the errors at noon, and run the navigator with thermometer and IMU."""
         errors = batches.get(LONGITUDE_ERROR)
         if isinstance(errors, JointSamples) and len(errors.stamp_ns):
             count = len(self._traces['noon_error_nmi'])
             until = np.searchsorted(errors.stamp_ns, self._noons[count:], 'right') - 1
-            # an entry beyond this batch waits for the next one
+            # an entry beyond this batch waits for the next batch
             rows = until[self._noons[count:] <= errors.stamp_ns[-1]]
             for name, column in TRACES.items():
                 values = errors.position[np.maximum(rows, 0), errors.name.index(column)]
@@ -628,17 +625,17 @@ class _Tried(Afloat):
 
 
 _TOPICS = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
-"""Topics that a navigator has."""
+"""Topics that a navigator reads."""
 
 
 def sail_passage(
     rules: Rules, sailing: Sailing, progress: Callable[[float], None]
 ) -> list[dict[str, Any]]:
-    """Return the rows of all clocks on a passage, which they sail in one sea, sampled once.
+    """Sail all clocks along one passage in the same sea and return their rows.
 
     An event that ends the motion of a clock is a result, and the other clocks go on. `run_s` is
-    her share of the processor time of the thread, that of the sea in equal parts. A scene that
-    cannot be sailed is a SceneError.
+    the clock's own processor time plus an equal share of the sea's. A scene that cannot be sailed
+    is a SceneError.
     """
     began = time.thread_time()
     built: list[tuple[Scene, dict[str, Any]]] = []
@@ -693,8 +690,8 @@ class Sailed:
     """A trial that has been sailed.
 
     Attributes:
-        trial: the rows that were sailed.
-        rows: results of `sail_passage`, in the order of their numbers.
+        trial: the trial.
+        rows: results of `sail_passage`, sorted by their numbers.
     """
 
     trial: Trial
@@ -707,7 +704,7 @@ def sail_trial(
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Sailed:
-    """Sail a trial, or the rest of it, as `rows.sail` does; a wrong log is refused before."""
+    """Sail a trial, or the rest of it, as `rows.sail` does. Invalid passages are refused first."""
     trial.check()
     leader, *peers = trial.rules.clocks
     plan = Voyages(

@@ -1,8 +1,8 @@
 """Many independent runs: in this process, in several of this machine, or on a dask scheduler.
 
-The last two are executors of `concurrent.futures`: `_Processes` here, dask's own on a cluster. The
-mechanics keep one core busy each, so a run takes a process with one thread. Neither loky nor dask
-is loaded where runs are made in this process.
+The last two are executors of `concurrent.futures`: `_Processes` here, dask's own on a cluster. A
+run keeps one core busy, so it takes a process with one thread. Runs in this process import
+neither loky nor dask.
 """
 
 from __future__ import annotations
@@ -48,21 +48,19 @@ Share: TypeAlias = Callable[[float], None]
 Task: TypeAlias = Callable[[Item, Share], Result]
 
 REACHED_WITHIN_S = 10.0
-"""Time limit for reaching a scheduler."""
+"""Time limit for reaching a scheduler [s]."""
 
 AHEAD = 4096
-"""Runs that are handed on before the first of them has ended: two each for 2000 processes. A
-scheduler, and this process, hold no more of them at once.
-"""
+"""Runs that are submitted before the first of them has ended: two each for 2000 processes."""
 
 ASK_S = 5.0
-"""Time without news after which the scheduler is asked whether it has workers."""
+"""Time without news after which the scheduler is asked for its workers [s]."""
 
 TELL_S = 0.2
 """Interval at which a run reports its progress [s]."""
 
 _ALIKE = ('numpy', 'scipy', 'llvmlite', 'pydantic')
-"""Libraries on whose versions results may depend."""
+"""Libraries with versions on which results may depend."""
 
 _TOPIC = 'tauto-share'
 
@@ -80,7 +78,7 @@ _DIED = (
 
 
 class WorkerError(TautoError):
-    """Processes or a scheduler that are not available, or that died: no fault of a run."""
+    """Processes or a scheduler are not available, or died. The run is not at fault."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +86,9 @@ class Crew:
     """The processes on which runs are made.
 
     Attributes:
-        jobs: number of parallel processes on this machine, >= 1; 1: in this process.
-        scheduler: address of a dask scheduler, for example `tls://ship:8786`; then `jobs` is not
-            used. One without TLS is warned of.
+        jobs: number of parallel processes on this machine, >= 1. 1: this process.
+        scheduler: address of a dask scheduler, for example `tls://ship:8786`, which replaces
+            `jobs`. A scheduler without TLS causes a warning.
     """
 
     jobs: int = 2
@@ -103,9 +101,9 @@ class Crew:
             )
 
     def for_work(self, works_s: Iterable[float]) -> Crew:
-        """Return this process alone where others would take longer to start than they would save.
+        """Return this process alone if others would take longer to start than they would save.
 
-        Works are the expected processor times of the runs [s], used where there is a choice.
+        `works_s` are the expected processor times of the runs [s].
         """
         if self.jobs == 1 or self.scheduler is not None:
             return self
@@ -120,8 +118,8 @@ class Ended(Generic[Result]):
 
     Attributes:
         place: index of its item.
-        result: result of the task; None where it failed.
-        error: the exception; a WorkerError where its processes died; None where there is a result.
+        result: result of the task, `None` if it failed.
+        error: the exception, a WorkerError if its processes died, `None` if there is a result.
     """
 
     place: int
@@ -132,20 +130,21 @@ class Ended(Generic[Result]):
 def run_each(
     task: Task[Item, Result], items: Sequence[Item], crew: Crew, progress: Share | None = None
 ) -> Generator[Ended[Result]]:
-    """Yield the result of each item, as runs end; they begin in the order of the items.
+    """Yield the result of each item as runs end. They begin in the order of the items.
 
-    At most `AHEAD` runs are handed on at a time. A run whose process dies is repeated on another
-    one, up to three times. While nothing runs for want of workers, a TautoWarning says so. When
-    the iterator is closed, runs that have not begun are dropped, and processes on this machine
-    end. The task is called with an item and a function that reports the share done; both, and the
-    result, are sent between processes. A scheduler that cannot be reached or is lost, or one of
-    whose workers has other versions, is a WorkerError. Workers may come at any time, and each is
-    asked for its versions at each run.
+    The task is called with an item and a function that takes the fraction done. Both, and the
+    result, are pickled. At most `AHEAD` runs are submitted at a time. A run is repeated up to
+    three times if its process dies. A TautoWarning tells when runs wait for workers. Closing the
+    iterator drops waiting runs and ends the processes on this machine.
+
+    Raises:
+        WorkerError: the scheduler cannot be reached or is lost, or a worker has other versions.
+            Workers may join at any time. Each run checks them.
     """
     shares, total = [0.0] * len(items), 0.0
 
     def tell(place: int, share: float) -> None:
-        """Take the share of one run; a run that is repeated does not reduce it."""
+        """Add the progress of one run. A run that is repeated does not reduce it."""
         nonlocal total
         gained = share - shares[place]
         if gained > 0.0:
@@ -216,7 +215,7 @@ def _run_beside(
 
 
 _to_parent: Callable[[tuple[int, float] | Ended[Any]], None] | None = None
-"""In a process of `_Processes`, sends the progress of a run, and then its result."""
+"""In a process of `_Processes`: sends the progress of a run, then its result."""
 
 
 def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
@@ -246,7 +245,7 @@ def _versions_here() -> dict[str, str]:
 def _run_alike(
     ours: Mapping[str, str], task: Task[Item, Result], place: int, item: Item
 ) -> Result:
-    """Run one item on a worker of a scheduler, where that gives the bits of the client."""
+    """Run one item on a worker with the same versions as the client."""
     if ours != _versions_here():
         from distributed import get_worker
 
@@ -255,13 +254,13 @@ def _run_alike(
 
 
 def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
-    """Return a `submit` whose calls a worker without tauto_core can take, and refuse.
+    """Return a `submit` with calls that a worker without tauto_core can unpickle.
 
-    It could not read a call of ours: it would end, and the next one like it.
+    Otherwise each call would end one worker after the other.
     """
     from distributed.protocol.pickle import dumps
 
-    def opened(call: bytes) -> Any:  # sent by its code, since it is no attribute of a module
+    def opened(call: bytes) -> Any:  # a closure, which is pickled by its code
         import pickle
 
         return pickle.loads(call)()
@@ -270,17 +269,17 @@ def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
 
 
 class _Processes(Executor):
-    """Makes each run in one of several processes of this machine; no port is opened for them.
+    """Makes each run in one of several processes of this machine, without a port.
 
-    A thread for each process sends it a call and waits for the result, so that a death concerns
-    one run, which is made again in a new process. `tell` is called in these threads.
+    One thread for each process sends it a call and waits for the result. If a process dies, its
+    run is repeated in a new one. `tell` is called in these threads.
     """
 
     def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
         from loky.backend import resource_tracker as loky_tracker
 
-        # Processes inherit from their thread that a terminal's Ctrl-C or its end does not end
-        # them. The trackers take that back in the thread that starts them, so they start here.
+        # A process inherits a signal mask from its thread: Ctrl-C and the end of a terminal do
+        # not end it. The trackers reset it in the thread that starts them, so start them here.
         with _safe_path():
             resource_tracker.ensure_running()
             loky_tracker.ensure_running()
@@ -297,7 +296,7 @@ class _Processes(Executor):
         return self._threads.submit(self._in_process, partial(fn, *args, **kwargs))
 
     def close(self) -> None:
-        """End all processes; runs that have not ended are dropped."""
+        """End all processes and drop their runs."""
         with self._changing:
             self._is_open = False
             for process, *_ in list(self._begun.values()):
@@ -359,12 +358,12 @@ class _Processes(Executor):
 
 
 _SAFE_PATH = {'PYTHONSAFEPATH': '1'}
-"""Environment of the processes: what lies in the working folder is none of their modules."""
+"""Environment of the processes: they must not import modules from the working folder."""
 
 
 @contextmanager
 def _safe_path() -> Iterator[None]:
-    """Give that environment to processes that start in this context."""
+    """Set this environment for processes that start in this context."""
     old = os.environ.get('PYTHONSAFEPATH')
     os.environ.update(_SAFE_PATH)
     try:
@@ -375,9 +374,9 @@ def _safe_path() -> Iterator[None]:
 
 
 def _serve(calls: Connection, answers: Connection, parent: int) -> None:
-    """Make the calls that come from `_Processes`, in a process of its own, until it is gone.
+    """Make the calls that come from `_Processes`, in another process, until the pipe closes.
 
-    Linux ends this one with its parent, even in the middle of a run.
+    Linux ends this process with its parent, even in the middle of a run.
     """
     from loky.backend.reduction import dumps
     from loky.process_executor import _ExceptionWithTraceback
@@ -392,7 +391,7 @@ def _serve(calls: Connection, answers: Connection, parent: int) -> None:
         answer = dumps(message)
         try:
             answers.send_bytes(answer)
-        except OSError:  # the parent was killed, so the result is not needed
+        except OSError:  # the parent was killed: the result is not needed
             os._exit(1)
 
     global _to_parent  # noqa: PLW0603 - `_run` is called by name in every kind of process
@@ -407,7 +406,7 @@ def _serve(calls: Connection, answers: Connection, parent: int) -> None:
 
 
 class _Attention:
-    """Asks a silent scheduler for a sign of life, so that a run does not wait for ever."""
+    """Asks a silent scheduler for a reply: a run must not wait for ever."""
 
     def __init__(self, client: Client, address: str) -> None:
         self._client, self._address = client, address
@@ -416,9 +415,9 @@ class _Attention:
         self.lost = False
 
     def ask(self, count: int) -> None:
-        """Say once that runs wait without workers, or that the scheduler is silent."""
+        """Warn once that runs wait for workers, or that the scheduler is silent."""
         scheduler, text = self._client.scheduler, ''
-        # A result that breaks off in transit leaves its future waiting for ever.
+        # A result that breaks off in transit would let its future wait for ever.
         states = list(self._client.futures.items())
         ready = {key for key, state in states if state.status == 'finished'}
         if ready & self._ready:
@@ -434,8 +433,8 @@ class _Attention:
                 )
         except TimeoutError:
             text = (
-                f'the scheduler has not answered for {REACHED_WITHIN_S:g} s. See what its own log '
-                'says, or stop with Ctrl-C'
+                f'the scheduler has not answered for {REACHED_WITHIN_S:g} s. See its own log, or '
+                'stop with Ctrl-C'
             )
         except OSError as error:
             raise self.gone(str(error)) from None
@@ -444,12 +443,12 @@ class _Attention:
         self._said = text
 
     def gone(self, why: str) -> WorkerError:
-        """Return the error for a scheduler that is lost."""
+        """Return the error for a lost scheduler."""
         self.lost = True
         return WorkerError(f'the scheduler is lost ({why}). See its own log; start it again')
 
     def meaning(self, error: Exception) -> Exception:
-        """Return the cause of an error of a run's future; WorkerError if the scheduler is lost."""
+        """Return the cause of a failed future. WorkerError if the scheduler is lost."""
         from distributed.scheduler import KilledWorker
 
         if isinstance(error, CancelledError):
@@ -458,13 +457,13 @@ class _Attention:
             return WorkerError(*_DIED)
         if isinstance(error, WorkerError):
             raise error
-        _check_alike(self._client, self._address)  # other code than ours fails otherwise
+        _check_alike(self._client, self._address)  # other code fails in other ways
         return error
 
     def leave(self, pool: Executor) -> None:
         """Drop the runs that have not begun."""
         self._client.unsubscribe_topic(_TOPIC)
-        if not self.lost:  # no reply would come
+        if not self.lost:  # otherwise it would wait for a reply
             pool.shutdown(wait=False)
 
 
@@ -483,7 +482,7 @@ def _joined(address: str) -> Iterator[Client]:
     if address.startswith('tls://'):
         try:
             keys = distributed.Security().get_connection_args('client')
-        except OSError as error:  # a file that it names
+        except OSError as error:  # of a file that it names
             raise UsageError(
                 Argument('scheduler', address),
                 f': its certificates cannot be read ({error}). See docs/fleets.md',
@@ -502,7 +501,7 @@ def _joined(address: str) -> Iterator[Client]:
         )
         warnings.warn(open_to_all, TautoWarning, stacklevel=2)
     began = time.monotonic()
-    quiet = silence_logging_cmgr(logging.CRITICAL)  # a lost scheduler is reported here
+    quiet = silence_logging_cmgr(logging.CRITICAL)  # we report a lost scheduler ourselves
     try:
         client = distributed.Client(address, timeout=REACHED_WITHIN_S, set_as_default=False)
     except (OSError, ValueError) as error:
@@ -519,7 +518,7 @@ def _joined(address: str) -> Iterator[Client]:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions on which results may depend; of this package the code itself."""
+    """Return the versions on which results may depend, for this package a hash of its code."""
     return {
         'python': platform.python_version(),
         'tauto_core': identity(),
@@ -528,9 +527,9 @@ def versions() -> dict[str, str]:
 
 
 def _check_alike(client: Client, address: str) -> None:
-    """Refuse workers that could give other bits than this machine; there may be none yet.
+    """Refuse workers with other versions, which could give other bits. There may be no workers.
 
-    One that has no tauto_core ends when it is handed a run.
+    A worker without tauto_core ends when it gets a run.
     """
     ours = versions()
     for worker, theirs in client.run(versions, on_error='return').items():
