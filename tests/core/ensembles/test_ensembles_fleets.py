@@ -119,7 +119,7 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
     monkeypatch.setattr(voyage, 'sail', without_4)
     with (
         pytest.warns(TautoWarning) as said,
-        pytest.raises(WorkerError, match=r'ship 3: its process .*1 more.* 4 of 6 ships came in; '),
+        pytest.raises(WorkerError, match=r'ship 3: its process .*1 more.* 4 of 6 ships came in: '),
     ):
         sail_fleet(plan(), Crew(1), folder)
     assert [str(each.message) for each in said] == [
