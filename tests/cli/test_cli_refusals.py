@@ -50,7 +50,7 @@ REFUSALS = {
         'is not a key',
         'Keys here',
     ),
-    'sail ideal --force': ('--force ', 'and there is no --out. ', 'Name it'),
+    'sail ideal --force': ('--force ', 'replaces the bag in --out. ', 'Give --out, too'),
     'replay no_such_bag': ('no_such_bag ', 'does not exist; ', 'name a rosbag2 folder'),
     'plot ideal sound': ("'sound': ", 'is not a picture. ', 'Choose one of error, rate, '),
     'plot ideal error --out x.jpg': ('--out x.jpg: ', PICTURES, 'Name another file'),
@@ -179,16 +179,16 @@ REFUSALS = {
         'Name a YAML file with --vary',
     ),
     'fleet ideal --plot a.gif --out rows': ('--plot a.gif: ', PICTURES, 'Name another file'),
-    'hull': ('names no hull. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
+    'hull': ('no hull is given. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
     'hull --length 44': (
         '--length: ',
-        'needs --beam, --draught and --block beside it. ',
+        'needs --beam, --draught and --block. ',
         'Give all four',
     ),
     'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),
     'hull --shape sloop --beam 8': (
         '--shape sloop: ',
-        'already has its proportions. ',
+        'fixes the proportions. ',
         'Leave out --mesh, --beam, --draught and --block, or --shape',
     ),
     'hull --mesh a.stl --length 8': (

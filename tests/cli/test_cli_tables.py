@@ -61,7 +61,7 @@ def rows(result: dict[str, Any]) -> dict[tuple[str, str], list[str]]:
 
 def test_the_sentence_comes_first_and_names_the_sides() -> None:
     assert answer(RESULT) == (
-        'After 81 days unchecked the dial puts the ship 1.21 nmi east of where she is; '
+        'After 81 days unchecked the dial puts the ship 1.21 nmi east of its true place; '
         'rated and corrected, 0.024 ± 0.095 nmi west. That is within 30 nmi, worth £20,000 by the '
         'Act of 1714.'
     )
@@ -75,7 +75,7 @@ def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
     said = answer({'longitude': same})
     assert 'rated and corrected, 1,234 ± 97 nmi. That is beyond 60 nmi, worth nothing by' in said
     none = {**RESULT['longitude'], 'raw_error_nmi': -0.0, 'error_nmi': 1e-9}
-    assert 'puts the ship within 0.01 nmi of where she is' in answer({'longitude': none})
+    assert 'puts the ship within 0.01 nmi of its true place' in answer({'longitude': none})
     assert 'rated and corrected, 0.000 ± 0.095 nmi. That' in answer({'longitude': none})
     untried = {**RESULT['longitude'], 'prize_pounds': None}
     assert answer({'longitude': untried}).endswith('0.024 ± 0.095 nmi west.')
@@ -83,7 +83,7 @@ def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
 
 def test_the_sentence_says_whose_the_sigma_is_and_where_his_model_does_not_hold() -> None:
     longitude, assumes = RESULT['longitude'], 'the rate found in port to last'
-    whose = f'The ± is what her navigator believes, who takes {assumes}.'
+    whose = f"The ± is the navigator's, who expects {assumes}."
     held = belief_of(longitude, assumes)
     assert held['belief'] == whose
     assert answer({'longitude': longitude | held}).endswith(f'by the Act of 1714. {whose}')
@@ -95,7 +95,7 @@ def test_the_sentence_says_whose_the_sigma_is_and_where_his_model_does_not_hold(
     assert not broken['model_holds']
     assert broken['error_sigmas'] == 695.45 / 0.15
     said = broken['belief'].removeprefix(f'{whose} His model does not hold: ')
-    assert said.startswith('the truth lay 4,600 of his standard deviations away after 30 days. ')
+    assert said.startswith('the error was 4,600 of his standard deviations after 30 days. ')
     assert all(f'({key})' in said for key in ('drift.covariates', 'drift.random_walk_fm'))
     # five of them are no refutation, and the rate equation is no remedy to who has it
     five = belief_of({**longitude, 'error_nmi': 5.0, 'sigma_nmi': 1.0}, assumes)

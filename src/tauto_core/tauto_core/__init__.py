@@ -9,13 +9,12 @@
 `load` reads a scene, `new_scene` writes one to start from, `check` checks one without sailing it.
 `sail` sails a scene, `replay` reads a bag, `budget` breaks a clock's rate down into its causes.
 `cam` returns a curve, and writes it as a drawing or a plate; `isochronism` gives its periods.
-`design` finds the missing number of a wheel's design, `axle` moves a body on an axle, `hull` a
-ship in waves, `altitudes` finds a latitude, `logbook` lists passages, and `claims` checks Euler's
-papers.
-`compare` sends several clocks through one sea, `fleet` many ships on one voyage, `trial` clocks
-along the passages of a log-book; `plot` and `report` draw. Notebooks show results with their
-pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from `TautoError`.
-Other modules may change from version to version. Every name is loaded at its first use.
+`design` completes the design of a wheel, `axle` computes the motion of a body on an axle, `hull`
+the motion of a ship in waves, `altitudes` a latitude. `logbook` lists passages, `claims` checks
+Euler's papers. `compare` sails several clocks in one sea, `fleet` many ships on one voyage,
+`trial` clocks along the passages of a log-book. `plot` and `report` draw. Notebooks show results
+with their pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from
+`TautoError`. Other modules may change in any version. Names are imported at their first use.
 """
 
 from typing import TYPE_CHECKING, Any

@@ -1,9 +1,9 @@
-"""The commands as functions, for scripts and notebooks; arguments are checked first.
+"""The commands as functions, for scripts and notebooks.
 
-An option of the command line is declared here, and nowhere else: its type and default in the
-signature, its unit and meaning in the docstring (`tauto_core.cli.calls`). Errors are those of the
-command line, which spells the names of arguments as options. A number with a unit may be a text
-that has another: `reach_rad='60 deg'`. `progress` is called with the share done, from 0 to 1.
+Each option of the command line is declared here alone: type and default in the signature, unit and
+meaning in the docstring (`tauto_core.cli.calls`). Arguments are checked before anything runs. A
+number may be a text with another unit: `reach_rad='60 deg'`. `progress` is called with the share
+done, from 0 to 1.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
 
-# Modules that a call needs are imported by the call: the help of its command needs none of them.
+# Each call imports the modules it needs, which keeps `tauto --help` fast.
 
 Quantity: TypeAlias = float | str
-"""A number in the unit of the argument, or a text of a number and a unit, such as `5 mm`."""
+"""A number in the unit of the argument, or a text with a unit, such as `5 mm`."""
 File: TypeAlias = str | Path
 Files: TypeAlias = str | Path | Iterable[str | Path]
 Range: TypeAlias = str | tuple[float | str, float | str]
-"""The least and the largest, or a text such as `42..100`, `42..` or `..100`."""
+"""Lower and upper bound, or a text such as `42..100`, `42..` or `..100`."""
 Progress: TypeAlias = Callable[[float], None]
 Counting: TypeAlias = Callable[[float, int], None]
 
@@ -52,20 +52,20 @@ NO_SMOOTH = (
 )
 
 # -----------------------------------------------------------------------------
-# Arguments of Python calls: their types, checked before anything runs.
+# Check the types of arguments from Python.
 
 
 def whole(name: str, value: object) -> int:
-    """Return a whole number, of NumPy too; UsageError for anything else."""
+    """Return a whole number, also from NumPy, or raise UsageError."""
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise UsageError(f'{name} = {value!r}: must be a whole number. Write for example 2')
     return int(value)
 
 
 def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
-    """Return a list of numbers, of NumPy too; UsageError for anything else.
+    """Return a list of numbers; with `unit`, texts such as `5 mm` are converted to it.
 
-    With a unit they are in it, or texts such as `5 mm`.
+    UsageError for anything else.
     """
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
@@ -73,7 +73,7 @@ def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
 
 
 def number(name: str, value: object, unit: str | None = None) -> float:
-    """Return a number, as `numbers` returns several."""
+    """Return one number, see `numbers`."""
     from tauto_core.scene.units import in_words, quantity
 
     named = Argument(name, repr(value), spaced=True)
@@ -85,14 +85,14 @@ def number(name: str, value: object, unit: str | None = None) -> float:
 
 
 def path(name: str, value: object) -> Path:
-    """Return a path; UsageError where it is neither a string nor a path."""
+    """Return a path, or raise UsageError."""
     if not isinstance(value, str | Path):
         raise UsageError(f'{name} = {value!r}: must be a path. Write it as text')
     return Path(value)
 
 
 def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
-    """Return the files of pictures, one or several, once each can be written."""
+    """Return one or several picture files after checking that each can be written."""
     from tauto_core.files import check_plot
 
     is_one = isinstance(plot, str | Path) or not isinstance(plot, Iterable)
@@ -104,7 +104,7 @@ def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
 
 
 def _range(name: str, ends: Range, unit: str | None = None) -> tuple[float, float]:
-    """Return the least and the largest of a range; UsageError for anything else."""
+    """Return both bounds of a range, or raise UsageError."""
     from tauto_core.scene.units import measure
 
     if not isinstance(ends, str):
@@ -134,7 +134,7 @@ def _origin(scene: File | Scene) -> str:
 
 
 def _tell(words: str) -> None:
-    """Warn of something besides the result; a command prints it on stderr."""
+    """Issue a warning, which a command prints on stderr."""
     warnings.warn(words, TautoWarning, stacklevel=3)
 
 
@@ -159,14 +159,14 @@ def load(
         duration: sail this long instead [s].
         accuracy: largest error of the reading for a day of the run [s]; replaces the scene's
             solver.accuracy, solver.tolerance and ship.rate.
-        overrides: values in place of the scene's own, for example `seed=3` or a whole section such
-            as `voyage={…}`. A key in a section is named by its path, with two underscores in place
-            of each dot: `ship__sea__peak_period=8.0`. None keeps the scene's value. Data paths
-            among them are relative to the working directory.
+        overrides: values that replace the scene's, for example `seed=3` or a whole section such as
+            `voyage={…}`. For a key in a section write its path with two underscores per dot:
+            `ship__sea__peak_period=8.0`. None keeps the scene's value. Paths of data files are
+            relative to the working directory.
 
     Raises:
         SceneError: all problems of the scene, with key, value and remedy.
-        UsageError: a scene that is none of these, or a key that is given twice.
+        UsageError: no such scene, or a key that is given twice.
     """
     return _load(scene, overrides, duration=duration, accuracy=accuracy)
 
@@ -192,19 +192,18 @@ def sail(
 ) -> Voyage:
     """Sail a scene without ROS: how far wrong is the clock?
 
-    The result has the error of the dial, the distance between the ship and the place where the
-    clock puts her, and the prize by the Act of 1714. With `out` it writes a bag, of which
-    `tauto report` makes a page.
+    The result has the error of the dial, the error of the ship's longitude by the clock, and the
+    prize by the Act of 1714. With `out` it writes a bag, which `tauto report` turns into a page.
 
     Args:
         scene: as for `load`.
-        out: folder of the bag; without it no bag is written.
+        out: folder of the bag, if one is to be written.
         duration: as for `load`.
         accuracy: as for `load`.
         force: replace the bag in `out`.
         anyway: sail even machines and ships larger than any known.
-        keep: keep the samples, which the arrays of the voyage are made of; without them memory
-            does not grow with its length.
+        keep: keep the samples for the arrays of the voyage. Without them memory does not grow with
+            its length.
         progress: see above.
         overrides: as for `load`.
 
@@ -216,8 +215,7 @@ def sail(
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     if force and out is None:
         bag, forced = Argument('out'), Argument('force', value=True)
-        words = ' replaces the bag in ', bag, ', and there is no ', bag, '. Name it'
-        raise UsageError(forced, *words)
+        raise UsageError(forced, ' replaces the bag in ', bag, '. Give ', bag, ', too')
     return voyage.sail(
         loaded,
         None if out is None else path('out', out),
@@ -243,15 +241,15 @@ def replay(
 
     Args:
         bag: a rosbag2 folder or an .mcap file.
-        scene: the scene, where the bag does not hold its own.
-        stability: also give the stability of the clock: Allan's deviation and its kin against the
-            averaging time, with 95 % confidence.
-        plot: draw the stability (.svg, .png, .pdf); replaces the file.
+        scene: the scene, if the bag does not contain it.
+        stability: also estimate the stability of the clock: Allan deviation and related statistics
+            against averaging time, with 95 % confidence.
+        plot: draw the stability (.svg, .png, .pdf), replacing the file.
         keep: as for `sail`.
         smooth: is refused.
 
     Returns:
-        The voyage; its `result` has the `stability` on request.
+        The voyage, with `stability` in its `result` on request.
 
     Raises:
         BagError: not a bag, no readings, or no scene.
@@ -264,8 +262,8 @@ def replay(
         raise UsageError(Argument('smooth', value=True), NO_SMOOTH)
     drawn = [] if plot is None else _plots(plot)
     if drawn and not stability:
-        wanted = ' draws what ', Argument('stability', value=True), ' gives. Give both, or neither'
-        raise UsageError(Argument('plot'), *wanted)
+        needed = ' draws the stability. Give ', Argument('stability', value=True), ', too'
+        raise UsageError(Argument('plot'), *needed)
     loaded = None if scene is None else load(scene)
     opened = read_bag(path('bag', bag))
     result = voyage.replay(opened, loaded, stability=stability, keep=keep)
@@ -283,7 +281,7 @@ def check(
 ) -> dict[str, Any]:
     """Check a scene without sailing it: cost, accuracy and omissions.
 
-    Machines and ships beyond all that are known cause a warning here; what sails refuses them
+    Machines and ships larger than any known cause a warning. The calls that sail refuse them
     without `anyway`.
 
     Args:
@@ -293,11 +291,12 @@ def check(
         overrides: as for `load`.
 
     Returns:
-        The object of `tauto scene check --json`. Among others it has the `propagator` and the
-        `reason` for it, the `steady_swing` in which the clock settles, and in `expected` time and
-        error of the run. `left_out` lists the effects that the scene leaves out: `what` is the
-        effect, `why` the assumption in its place (a sentence), `worth` its size for a clock (None
-        where no figure is known) and `key` the key that includes it (None where no scene can).
+        The object of `tauto scene check --json`, with the `propagator` and the `reason` for it,
+        the `steady_swing` of the clock, and in `expected` time and error of the run. `left_out`
+        lists
+        the effects that the scene leaves out: `what` is the effect, `why` the assumption in its
+        place (a sentence), `worth` its size for a clock (None: unknown) and `key` the key that
+        includes it (None: no scene can).
 
     Raises:
         SceneError: the scene cannot be run.
@@ -324,13 +323,13 @@ def budget(
     """Break a clock's rate down into its causes.
 
     Each cause at sea is switched off in turn, in the same waves: the motions of the ship, gravity
-    that changes on the way, heat. The effects of dial, amplitude, drag and escapement are found on
-    land. The budget then states how far badly known numbers may change the rate, and the effect of
-    small changes.
+    that changes with latitude, heat. The effects of dial, amplitude, drag and escapement are found
+    on land. The budget also gives the uncertainty of the rate from badly known numbers, and the
+    effect of small changes.
 
     Args:
         scene: as for `load`.
-        out: keep it in a file (.json), or in the folder of the voyage, whose report then shows it.
+        out: write it to a file (.json), or to the folder of a voyage for its report.
         duration: as for `load`.
         accuracy: as for `load`.
         jobs: processes at once.
@@ -339,13 +338,12 @@ def budget(
         overrides: as for `load`.
 
     Returns:
-        `rows`, one for each cause [s/day]; their `sum` and the `interaction` make the `whole`.
-        `rough` has the uncertainty of the rate by badly known numbers, and `worth` the effect of
-        small changes.
+        `rows`, one for each cause [s/day]. Their `sum` and the `interaction` make the `whole`.
+        `rough` has the uncertainty from badly known numbers, and `worth` the effect of small
+        changes.
 
     Raises:
-        UsageError: a clock without a rate, arguments out of range, or an `out` that cannot be
-            written.
+        UsageError: a clock without a rate, arguments out of range, or `out` cannot be written.
         TautoError: a bad scene, or an event that ends the motion.
     """
     from tauto_core.ensembles.budget import account, budget_file
@@ -365,24 +363,24 @@ def isochronism(
 ) -> Isochronism | DescentIsochronism:
     """Find period and rate against amplitude, on land.
 
-    The swings are free: drag, escapement and ship have no part in them. The machine has the
-    temperature of the clock at the start of the scene.
+    The swings are free: without drag, escapement and ship. The machine has the temperature of the
+    clock at the start of the scene.
 
     A body in a fluid also has a time of descent. Its amplitude is the arc of the release, and its
     period is the time to the turning point on the other side and back.
 
     Args:
         scene: as for `load`.
-        amplitudes: amplitudes of the free swings [rad], such as 0.2,0.6,1; more than a turn only
-            with a unit. Of a body in a fluid the arcs of the release in metres. Each > 0 and
-            within the cam, or the curve.
+        amplitudes: amplitudes of the free swings [rad], such as 0.2,0.6,1. More than a turn needs
+            a unit. For a body in a fluid: arcs of the release in metres. Each > 0 and within the
+            cam or curve.
         overrides: as for `load`.
 
     Returns:
-        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`; `print` shows a table. A body in a
-        fluid has `amplitude_m` in place of the first, and also `descent_s`, the time to the lowest
+        Arrays `amplitude_rad`, `period_s` and `rate_s_per_day`. `print` shows a table. A body in a
+        fluid has `amplitude_m` instead of `amplitude_rad`, `descent_s`, the time to the lowest
         point, and `half_swing_s`, the time to the other side. `keys_left_out` names the sections
-        of the scene that have no part in them.
+        of the scene that are not used.
 
     Raises:
         UsageError: no amplitude, or one out of range.
@@ -433,50 +431,47 @@ def cam(
 ) -> CamOutline:
     """Look at a cam's curve, draw it, or turn it into a plate.
 
-    The frame turns with the wheel, its origin is the axle, +y points along the thread at rest. Of
-    a curve in a fluid the origin is its lowest point, +y points upwards, and descents begin at
-    x > 0. Files that exist are replaced.
+    The frame turns with the wheel: its origin is the axle, +y points along the thread at rest. For
+    a curve in a fluid the origin is the lowest point, +y points upwards, and descents begin at
+    x > 0. Existing files are replaced.
 
-    Both cheeks are the edge of a plate, closed by an arc about the axle, with a slot for the
-    thread, a bore and two pin holes. Lengths that are left out are multiples of the distance from
-    the cusp to the axle. The plate's cost in s/day is found at several amplitudes, on land.
+    A plate has both cheeks as its edge, closed by an arc about the axle, a slot for the thread, a
+    bore and two pin holes. Lengths that are left out are multiples of the distance from the cusp
+    to the axle. The plate's cost in s/day is computed at several amplitudes, on land.
 
-    `step` and `stl` need the extra `cad`. The rim of the wheel is chosen so that all three solids
-    together, in brass, have the moment of inertia of the scene.
+    `step` and `stl` need the extra `cad`. The rim of the wheel gives all three solids together, in
+    brass, the moment of inertia of the scene.
 
     Args:
         scene: as for `load`.
         csv: write the points of the outline, of both cheeks or branches.
-        svg: draw it to scale, the plate if there is one.
-        dxf: draw it for the workshop; of a plate its arcs and the path of the cutter.
+        svg: draw the outline or the plate to scale.
+        dxf: draw it for the workshop. A plate has arcs and the path of the cutter.
         template: draw the plate to scale on a sheet of A4 (.svg).
         step: write wheel, cheeks and axle as solids.
         stl: folder for wheel.stl, cheeks.stl and axle.stl.
-        plate: close both cheeks into a plate; `template` and solids do.
-        reach_rad: largest angle drawn [rad]; default: half as far again as the wheel swings,
-            within the cam and before the cheeks meet.
-        points: points on each cheek or branch; default: 200, of a cam that `tauto cam` only
-            prints 11.
-        thread_mm: thickness of the thread [mm]; cheeks are cut back by half; default: 0, of a
-            plate 0.5, the width of its slot.
-        cutter_mm: diameter of the cutter, or kerf [mm]; 0: without the path of its centre;
-            default: 0.25.
-        tolerance_mm: greatest distance between arcs and cheeks [mm]; default: 1e-05.
-        bore_mm: diameter of the bore [mm]; default: half the cusp.
-        pins_mm: diameter of the pin holes [mm]; default: 0.3 cusps.
-        pin_circle_mm: distance of pins from the axle [mm]; default: 0.65 cusps.
-        slot_mm: depth of the slot [mm]; default: 0.3 cusps.
-        thickness_mm: thickness of the plate [mm], for solids; default: 2.
-        tool_mm: diameter of the smallest tool [mm]; default: 1. Holes that need a smaller one are
-            named.
-        lines: write the DXF as R12, with straight lines alone, for software that reads no arcs;
-            without a tolerance they are within 1e-4 mm of the arcs.
+        plate: close both cheeks into a plate. Implied by `template` and solids.
+        reach_rad: largest angle drawn [rad]. Default: 1.5 times the swing of the wheel, within the
+            cam and before the cheeks meet.
+        points: points on each cheek or branch. Default: 200, or 11 if `tauto cam` only prints.
+        thread_mm: thickness of the thread [mm]. Cheeks are cut back by half. Default: 0, or 0.5
+            for a plate, the width of its slot.
+        cutter_mm: diameter of the cutter, or kerf [mm], 0: no path of its centre. Default: 0.25.
+        tolerance_mm: greatest distance between arcs and cheeks [mm]. Default: 1e-05.
+        bore_mm: diameter of the bore [mm]. Default: half the cusp.
+        pins_mm: diameter of the pin holes [mm]. Default: 0.3 cusps.
+        pin_circle_mm: distance of pins from the axle [mm]. Default: 0.65 cusps.
+        slot_mm: depth of the slot [mm]. Default: 0.3 cusps.
+        thickness_mm: thickness of the plate [mm], for solids. Default: 2.
+        tool_mm: diameter of the smallest tool [mm]. Default: 1. Smaller holes are listed.
+        lines: write the DXF as R12, with straight lines only, for software that reads no arcs.
+            Without a tolerance they are within 1e-4 mm of the arcs.
         overrides: as for `load`.
 
     Returns:
-        The points, the `files`, and the `plate`: in mm, with its cost in rate on land [s/day], the
-        arrays `edge` (by the rounded cusp), `outline` (by the arcs as well) and `one_micrometre`
-        (both cheeks cut a micrometre too deep) at each `amplitude_rad` of its `rates`.
+        The points, the `files`, and the `plate`: in mm, with its cost in rate on land [s/day] at
+        each `amplitude_rad` of its `rates`: `edge` (due to the rounded cusp), `outline` (and the
+        arcs) and `one_micrometre` (both cheeks cut a micrometre too deep).
 
     Raises:
         UsageError: another ending, arguments out of range, a thread that the cheeks cannot guide,
@@ -505,7 +500,7 @@ def cam(
     count = 200 if points is None else whole('points', points)
     cutting.check_cut(files, sizes, is_plate, count)
     if lines and dxf is None:
-        raise UsageError(Argument('lines', value=True), ': is for ', Argument('dxf'), '. Name one')
+        raise UsageError(Argument('lines', value=True), ': needs ', Argument('dxf'), '. Give both')
     loaded = _load(scene, overrides)
     with naming(_origin(scene), loaded.name):
         return cutting.outline_of(loaded, files, sizes, is_plate, count, reach, lines=lines)
@@ -530,10 +525,10 @@ def design(
     """Find the missing number in the design of a wheel and its cam.
 
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
-    A disc counts as two numbers, weight and radius, one of which may be the missing one.
+    A disc counts as two numbers, weight and radius. Either may be the missing one.
 
-    Lengths are in `length_unit`, weights and the pull in `weight_unit`, or they have a unit, as
-    `5 mm`, `3 N` or `300 g`.
+    Lengths are in `length_unit`, weights and the pull in `weight_unit`. A text may have its own
+    unit: `5 mm`, `3 N`, `300 g`.
 
     Args:
         period: period of a full swing [s].
@@ -543,15 +538,15 @@ def design(
         disc_radius: and its radius.
         disc_is_base: the disc's radius is the base radius (XX).
         pull: pull in the thread, without inertia.
-        base_radius: base radius of the involute; a hole's rate.
+        base_radius: base radius of the involute, or rate of a hole.
         length_unit: m, mm, scruple, line (of Paris) or another of length.
         weight_unit: N, g, kg, pound (of Paris) or another of force or mass.
         gravity: acceleration of gravity [m/s2].
-        tool_mm: diameter of the smallest tool [mm]; holes that need a smaller one are named.
-        file: write a scene of it, ending in .yaml; the file must not exist.
+        tool_mm: diameter of the smallest tool [mm]. Smaller holes are listed.
+        file: write a scene of it to a new file, ending in .yaml.
 
     Returns:
-        All numbers, in SI units, and `too_small`: what is too small for the tool.
+        All numbers, in SI units, and `too_small`, the parts too small for the tool.
 
     Raises:
         UsageError: not exactly one is left out, one is given twice, a unit is not known, or a
@@ -610,22 +605,20 @@ def axle(
 ) -> dict[str, Any]:
     """Compute the motion of a body on a cylindrical axle.
 
-    The axle lies in a hollow, on a plane or on a convex support, or the body stands on the rockers
-    of a cradle. The motion is exact from any start, until the axle lifts off. Without friction,
-    Euler's case, there are two modes; an axle that rolls has one (§40).
+    The axle rests in a hollow, on a plane or on a convex support, or the body stands on the
+    rockers of a cradle. The motion is exact from any start, until the axle lifts off. Without
+    friction, Euler's case, there are two modes. An axle that rolls has one (§40).
 
     Args:
-        depth: c: depth of the centre of gravity below the axle's centre, or that of the rockers
-            [m].
+        depth: c: depth of the centre of gravity below the centre of axle or rockers [m].
         gyration_radius: k: radius of gyration about the centre of gravity [m].
         support: concave, plane, convex or cradle.
-        support_radius: radius of the support [m]; left out: plane.
+        support_radius: radius of the support [m]. Default: plane.
         axle_radius: radius of the axle, or of the rockers [m].
         contact: smooth, rolling or coulomb.
-        friction: coefficient of friction; with coulomb.
+        friction: coefficient of friction, with coulomb.
         release_tilt: tilt of the body at the start [rad].
-        release_arc: arc of a smooth axle's centre at the start [m]; left out: that of the regular
-            motion.
+        release_arc: arc of a smooth axle's centre at the start [m]. Default: regular motion.
         push_speed: n: speed of the centre of gravity at the start [m/s] (§4).
         push_spin: ν: angular velocity at the start [rad/s] (§4).
         duration: length of the motion [s].
@@ -673,20 +666,20 @@ def altitudes(
     """Find latitude and culmination from three altitudes by a ship's clock.
 
     Daniel Bernoulli's problem of 1729: the altitudes of one star and the two intervals between
-    them give latitude, declination and culmination. The answer says what an error of the clock and
-    of each altitude does to them. The ship is at rest, and the altitudes are true ones.
+    them give latitude, declination and culmination. The answer includes the effects of errors of
+    the clock and of each altitude. The ship is at rest, and the altitudes are true.
 
     Args:
         altitudes_deg: three altitudes [deg], such as 20,35,41.
-        times: when they were taken, by the clock [s].
-        latitude_deg: latitude by account [deg], which tells the places apart that have them.
-        rate: gain of the clock that is allowed for [s/day].
-        body: star or sun, of which the mean Sun is meant.
+        times: their times by the clock [s].
+        latitude_deg: latitude by account [deg], to select one of several solutions.
+        rate: known gain of the clock, which is corrected for [s/day].
+        body: star or (mean) sun.
 
     Returns:
         `latitude_deg`, `declination_deg`, `culmination_s` by the clock, `highest_deg` there, and
-        in `errors` by how much each is wrong: if the clock gains 1 s/day more than allowed for,
-        and if one of the altitudes is taken 1' too high.
+        their `errors` if the clock gains 1 s/day more than `rate`, and if one altitude is taken 1'
+        too high.
 
     Raises:
         UsageError: arguments out of range, or altitudes that no place has.
@@ -715,30 +708,30 @@ def hull(
 ) -> dict[str, Any]:
     """Find how a hull moves in waves, and its cost to a clock.
 
-    The cost is given by heading and place. Boundary elements solve for the water about her
-    (capytaine, the extra `hull`); a built-in shape needs no extra. `length` beside `shape` scales
-    it. `plot` draws her operators: all six motions by the period of the waves.
+    The cost is given by heading and place. The flow is computed by boundary elements (capytaine,
+    the extra `hull`). A built-in shape needs no extra, and `length` scales it. `plot` draws the
+    response amplitude operators: all six motions against the period of the waves.
 
     Args:
-        shape: a shape that comes with Tauto: sloop, deptford, ketch, yacht.
+        shape: a built-in shape: sloop, deptford, ketch, yacht.
         mesh: or a mesh: x forward, z up from the waterline, in metres.
         length: or a parametric form: length of the waterline [m],
         beam: its beam [m],
         draught: its draught without keel [m]
         block: and block coefficient.
-        roll_period: natural period of her roll [s]; 3.1 √beam if left out.
-        roll_damping: damping ratio of her roll besides the waves.
-        speed: her speed [m/s].
-        out: write the coefficients (.npz); replaces the file.
-        plot: draw it as .svg, .png or .pdf; replaces the file.
+        roll_period: natural period of the roll [s]. Default: 3.1 √beam.
+        roll_damping: damping ratio of the roll, without radiated waves.
+        speed: speed of the ship [m/s].
+        out: write the coefficients (.npz), replacing the file.
+        plot: draw it as .svg, .png or .pdf, replacing the file.
         progress: see above.
 
     Returns:
-        The object of `tauto hull --json`: the `hull`, the `ship`, her `operators`, the `sea` and
+        The object of `tauto hull --json`: the `hull`, the `ship`, its `operators`, the `sea` and
         `rates_s_per_day` of a clock by heading and place.
 
     Raises:
-        UsageError: no hull, or several; arguments out of range.
+        UsageError: no hull, several hulls, or arguments out of range.
         TautoError: the extra is missing, or a file cannot be read or written.
     """
     from tauto_core.studies import hull_in_waves
@@ -773,21 +766,21 @@ def logbook(
 ) -> list[dict[str, Any]] | str:
     """List the passages of a log-book, or write a scene of one.
 
-    Doubtful entries are listed, and `plot` draws the tracks on a map. A passage that cannot be
-    sailed is named with its row and the reason.
+    The list includes doubtful entries and, for a passage that cannot be sailed, row and reason.
+    `plot` draws the tracks on a map.
 
     Args:
         log: log-book: our columns, CLIWOC, or a track in GPX.
         passage: write a scene that sails this passage.
-        scene: scene whose machine, ship and navigator sail it.
-        harbour_days: days in harbour before the first entry [d], which the log does not hold.
+        scene: scene with the machine, ship and navigator.
+        harbour_days: days in harbour before the first entry [d].
         winds: for a track: CSV of utc, wind_from_deg, wind_mps.
-        out: file of the scene; else printed.
-        plot: draw it as .svg, .png or .pdf; replaces the file.
+        out: file of the scene. Default: print it.
+        plot: draw it as .svg, .png or .pdf, replacing the file.
         progress: see above.
 
     Returns:
-        The `passages` of `tauto logbook --json`; with `passage` the scene as YAML.
+        The `passages` of `tauto logbook --json`, or with `passage` the scene as YAML.
 
     Raises:
         UsageError: no such file or passage, or arguments that do not go together.
@@ -804,8 +797,8 @@ def logbook(
     drawn, wind = _plots(plot), named.get('winds')
     if passage is not None:
         if drawn:
-            all_of_them = ': draws all passages. Leave out ', Argument('passage'), ', or this'
-            raise UsageError(Argument('plot', drawn[0]), *all_of_them)
+            remedy = ': draws all passages. Leave out it or ', Argument('passage')
+            raise UsageError(Argument('plot', drawn[0]), *remedy)
         days = number('harbour_days', harbour_days, 'd')
         return _scene_of_passage(named['log'], passage, scene, days, wind, out)
     if out is not None:
@@ -827,7 +820,7 @@ def logbook(
 def _scene_of_passage(
     log: str, name: str, scene: File | Scene, days: float, winds: str | None, out: File | None
 ) -> str:
-    """Return the scene of a passage, after it has been checked, and write it to a file."""
+    """Return the checked scene of a passage, and write it to a file."""
     from tauto_core.files import check_place, write_whole
     from tauto_core.scene.loader import parse_scene, scene_yaml, write_mapping
     from tauto_core.ship.logbook import scene_of_passage, sound_passage
@@ -879,23 +872,22 @@ def new_scene(
 ) -> str:
     """Write a scene that sails, with the unit and meaning of every key.
 
-    Kinds that are not named are chosen to fit those that are. Without any, the scene is Euler's
-    involute under a weight, in a wind sea.
+    Kinds that are left out are chosen to fit. The default is Euler's involute under a weight, in a
+    wind sea.
 
     Args:
-        file: the file, ending in .yaml, which must not exist; without it, standard output.
+        file: a new file, ending in .yaml. Default: standard output.
         ship: kind of the ship's motion.
         cam: kind of the cam.
         thread: kind of the thread.
         power: kind of the power.
-        escapement: kind of the escapement; without it there is none.
+        escapement: kind of the escapement. Default: no escapement.
 
     Returns:
         The scene as YAML.
 
     Raises:
-        UsageError: an unknown kind, kinds that do not go together, or a file that cannot be
-            written.
+        UsageError: an unknown kind, incompatible kinds, or a file that cannot be written.
     """
     from tauto_core.scene import reference
 
@@ -919,9 +911,9 @@ def check_bag(bag: File) -> Soundness:
         bag: a rosbag2 folder or an .mcap file.
 
     Returns:
-        Its `damage`, which `recover_bag` can repair, `faults` of its contents, `marks` of what
-        its metadata say is missing, and harmless `notes`, each a list of sentences; `whole` is
-        true without the first three.
+        Its `damage`, which `recover_bag` can repair, `faults` of its contents, `marks` of losses
+        that its metadata state, and harmless `notes`, each a list of sentences. `whole` is true
+        without the first three.
 
     Raises:
         BagError: there is no bag.
@@ -934,20 +926,19 @@ def check_bag(bag: File) -> Soundness:
 def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) -> Recovered:
     """Write the readable part of a damaged bag as a new bag.
 
-    The old bag is not changed. The new one says for ever which messages it lost.
+    The old bag is not changed. The metadata of the new bag state which messages were lost.
 
     Args:
         bag: a rosbag2 folder or an .mcap file.
-        out: folder of the new bag, which must not exist; otherwise BAG_recovered beside the old
-            one.
-        keep_corrupt: keep the messages of a chunk of the right size with a wrong checksum; the
-            new bag says which they are.
+        out: folder of the new bag, which must not exist. Default: BAG_recovered.
+        keep_corrupt: keep the messages of a chunk of the right size with a wrong checksum. The
+            metadata state which they are.
 
     Returns:
-        The new bag's `path` and `counts` of messages by topic, and descriptions of what is `lost`.
+        The new bag's `path`, `counts` of messages by topic, and descriptions of losses (`lost`).
 
     Raises:
-        BagError: nothing is damaged, no message can be read, or the folder cannot be written.
+        BagError: the bag is whole, no message can be read, or the folder cannot be written.
     """
     from tauto_core import bags
 
@@ -974,32 +965,32 @@ def compare(
 ) -> Comparison:
     """Sail several clocks through the same sea, side by side.
 
-    Which of them finds the longitude? The column `dial` is the longitude by the dial alone, which
-    the built-in clocks have regulated on land. The column `rated` allows for the rate observed in
-    port, where the ship lies in the same sea. With `logs` they sail a passage of a log-book in the
-    ship of `ship_of` or of the first clock; their dials are regulated where it begins.
+    Which of them finds the longitude? The column `dial` is the longitude by the dial alone. The
+    dials of the built-in clocks are regulated on land. The column `rated` corrects for the rate
+    observed in port, in the same sea. With `logs` they sail a passage of a log-book in the ship of
+    `ship_of` or of the first clock, their dials regulated at its beginning.
 
     Args:
-        clocks: files or built-in names, each with another `name`, or one list of them; none: the
+        clocks: files or built-in names with different `name`s, or one list of them. Default: the
             built-in clocks.
         ship_of: send all clocks on the passage of this scene: ship, voyage, …
         duration: as for `load`.
         accuracy: as for `load`.
-        roll_deg: significant amplitudes of the roll [deg], twice its root mean square; heave and
-            waves stay.
-        suspension: cases hung as in the scenes, or fixed to the ship.
+        roll_deg: significant amplitudes of the roll [deg], twice its root mean square. Heave and
+            waves are unchanged.
+        suspension: cases suspended as in the scenes, or fixed to the ship.
         logs: sail a passage of this log-book, in the sea of its wind.
-        passage: with `logs`: which; see `tauto logbook`.
-        harbour_days: with `logs`: days of rating before it [d]; else 14.
+        passage: with `logs`: its name, see `tauto logbook`.
+        harbour_days: with `logs`: days of rating before it [d]. Default: 14.
         jobs: processes at once.
-        plot: draw it as .svg, .png or .pdf; replaces the file.
+        plot: draw it as .svg, .png or .pdf, replacing the file.
         anyway: as for `sail`.
         progress: see above.
-        overrides: as for `load`, for every clock; those of the passage (ship, voyage, seed, …) for
-            `ship_of`, where there is one.
+        overrides: as for `load`, for every clock. Keys of the passage (ship, voyage, seed, …)
+            apply to `ship_of` if given.
 
     Returns:
-        `rows`, one for each clock, or two where its case is suspended.
+        `rows`, one for each clock, two if its case is suspended.
 
     Raises:
         TautoError: clocks that cannot be compared, or arguments out of range.
@@ -1063,27 +1054,28 @@ def fleet(
 ) -> Fleet:
     """Send many ships on one voyage: how many find the longitude?
 
-    Each ship has her own seed, and so her own observations, noise of the clock and, where
-    ship.kind is sea, waves. `vary` draws other keys for each. With a log-book each sails one of
-    its passages (`trial`, on the command line --logs).
+    Each ship has a different seed: other observations, clock noise and, if ship.kind is sea,
+    waves. `vary` draws further keys. With a log-book each ship sails one of its passages (`trial`,
+    on the command line --logs).
 
     Args:
         scene: as for `load`.
-        ships: how many ships.
-        vary: YAML: keys of the scene, and how each is drawn for every ship.
+        ships: number of ships.
+        vary: YAML: keys of the scene with their distributions, drawn for every ship.
         duration: as for `load`.
         accuracy: as for `load`.
         jobs: processes at once on this machine.
         scheduler: sail on the workers of this dask scheduler.
-        out: folder for a row of each ship, in ships.parquet; goes on from the rows it has.
-        plot: draw it as .svg, .png or .pdf; replaces the file.
+        out: folder for ships.parquet, with a row for each ship; existing rows are not sailed
+            again.
+        plot: draw it as .svg, .png or .pdf, replacing the file.
         anyway: as for `sail`.
-        progress: called with the numbers of ships done, parts included, and of all.
+        progress: called with the number of ships done, with fractions, and of all.
         overrides: as for `load`.
 
     Returns:
-        `rows`, a mapping for each ship, and `answers`, the statistics of the fleet. In place of a
-        file `vary` takes `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`.
+        `rows`, a mapping for each ship, and `answers`, the statistics of the fleet. `vary` also
+        takes a mapping: `{'trochlea.cam.base_radius': {'kind': 'normal', 'sigma': 2e-5}}`.
 
     Raises:
         TautoError: a drawn value that the scene does not allow, arguments out of range, or
@@ -1143,20 +1135,20 @@ def trial(
 ) -> TrialAnswers:
     """Send clocks along the passages of a log-book: where would they have found the longitude?
 
-    The first clock is that of `scene`, whose ship sails every passage in the sea of its wind.
+    The ship of `scene` sails every passage in the sea of its wind.
 
     Args:
-        scene: as for `load`.
-        logs: sail the passages of this log-book, a file or a folder, each in its own wind.
-        compare: further clocks in the same sea, fixed to the ship; `clocks`: the built-in ones.
+        scene: as for `load`. Its clock is the first.
+        logs: sail the passages of this log-book, a file or a folder, each in its wind.
+        compare: further clocks in the same sea, fixed to the ship. `clocks`: the built-in ones.
         days: length of the passages [d].
         years: years of the first entry.
         port: from or to this port, or part of its name.
         ocean: most entries in this ocean, as pacific.
         sample: this many of them, evenly over the list.
         harbour_days: days of rating before each [d].
-        wind_draws: sail each so many times more, with another wind each time.
-        hull_draws: sail each so many times more, with another hull.
+        wind_draws: repetitions of each passage in other winds.
+        hull_draws: repetitions of each passage with other hulls.
         local_time_s: error of the navigator's local time [s], 0 to 3600.
         duration: cut a voyage at this time from its start [s].
         accuracy: as for `load`.
@@ -1166,13 +1158,13 @@ def trial(
         skip_wrong: leave out passages with a wrong row, or without a wind.
         plot: as for `fleet`: the map of all tracks.
         anyway: as for `sail`.
-        progress: as for `fleet`, of voyages; while the log is read, with the share and 0.
+        progress: as for `fleet`, of voyages. While the log is read: the share done and 0.
         overrides: as for `load`.
 
     Returns:
         The object of `tauto fleet --logs --json`: for each of `clocks`, by the `ways` of finding
-        the longitude, its `prizes` and the rest; `voyages`, one for each clock and passage;
-        `keys_left_out`, the keys of the scene in whose place the log stands.
+        the longitude, `prizes` and errors; `voyages`, one for each clock and passage;
+        `keys_left_out`, the keys of the scene that the log replaces.
 
     Raises:
         TautoError: a log-book that cannot be read or has no such passages, a passage with a wrong
@@ -1184,7 +1176,7 @@ def trial(
 
     if 'file' in overrides:
         raise UsageError(
-            Argument('file', overrides['file']), ': is no argument. Use ', Argument('plot')
+            Argument('file', overrides['file']), ': is not an argument. Use ', Argument('plot')
         )
     logbook, drawn = str(path('logs', logs)), _plots(plot)
     crew = Crew(whole('jobs', jobs), scheduler)
@@ -1239,16 +1231,16 @@ def plot(
 ) -> Figure:
     """Draw one picture of a bag or a scene.
 
-    Pictures of a scene alone (weather, cam, machine) are drawn without sailing it.
+    Pictures of weather, cam and machine are drawn without sailing the scene.
 
     Args:
-        source: a bag, or a scene, which is sailed for it.
+        source: a bag, or a scene, which is sailed.
         what: error, rate, drift, longitude, stability, amplitude, phase, weather, temperature,
             roll, spectrum, map, cam or machine.
-        file: ending in .svg, .png or .pdf; is replaced.
-        from_s: begin roll or spectrum here, from the first reading [s]. Without both: the roughest
-            ten minutes.
-        to_s: end it here [s]; default: ten minutes after the beginning.
+        file: ending in .svg, .png or .pdf, which is replaced.
+        from_s: begin roll or spectrum here, from the first reading [s]. Default: the roughest ten
+            minutes.
+        to_s: end it here [s]. Default: ten minutes after the beginning.
         duration: as for `load`.
         accuracy: as for `load`.
         anyway: as for `sail`.
@@ -1256,11 +1248,10 @@ def plot(
         overrides: as for `load`.
 
     Returns:
-        The picture, which is written to a file only if one is named. The source may be a voyage.
+        The picture, written only if a file is named. The source may be a voyage.
 
     Raises:
-        UsageError: no such picture, a file of a format that pictures cannot have, or a part that
-            is not one of the voyage.
+        UsageError: no such picture, another format, or a part outside the voyage.
         TautoError: the source cannot be read or sailed.
     """
     from tauto_core.plots.contents import OF_A_SCENE, check_picture
@@ -1290,7 +1281,7 @@ def report(
 
     Args:
         source: as for `plot`.
-        file: ending in .html; is replaced.
+        file: ending in .html, which is replaced.
         duration: as for `load`.
         accuracy: as for `load`.
         anyway: as for `sail`.
@@ -1311,9 +1302,9 @@ def report(
 
 
 def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
-    """Return values by the paths of their keys: `ship__rate` means `ship.rate`.
+    """Return values by the paths of their keys: `ship__rate` is `ship.rate`.
 
-    An accuracy for a day of the run [s] is that of the solver [s/day].
+    `accuracy` [s] becomes `solver.accuracy` [s/day].
     """
     from tauto_core.scene import Scene
 
@@ -1322,7 +1313,7 @@ def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
         path_of_key = key.replace('__', '.')
         section, _, tail = path_of_key.partition('_')
         if section in Scene.model_fields and path_of_key not in Scene.model_fields:
-            raise UsageError(f'{key}: is no key of a scene. Write {section}__{tail}')
+            raise UsageError(f'{key}: is not a key of a scene. Write {section}__{tail}')
         is_accuracy = key == 'accuracy' and value is not None
         if is_accuracy:
             path_of_key = 'solver.accuracy'
@@ -1340,9 +1331,9 @@ def voyage_of(
     anyway: bool,
     sails: bool = True,
 ) -> Voyage:
-    """Return a voyage, the voyage in a bag, or that of a scene; one that does not sail is empty.
+    """Return a voyage, the voyage in a bag, or the voyage of a scene, empty unless it `sails`.
 
-    Values are given for a scene alone; those of a bag are a UsageError.
+    `given` are values of a scene. With a bag or a voyage they are a UsageError.
     """
     from tauto_core.voyage import Voyage
     from tauto_core.voyage import sail as sail_scene
@@ -1351,7 +1342,7 @@ def voyage_of(
     bag = None if isinstance(source, Voyage) or not is_bag(source) else source
     if settings and (bag is not None or isinstance(source, Voyage)):
         raise UsageError(
-            f'{", ".join(settings)}: for a scene, and this one was sailed already. Leave it out'
+            f'{", ".join(settings)}: for a scene; this one was sailed already. Leave it out'
         )
     if isinstance(source, Voyage):
         return source
@@ -1364,7 +1355,7 @@ def voyage_of(
 
 
 def is_bag(source: object) -> TypeGuard[File]:
-    """Return whether something is a path to a bag rather than a scene."""
+    """Return whether `source` is a path to a bag rather than a scene."""
     return (
         isinstance(source, str | Path)
         and str(source) not in scenes()

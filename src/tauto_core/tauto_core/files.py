@@ -1,8 +1,4 @@
-"""Files that are written completely or not at all, locks on folders, and limits of what is read.
-
-What a file states about itself (the size of a compressed part, the depth of a YAML text) is
-bounded before it is believed.
-"""
+"""Atomic writes, locks, bounded decompression, YAML, and figures as files."""
 
 from __future__ import annotations
 
@@ -25,21 +21,17 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# Files and folders that are written completely or not at all, by one process at a time.
+# Files and folders are written completely or not at all, by one process at a time.
 
 DRAFTS = '.tauto-*.draft'
-"""Names of files being written, which their process locks; others were left by a kill."""
+"""Names of files being written. Their process locks them; unlocked files are left from a kill."""
 
 _AT_FDCWD = -100
 _RENAME_EXCHANGE = 2
 
 
 def check_place(path: Path, argument: str) -> None:
-    """Refuse, before anything runs, a place where no file can be written.
-
-    A folder, and a file in a folder that does not exist or cannot be written, is a UsageError that
-    names the argument.
-    """
+    """Raise UsageError, with the name of the argument, if no file can be written at a path."""
     if path.is_dir():
         raise UsageError(Argument(argument, path), ': is a folder. Name a file')
     if not path.parent.is_dir():
@@ -51,16 +43,16 @@ def check_place(path: Path, argument: str) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, or replace it; after a failure, even a power cut, the old file is still there.
+    """Write or replace a file; after a failure, even a power cut, the old file is still there.
 
-    A link is followed; a file that is not regular (`/dev/stdout`) receives the content directly.
-    Drafts that killed processes left beside it are removed. A failure is an OSError.
+    Links are followed. A file that is not regular (`/dev/stdout`) receives the content directly.
+    Drafts of killed processes in the folder are removed. A failure is an OSError.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(content)
         return
     place = path.resolve()
-    # The name is random, so that in a shared folder no other user can place a link there.
+    # random, since in a shared folder another user could place a link at a known name
     draft = place.with_name(DRAFTS.replace('*', secrets.token_hex(8)))
     for draft_left in place.parent.glob(DRAFTS):
         with suppress(OSError), one_writer(draft_left, make=False):
@@ -92,10 +84,10 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk; an OSError if the disk refuses."""
+    """Wait until the names in a folder are on the disk; a failure is an OSError."""
     try:
         handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    except PermissionError:  # a folder that may be written and not read cannot be synced
+    except PermissionError:  # a folder that cannot be read cannot be synced
         return
     try:
         os.fsync(handle)
@@ -108,11 +100,14 @@ def sync_folder(folder: Path) -> None:
 
 @contextmanager
 def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
-    """Hold a lock file for as long as the context lasts; no other process can hold it meanwhile.
+    """Hold a lock file in a context, and remove it at the end.
 
-    The system unlocks a file when the process that locked it ends, however it ends. So a file that
-    is left after a kill blocks no process. The file is removed at the end. Another writer is a
-    BlockingIOError; a file that cannot be locked an OSError, a FileNotFoundError without `make`.
+    The system releases the lock when the process ends, even by a kill.
+
+    Raises:
+        BlockingIOError: another process holds the lock.
+        FileNotFoundError: no such file, without `make`.
+        OSError: the file cannot be locked.
     """
     flags = os.O_RDWR | os.O_NOFOLLOW | (os.O_CREAT if make else 0)
     while True:
@@ -125,7 +120,7 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
         except BaseException:
             os.close(handle)
             raise
-        os.close(handle)  # its holder has removed it meanwhile: this is no longer the lock
+        os.close(handle)  # its holder has removed the file meanwhile
     try:
         yield
     finally:
@@ -135,12 +130,11 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
 
 
 def put_in_place(new: Path, place: Path, aside: Path) -> Path:
-    """Put a folder in the place of another one; return where the other one is now.
+    """Replace the folder `place` by `new`, and return the path of the old folder.
 
-    Linux exchanges the two names in one step. Where the system or the file system cannot, the old
-    folder is renamed to `aside` first: a process that is killed then leaves nothing at `place`,
-    and the next process finds the old one in `aside`. `new` is complete, on the disk, and beside
-    `place`. If neither way is possible both folders stay where they were: OSError.
+    Linux exchanges the two names in one step. On other systems the old folder is first renamed to
+    `aside`, and after a kill the next process finds it there. `new` is complete, on the disk, and
+    in the same folder. An OSError leaves both folders in place.
     """
     is_aside = not _exchange(new, place)
     if is_aside:
@@ -163,8 +157,8 @@ def put_in_place(new: Path, place: Path, aside: Path) -> Path:
 
 
 def _exchange(a: Path, b: Path) -> bool:
-    """Exchange two names in one step; False where this system or file system cannot."""
-    # renameat2(2) of the C library: macOS and old glibc have none
+    """Exchange two names in one step; False if this system or file system cannot."""
+    # renameat2(2) of the C library, missing on macOS and old glibc
     renameat2 = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
     if renameat2 is None:
         return False
@@ -183,18 +177,18 @@ def _exchange(a: Path, b: Path) -> bool:
 # Limits of decompression.
 
 LARGEST_PART, PLAUSIBLE = 2**29, 200
-"""Most bytes of a decompressed part, and how many times its own size where above `SMALL_PART`.
+"""Most bytes of a decompressed part, and largest compression ratio above `SMALL_PART`.
 
-Chunks of rosbag2 have 0.8 MB, of other recorders 4 MB, or a message that is larger; motion and
-pictures shrink by 2 to 50 times.
+Chunks of rosbag2 have 0.8 MB, of other recorders 4 MB, or one large message. Motion and pictures
+shrink by 2 to 50 times.
 """
 SMALL_PART = 2**24
 
 
 def decompressed(compression: str, body: bytes, size: int) -> bytes:
-    """Return the content of a compressed part (zstd, lz4, or none) that states its size.
+    """Return the content of a part compressed by zstd or lz4, or uncompressed (''), of known size.
 
-    A part larger than it states, or implausibly large, is refused with a ValueError.
+    ValueError if it is larger than stated, or implausibly large.
     """
     if size > SMALL_PART and size > min(LARGEST_PART, PLAUSIBLE * len(body)):
         raise ValueError(f'{len(body)} bytes that would become {size} are not decompressed')
@@ -216,17 +210,17 @@ def decompressed(compression: str, body: bytes, size: int) -> bytes:
         except (RuntimeError, EOFError, MemoryError) as error:
             raise ValueError(str(error)) from None
     if compression:
-        raise ValueError(f'compression {compression!r}, where zstd, lz4 or none can be read')
+        raise ValueError(f'compression {compression!r} instead of zstd, lz4 or no compression')
     return body
 
 
 # -----------------------------------------------------------------------------
-# YAML 1.2, as all YAML from outside the package is read: scenes, draws, the metadata of bags.
+# YAML 1.2, for all YAML from outside the package: scenes, draws, the metadata of bags.
 #
-# PyYAML has the older scalars of 1.1. So its parser, that of libyaml where it is installed, gives
-# the events, and the scalars follow the YAML 1.2 core schema (section 10.3.2): `1e-4` is a number,
-# `yes`, `12:30` and `2001-99-99` are strings. Duplicate keys, anchors and unknown tags are
-# refused, since each hides a mistake; so is a text that would take much time or memory to read.
+# PyYAML reads the scalars of YAML 1.1. So only its events are used, and scalars follow the core
+# schema of YAML 1.2 (section 10.3.2): `1e-4` is a number, `yes`, `12:30` and `2001-99-99` are
+# strings. Duplicate keys, anchors and unknown tags are refused, since each hides a mistake, and
+# texts that would take much time or memory to read.
 
 YAML_TAG = 'tag:yaml.org,2002:'
 SCALARS: dict[str, tuple[re.Pattern[str], str]] = {
@@ -241,13 +235,13 @@ SCALARS: dict[str, tuple[re.Pattern[str], str]] = {
         '-+.0123456789',
     ),
 }
-"""The pattern and the possible first characters of each kind of scalar that is no string."""
+"""Pattern and possible first characters of each kind of scalar, except strings."""
 
 LARGEST_YAML = 2**24
-"""Most characters of a text: the metadata of a bag with 10,000 topics have a third of them."""
+"""Most characters of a text; the metadata of a bag with 10,000 topics have a third of this."""
 _DEEPEST = 20
 _MOST_VALUES = 100_000
-# Longer than any number in use, shorter than those that Python refuses to convert.
+# Python refuses to convert numbers of more than 4,300 digits.
 _LONGEST_NUMBER = 400
 
 
@@ -255,7 +249,7 @@ class YamlError(ValueError):
     """A YAML text that is not read: the problem with its line and column, and a remedy."""
 
     def __init__(self, at: Any, problem: str, remedy: str) -> None:
-        """Take a problem at a node, with a mark where it starts, or of the whole text (None)."""
+        """Take a problem at a node or event, or of the whole text (None)."""
         mark = at and at.start_mark
         where = f'line {mark.line + 1}, column {mark.column + 1}: ' if mark else ''
         self.problem, self.remedy = where + problem, remedy
@@ -265,16 +259,18 @@ class YamlError(ValueError):
 def read_yaml(text: str, *, any_key: bool = False) -> Any:
     """Return the value of a YAML text of one document: plain dicts, lists and scalars.
 
-    With `any_key` numbers are keys, too, as the strings that they are written as. A text of more
-    than `LARGEST_YAML` characters, 100,000 values or 20 levels, or that is not such YAML, is a
-    YamlError.
+    With `any_key` numbers may be keys and are read as strings.
+
+    Raises:
+        YamlError: not such YAML, or more than `LARGEST_YAML` characters, 100,000 values or 20
+            levels.
     """
     import yaml
 
     if len(text) > LARGEST_YAML:
         raise YamlError(None, f'has more than {LARGEST_YAML} characters', 'Name another file.')
     try:
-        # libyaml refuses the escapes of file names that are no text; a small file may have them
+        # libyaml refuses the surrogates that stand for bytes in file names
         is_slow = len(text) < 100_000 and '\\ud' in text.lower()
         loader = yaml.SafeLoader if is_slow else getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
         return _Document(yaml.parse(text, Loader=loader), any_key=any_key).value
@@ -290,7 +286,7 @@ def read_yaml(text: str, *, any_key: bool = False) -> Any:
 
 
 class _Document:
-    """The value of the one document among the events of a parser."""
+    """The value of a single document, from the events of a parser."""
 
     def __init__(self, events: Iterator[Any], *, any_key: bool) -> None:
         from yaml import events as kinds
@@ -306,7 +302,7 @@ class _Document:
                 raise YamlError(event, 'another document begins', 'Keep one document.')
 
     def _node(self, event: Any, depth: int) -> Any:
-        """Return the value that begins with an event, and read to its end."""
+        """Read and return the value that begins with an event."""
         kinds, tag = self._kinds, getattr(event, 'tag', None)
         self._number += 1
         if isinstance(event, kinds.AliasEvent) or event.anchor:
@@ -375,13 +371,13 @@ def _scalar(event: Any) -> str | int | float | bool | None:
 
 
 # -----------------------------------------------------------------------------
-# Figures as files: arguments are checked first, and the same figure gives the same bytes.
+# Figures as files: the same figure gives the same bytes.
 
 DOTS_AN_INCH = 192
 """Twice the 96 of a CSS pixel, for the screens of laptops and telephones."""
-# letters stay letters, to search and to read aloud
+# text stays text, to be searched and read aloud
 LOOK: dict[Any, Any] = {'svg.hashsalt': 'tauto', 'font.size': 9.0, 'svg.fonttype': 'none'}
-# Metadata left out of a file, so that it does not change from run to run.
+# Metadata that would differ from run to run.
 _NO_DATE: dict[str, dict[str, Any]] = {
     '.svg': {'Date': None},
     '.png': {'Software': None},
@@ -394,7 +390,7 @@ class OutputError(TautoError):
 
 
 def write_output(path: Path, content: bytes) -> None:
-    """Write a file for the user, as `write_whole` does; an OutputError if that fails."""
+    """Write a file as `write_whole` does, or raise OutputError."""
     try:
         write_whole(path, content)
     except OSError as error:
@@ -403,10 +399,7 @@ def write_output(path: Path, content: bytes) -> None:
 
 
 def check_plot(path: Path, argument: str = 'plot') -> None:
-    """Refuse, before anything runs, a file to which a figure cannot be written.
-
-    A suffix other than .svg, .png and .pdf is a UsageError, and so are those of `check_place`.
-    """
+    """Raise UsageError unless a path ends in .svg, .png or .pdf and can be written."""
     if path.suffix not in _NO_DATE:
         wrong = ': must end in .svg, .png or .pdf. Name another file'
         raise UsageError(Argument(argument, path), wrong)
@@ -414,9 +407,11 @@ def check_plot(path: Path, argument: str = 'plot') -> None:
 
 
 def write_figure(draw: Callable[[], Figure], path: Path, argument: str = 'plot') -> None:
-    """Draw a figure and write it to an SVG, PNG or PDF file; replaces the file.
+    """Draw a figure and write it to an SVG, PNG or PDF file, replacing the file.
 
-    A file that cannot be written is an OutputError, and see `check_plot`.
+    Raises:
+        UsageError: see `check_plot`.
+        OutputError: the file cannot be written.
     """
     import matplotlib as mpl
 

@@ -1,4 +1,4 @@
-"""Names of a package whose modules are loaded at the first use of the name."""
+"""Names of a package that are imported at their first use."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import Any
 def loaded_from(package: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
     """Return the `__getattr__` (PEP 562) of a package.
 
-    `modules` has, for each name, the module that defines it: one of the package's own, or by its
-    full name.
+    `modules` maps each name to its module, in the package or with its full name.
     """
 
     def find(name: str) -> Any:

@@ -1,4 +1,5 @@
-"""The figures of a voyage: its answer in one sentence, groups of rows, arrays with their units."""
+"""The results of a voyage: figures, the answer in a sentence, groups of rows, arrays with
+units."""
 
 from __future__ import annotations
 
@@ -50,22 +51,16 @@ if TYPE_CHECKING:
 
 
 def drawn_by(module: str, name: str) -> Any:
-    """Return a function of `plots`, by name: pictures import results, results import no picture.
-
-    Only what a result draws of itself, when it is asked to, comes through this door.
-    """
+    """Return a function of `plots` by name, since `plots` imports results and not the reverse."""
     return getattr(import_module(f'tauto_core.plots.{module}'), name)
 
 
 # -----------------------------------------------------------------------------
-# The figures of a voyage, from the contents of the topics alone.
-#
-# `tauto sail`, `tauto graph` and `tauto replay` share this, so the summary is the same function
-# of the same messages, however the stages were run.
+# The figures of a voyage, computed from the topics alone, for `tauto sail`, `graph` and `replay`.
 
 
 class Summary:
-    """Keeps the last sample of each topic, and the largest error where a figure needs it."""
+    """Collects the figures of a voyage from the samples on all topics."""
 
     def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:
         self._scene, self._built = scene, machine
@@ -83,8 +78,8 @@ class Summary:
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take batches of any topics, in order within a topic.
 
-        Observations must come no later than the longitudes that include them, and readings no
-        later than the estimates at their stamps.
+        Observations must not come after longitudes that include them, nor readings after estimates
+        at their stamps.
         """
         self._swings.feed(batches)
         self._tally.take(batches)
@@ -145,7 +140,7 @@ class Summary:
         }
 
     def air(self) -> dict[str, dict[str, float]]:
-        """Return the `air` of a result, the range of the temperature of the clock, if any."""
+        """Return the `air` of a result, the range of the clock's temperature, if known."""
         low, high = self._air
         if low > high:
             return {}
@@ -154,8 +149,8 @@ class Summary:
     def clock(self) -> dict[str, Any]:
         """Return the dial's reading since the start, its error and its mean rate.
 
-        `rate_standard_error_s_per_day` is None where the run alone cannot show it: see
-        `RateScatter` and `forgets_its_start`. Both rates are None of a clock that stopped.
+        `rate_standard_error_s_per_day` is None if the run alone cannot show it, see `RateScatter`
+        and `forgets_its_start`. If the clock stopped, both rates are None.
         """
         error = self._rate_error()
         if self._first_reading is None or self._last_reading is None or error is None:
@@ -192,11 +187,11 @@ class Summary:
         return propagator_name(self._machine, still=self._scene.lies_still)
 
     def trochlea(self) -> dict[str, float | str | None]:
-        """Return the regulator's small-amplitude period, its state at the end, and its swing.
+        """Return the regulator's small-amplitude period, its final state, and its swing.
 
-        Where small swings have no period it is that of the swing as released, as `period_of` says.
-        The swing is the result of `SwingTally.result`. Where the thread was slack, `slacks` is
-        how often, `slack_s` for how long in all, `slack_lost_joule` what was lost in tautening.
+        If small swings have no period, it is the period of the swing as released, as `period_of`
+        says. The swing comes from `SwingTally.result`. If the thread was slack, `slacks` is the
+        number of times, `slack_s` the total time, `slack_lost_joule` the energy lost in tautening.
         """
         wheel, phase = self._last.get(JOINT_STATES), self._last.get(PHASE)
         if wheel is None or phase is None:
@@ -224,17 +219,14 @@ class Summary:
         }
 
     def drift(self) -> dict[str, float]:
-        """Return the last estimate, and its errors in its own standard deviations.
+        """Return the last estimate, and its errors in standard deviations; {} for a stopped clock.
 
         `offset_error_sigmas` compares the estimated offset with the error of the dial.
-        `rate_error_sigmas` compares the estimated rate with the mean rate of the dial over the
-        time in which the filter takes it for one and the same: since the start or, where the state
-        has been reopened, since then (`RatedTime`). With covariates the estimated mean of the
-        voyage is compared with the mean rate since the start. Where the rate of the dial walks at
-        random its departure from that mean is part of the standard deviation.
-        `rate_compared_s_per_day` is the mean, and `rate_compared_from_s` when it begins, from the
-        first reading. All three are left out where there is only one instant. A clock that stopped
-        has no drift.
+        `rate_error_sigmas` compares the estimated rate with `rate_compared_s_per_day`, the mean
+        rate of the dial since `rate_compared_from_s` after the first reading: since the start, or
+        since the covariance was last inflated (`RatedTime`). With covariates it compares the
+        estimated mean of the voyage. The standard deviation includes the random walk of the rate
+        about this mean. The three need more than one instant.
         """
         estimate, clock = self._last.get(ESTIMATE), self.clock()
         if estimate is None or self._has_stopped:
@@ -248,8 +240,8 @@ class Summary:
             rate, sigma = mean_rate(values)
             start = (None if has_mean_rate(values) else self._rated.start()) or begin
             true = _rate(start, end)
-            # a random walk with the density q departs from its mean over T by √(qT/3); if it
-            # begins only u before the end, by √(q(u − u²/T + u³/3T²))
+            # a random walk of density q ends √(qT/3) rms from its mean over T, or
+            # √(q(u − u²/T + u³/3T²)) if it begins u before the end
             elapsed_s, model = (end[0] - start[0]) / NS_PER_S, dial_model(self._scene)
             u = model.under_way_s(start[0], end[0])
             variance = expected_walk_per_s(self._scene) * elapsed_s / 3.0
@@ -263,9 +255,8 @@ class Summary:
     def longitude(self) -> dict[str, Any]:
         """Return the longitude errors and the prize by the Act of 1714.
 
-        Keys: those of `LongitudeTally.result`; `assumes`, what the navigator takes the rate to
-        do; the `belief` in words; and the result of `projection` where the clock was unchecked for
-        less than `LEAST_UNCHECKED_DAYS`, otherwise one without rows and reason.
+        The keys come from `LongitudeTally.result`, `belief_of` and, if the clock was unchecked for
+        less than `LEAST_UNCHECKED_DAYS`, `projection`.
         """
         result = self._tally.result()
         if result is None:
@@ -291,13 +282,13 @@ class Summary:
 
 
 def sea_of(scene: Scene) -> dict[str, Any]:
-    """Return the `sea` of a result; nothing for a ship in none."""
+    """Return the `sea` or `weather` of a result, if the ship has one."""
     ship = scene.ship
     return {ship.reported_as: ship.metadata(scene)} if ship.reported_as else {}
 
 
 def _rate(first: tuple[int, int], last: tuple[int, int]) -> float:
-    """Return the gain of a dial from one stamp and reading to another [s/day], 0 for the same."""
+    """Return the gain of a dial between two (stamp, reading) [s/day]; 0 for the same stamp."""
     (start, dial_start), (end, dial_end) = first, last
     elapsed, gained = (end - start) / NS_PER_S, (dial_end - end) - (dial_start - start)
     return gained / NS_PER_S / elapsed * DAY_S if elapsed else 0.0
@@ -310,11 +301,11 @@ def _named(samples: JointSamples) -> dict[str, float]:
 
 
 # -----------------------------------------------------------------------------
-# The answer of a voyage in one sentence: how far wrong would the clock put the ship?
+# The answer of a voyage in one sentence.
 
 
 def answer(result: Mapping[str, Any]) -> str:
-    """Return the answer as a sentence; of a bag that is not whole, after one that says so."""
+    """Return the answer in a sentence, with remarks about damage, landfall, slack and hull."""
     slack, trochlea = '', result.get('trochlea') or {}
     if slacks := trochlea.get('slacks'):
         times = 'once' if slacks == 1 else f'{slacks:,} times'
@@ -322,8 +313,8 @@ def answer(result: Mapping[str, Any]) -> str:
     cork, sea = '', result.get('sea') or result.get('weather') or {}
     if sea.get('heave') and not sea.keys() & {'hull', 'operator'}:
         cork = (
-            ' The ship is a cork: she heaves as the waves do, and their sideways half is left '
-            'out; ship.hull gives her a hull.'
+            ' The ship has no hull: it heaves with the waves, and their sideways half is left '
+            'out. ship.hull gives it one.'
         )
     ends = f' The last entry of the log is {result["ends"]}.' if 'ends' in result else ''
     text = f'{_answer(result)}{ends}{slack}{cork}'
@@ -331,7 +322,7 @@ def answer(result: Mapping[str, Any]) -> str:
 
 
 def not_whole(result: Mapping[str, Any]) -> str:
-    """Return the damage of the bag of a result; empty where it is whole."""
+    """Return a sentence about the damage of the bag of a result, empty if it is whole."""
     damage = result.get('damage')
     if not damage:
         return ''
@@ -366,32 +357,32 @@ def _answer(result: Mapping[str, Any]) -> str:
         if is_off
         else f'within {least("nmi"):g} nmi'
     )
-    # the direction of the corrected longitude is said only where it differs from the dial's
+    # the side of the corrected longitude is named if it differs from the dial's
     east_nmi = longitude['error_nmi']
     corrected = f'{with_sigma(abs(east_nmi), longitude["sigma_nmi"], signed=False)} nmi'
     nowhere = not float(corrected.split(maxsplit=1)[0].replace(',', ''))
     if not (nowhere or (is_off and east_nmi * raw_nmi > 0.0)):
         corrected = f'{corrected} {_side(east_nmi)}'
-    # a voyage that is too short for the Act has no prize, not even none
+    # a voyage too short for the Act has prize None, not 0
     judged = longitude.get('prize_pounds') is not None
     verdict = f' That is {how_good(abs(east_nmi))}.' if judged else ''
     belief = f' {longitude["belief"]}' if 'belief' in longitude else ''
     return (
-        f'{when} the dial puts the ship {place} of where she is; rated and corrected, '
+        f'{when} the dial puts the ship {place} of its true place; rated and corrected, '
         f'{corrected}.{verdict}{belief}'
     )
 
 
 BELIEVED = 5.0
-"""Standard deviations beyond which the truth refutes the model of the navigator."""
+"""Standard deviations beyond which an error refutes the navigator's model."""
 
 
 def belief_of(longitude: Mapping[str, Any], assumes: str) -> dict[str, Any]:
-    """Return whose the ± of a longitude is, and whether his model holds.
+    """Return the navigator's assumption about the rate, and whether it holds.
 
-    Keys: `assumes`, what he takes the rate to do; `error_sigmas`, the largest error of the
-    longitude at a landfall or the end, in his standard deviations; `error_sigmas_at_s`, when [s];
-    `model_holds`, whether it is within `BELIEVED`; `belief`, all that in words.
+    `assumes` is his assumption. `error_sigmas` is the largest error of the longitude at a landfall
+    or the end, in his standard deviations, at `error_sigmas_at_s` [s]. `model_holds` is whether it
+    is within `BELIEVED`. `belief` has all this in words.
     """
     judged = [
         (abs(row['error_nmi']) / row['sigma_nmi'], row['at_s'])
@@ -400,14 +391,14 @@ def belief_of(longitude: Mapping[str, Any], assumes: str) -> dict[str, Any]:
     ]
     sigmas, at_s = max(judged, default=(0.0, longitude['at_s']))
     holds = sigmas <= BELIEVED
-    belief = f'The ± is what her navigator believes, who takes {assumes}.'
+    belief = f"The ± is the navigator's, who expects {assumes}."
     if not holds:
         when = f' after {span(at_s)}' if at_s != longitude['at_s'] else ''
         equation = '' if 'follow' in assumes else 'the rate equation (drift.covariates), '
         belief += (
-            f' His model does not hold: the truth lay {significant(sigmas, 2)} of his standard '
-            f'deviations away{when}. What helps: {equation}a rate that wanders '
-            '(drift.random_walk_fm), or a fix at sea (drift.lunars).'
+            f' His model does not hold: the error was {significant(sigmas, 2)} of his standard '
+            f'deviations{when}. Remedies: {equation}a rate that wanders (drift.random_walk_fm), '
+            'or a fix at sea (drift.lunars).'
         )
     return {
         'assumes': assumes,
@@ -431,17 +422,15 @@ _Row: TypeAlias = tuple[str, str, str]
 
 SIGNS = (
     'Signs: + is a fast clock, and a place to the east. A slow clock puts the ship east. ± and σ '
-    'are standard deviations. Those of estimated and corrected figures are what the navigator '
-    'believes, by his observations and his model. That of the dial comes from the slowest changes '
-    'of its rate during the run, and is part of both projections. An error in σ is the estimate '
-    'less the truth, over '
-    'the standard deviation. The truth is the error of the dial, or its mean rate over the time '
-    'that the row names.'
+    "are standard deviations: for estimated and corrected figures by the navigator's observations "
+    'and model, for the dial by the slowest changes of its rate during the run. Both projections '
+    'include the latter. An error in σ is (estimate − truth)/σ. The truth is the error of the '
+    'dial, or its mean rate over the time in the row.'
 )
 
 
 def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
-    """Return the groups of a result: name and rows; those without a section are left out."""
+    """Return the name and rows of each group for which a result has a section."""
     return [
         (name, rows(content))
         for name, section, rows in _GROUPS
@@ -450,11 +439,11 @@ def groups(result: _Section) -> list[tuple[str, list[_Row]]]:
 
 
 def budget_rows(budget: Mapping[str, Any]) -> list[tuple[str, str, str, str]]:
-    """Return each row of a budget (`Budget.facts`) as text: cause, rate, miles, where found."""
+    """Return the rows of a budget (`Budget.facts`) as text: cause, rate, miles, on land or sea."""
     rows = []
     for row in (*budget['rows'], budget['sum'], budget['interaction'], budget['whole']):
         east, rate, sigma = row['east_nmi'], row['rate_s_per_day'], row['sigma_s_per_day']
-        # a sigma finer than a thousandth of a second a day says nothing
+        # a sigma below 0.001 s/day is not shown
         fine = not sigma or sigma < least('s/day')
         rate_text = figure(rate, 's/day', signed=True) if fine else with_sigma(rate, sigma)
         miles = f'{figure(abs(east), "nmi")} {_side(east)}' if east else '0'
@@ -520,7 +509,7 @@ def _clock_rows(clock: _Section) -> list[_Row]:
 
 
 def _drift_rows(drift: _Section) -> list[_Row]:
-    """Return the estimate, and where both are known its errors in standard deviations."""
+    """Return the estimate and, if known, its errors in standard deviations."""
     rows = [
         ('offset', _with_sigma(drift, 'offset_s', 'offset_sigma_s'), 's'),
         ('rate', _with_sigma(drift, 'rate_s_per_day', 'rate_sigma_s_per_day'), 's/day'),
@@ -546,7 +535,7 @@ def _drift_rows(drift: _Section) -> list[_Row]:
         mean = 'the voyage' if 'mean_rate_s_per_day' in drift else mean
         words = f'mean of {mean}' if mean else f'mean after {span(since_s)}'
         if not mean:
-            # the rate in the clock's group is the mean of the whole run, so this one is shown
+            # the group `clock` has the mean of the whole run only
             pair = drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day']
             rows.append((f'rate of the dial, {words}', to_sigma(*pair, signed=True), 's/day'))
         rows.append(_sigmas(f'error of the rate, {words}', drift['rate_error_sigmas']))
@@ -558,7 +547,7 @@ def _sigmas(label: str, error: float) -> _Row:
 
 
 def _longitude_rows(longitude: _Section) -> list[_Row]:
-    """Return the errors at the end, and the largest since she left port."""
+    """Return the errors at the end, and the largest since the ship left port."""
     rows = [
         ('by the dial', figure(longitude['raw_error_nmi'], 'nmi', signed=True), 'nmi'),
         ('corrected', _with_sigma(longitude, 'error_nmi', 'sigma_nmi'), 'nmi'),
@@ -578,9 +567,7 @@ def _longitude_rows(longitude: _Section) -> list[_Row]:
 
 
 def _verdict_rows(longitude: _Section) -> list[_Row]:
-    """Return what the Act of 1714 pays; for a shorter voyage that it pays nothing, and the
-    projected errors.
-    """
+    """Return the prizes by the Act of 1714, or for a shorter voyage the projected errors."""
     rows = []
     if longitude.get('prize_pounds') is None:
         rows.append(('none: unchecked for less than six weeks', '', ''))
@@ -611,7 +598,7 @@ def _with_sigma(section: _Section, value: str, sigma: str) -> str:
     return with_sigma(section[value], section[sigma])
 
 
-# The groups in the order of the page: name, section of the result, function for the rows.
+# Groups in their order: name, section of the result, function that makes the rows.
 _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
     ('sea', 'sea', _sea_rows),
     ('weather', 'weather', _weather_rows),
@@ -626,7 +613,7 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
 
 
 # -----------------------------------------------------------------------------
-# The arrays of a voyage as a dataset of xarray and as a frame of pandas, with their units.
+# The arrays of a voyage as a dataset of xarray or a frame of pandas.
 
 LOGGED: dict[str, tuple[str, str]] = {
     'time_s': ('s', 'true time since the first reading'),
@@ -659,33 +646,30 @@ LOGGED: dict[str, tuple[str, str]] = {
     'temperature_celsius': ('degC', 'temperature in the box of the clock'),
     'roll_rad': ('rad', 'roll of the ship, starboard side down'),
 }
-"""Units and meanings of the arrays with a value for each logged sample, the time first.
-
-The units are those of the UDUNITS library, which the CF conventions use.
-"""
+"""Units (UDUNITS, as in the CF conventions) and meanings of arrays on the log grid, time first."""
 
 OBSERVED: dict[str, tuple[str, str]] = {
     'observation_time_s': ('s', 'time of an observation, from the first reading'),
     'observed_error_s': ('s', 'reading less the true time as it was observed'),
 }
-"""The same with a value for each observation."""
+"""The same for arrays with a value for each observation."""
 
 MOTION: dict[str, tuple[str, str]] = {
     'motion_time_s': ('s', 'time of a sample of the motion, from the first reading'),
     'motion_roll_rad': ('rad', 'roll of the ship, starboard side down'),
     'motion_gravity_m_s2': ('m/s2', 'apparent gravity at the clock'),
 }
-"""The same with a value for each sample of the ship's motion."""
+"""The same for arrays with a value for each sample of the ship's motion."""
 
 ON_A_CURVE: dict[str, tuple[str, str]] = {
     'angle_rad': ('m', 'arc of the body from its lowest point'),
     'angular_velocity_rad_s': ('m/s', 'speed of the body'),
 }
-"""Meaning of two arrays where a regulator stands in place of the wheel."""
+"""Units and meanings of two arrays of a regulator without a wheel."""
 
 
 class _Sailed(Protocol):
-    """What a dataset and a frame say of a voyage, beside its arrays."""
+    """A voyage, of which datasets and frames state scene and answer."""
 
     @property
     def scene(self) -> Scene: ...
@@ -695,7 +679,7 @@ class _Sailed(Protocol):
 
 
 def dataset(voyage: _Sailed) -> Dataset:
-    """Return the arrays of a voyage as a dataset; see `Voyage.to_xarray`."""
+    """Return the arrays of a voyage as a dataset, see `Voyage.to_xarray`."""
     try:
         import xarray
     except ModuleNotFoundError:
@@ -710,7 +694,7 @@ def dataset(voyage: _Sailed) -> Dataset:
 
 
 def frame(voyage: _Sailed) -> DataFrame:
-    """Return the logged arrays of a voyage as a frame; see `Voyage.to_pandas`."""
+    """Return the logged arrays of a voyage as a frame, see `Voyage.to_pandas`."""
     try:
         import pandas as pd
     except ModuleNotFoundError:

@@ -1,11 +1,8 @@
-"""Samples: the data that flow between the stages, with the same fields as the messages.
+"""Samples: the data between the stages, with the fields of the ROS messages.
 
-Only `SpatialImu` is not a message; it replaces `ImuSamples` where not all of its
-fields are needed.
-
-A batch has n time-ordered samples as arrays whose first axis is the sample. Stamps are integer
-nanoseconds, strictly increasing within a topic. Angles are in radians and lengths in metres,
-except where the ROS message itself says otherwise (`NavSatFix` has degrees).
+A batch has n time-ordered samples. Its arrays have the sample on the first axis. Stamps are
+integer nanoseconds, strictly increasing within a topic. Units are radians and metres, in
+`NavSatFix` degrees as in ROS.
 """
 
 from __future__ import annotations
@@ -38,7 +35,7 @@ LONGITUDE_ERROR = 'longitude/error'
 
 @dataclass(frozen=True)
 class TextSamples:
-    """std_msgs/String; `stamp_ns` is the log time, since the message has no header."""
+    """std_msgs/String. The message has no header: `stamp_ns` is the log time."""
 
     stamp_ns: IntArray
     data: NDArray[np.object_]
@@ -48,8 +45,8 @@ class TextSamples:
 class ImuSamples:
     """sensor_msgs/Imu: attitude, angular velocity [rad/s], specific force [m/s2].
 
-    `orientation` is (x, y, z, w), shape (n, 4); the vectors are (n, 3) in the sensor's frame,
-    +g on z at rest; covariances (n, 9), row-major (all zero: unknown; first element -1: absent).
+    `orientation` is (x, y, z, w), shape (n, 4). The vectors are (n, 3) in the sensor's frame, +g
+    on z at rest. Covariances are (n, 9), row-major (all zero: unknown, first element -1: absent).
     """
 
     stamp_ns: IntArray
@@ -62,37 +59,36 @@ class ImuSamples:
     linear_acceleration_covariance: FloatArray
 
     def __deepcopy__(self, _: object) -> ImuSamples:
-        """Return the samples themselves: nobody changes them."""
+        """Return the samples themselves, since they are never changed."""
         return self
 
 
 SQUARABLE = 1e150
-"""Numbers up to this one do not overflow when they are squared."""
+"""Largest number with a finite square, roughly."""
 
 IN_CACHE = 16_384
-"""Samples of a simulated ship that are made at once: their arrays stay in the processor's
-second cache. A multiple of the blocks in which waves are summed (`ship.waves.SUM_BLOCK`).
+"""Samples of a simulated ship that are made at once: their arrays fit the processor's L2 cache.
+
+A multiple of the blocks in which waves are summed (`ship.waves.SUM_BLOCK`).
 """
 
 
 @dataclass(frozen=True)
 class SpatialImu:
-    """The motion of a simulated ship, from which `ImuSamples` are made.
+    """The motion of a simulated ship, from which the needed fields of `ImuSamples` are computed.
 
-    A clock may not need all of a sample. No sample would be refused (`ship.imu.screen`), and the
-    stamps continue those before.
+    All samples pass `ship.imu.screen`, and the stamps continue the previous batch.
     """
 
     stamp_ns: IntArray
     samples: Callable[[bool, bool, slice], ImuSamples]
-    """Returns the samples of some rows. The first argument asks for the angular velocity, the
-    second for the specific force; a channel that is not needed has the shape (0, 3). The bits of
-    the rest are the same."""
+    """Returns the samples of some rows, on request with angular velocity (first argument) and
+    specific force (second). A channel left out has the shape (0, 3)."""
     first: int = 0
     """Number of the first sample since the ship's start."""
 
     def parts(self, turning: bool, felt: bool) -> Iterator[tuple[slice, ImuSamples]]:
-        """Yield the samples as `samples` does, with their rows, in parts that fit the cache."""
+        """Yield rows and their samples, in parts that fit the cache."""
         begin, total = 0, len(self.stamp_ns)
         while begin < total:
             end = min(begin + IN_CACHE - (self.first + begin) % IN_CACHE, total)
@@ -103,7 +99,7 @@ class SpatialImu:
 
 @dataclass(frozen=True)
 class HungImu:
-    """The motion of a clock in a case that is hung in the ship; stamps continue those before."""
+    """The motion of a suspended case. Stamps continue the previous batch."""
 
     stamp_ns: IntArray
     tilt: FloatArray
@@ -113,14 +109,14 @@ class HungImu:
     lean: FloatArray
     """Direction of the specific force in the case, positive to starboard [rad]."""
     pull: FloatArray
-    """Its size [m/s2], negative where it would throw a weight out of the top of the case."""
+    """Magnitude of the specific force [m/s2], negative if it points to the top of the case."""
 
 
 @dataclass(frozen=True)
 class JointSamples:
     """sensor_msgs/JointState, also used for named scalars with a stamp.
 
-    `position` is (n, len(name)); `velocity` and `effort` are the same, or (n, 0) where absent.
+    `position` is (n, len(name)). `velocity` and `effort` are the same, or (n, 0) if absent.
     """
 
     stamp_ns: IntArray
@@ -143,7 +139,7 @@ class TimeSamples:
 
 @dataclass(frozen=True)
 class FixSamples:
-    """sensor_msgs/NavSatFix: degrees, north and east positive; covariance (n, 9) ENU [m2]."""
+    """sensor_msgs/NavSatFix: degrees, north and east positive, covariance (n, 9) ENU [m2]."""
 
     stamp_ns: IntArray
     frame_id: str
@@ -158,7 +154,7 @@ class FixSamples:
 
 @dataclass(frozen=True)
 class TemperatureSamples:
-    """sensor_msgs/Temperature: degrees Celsius, and their variance [K2], 0 where it is unknown."""
+    """sensor_msgs/Temperature: degrees Celsius, variance [K2], 0 if unknown."""
 
     stamp_ns: IntArray
     frame_id: str
@@ -191,28 +187,28 @@ AnySamples = TypeVar(
 class Stage(Protocol):
     """A stage of the pipeline: takes time-ordered samples and returns samples.
 
-    Feeding `a + b` at once or `a` and then `b` gives the same bits. So does taking `state()`
-    (plain numbers, strings, arrays, samples, and lists, tuples or dicts of them), making a new
-    stage from the same scene and calling `restore()`.
+    Feeding `a + b` at once or `a` and then `b` gives the same bits. So does a new stage of the
+    same scene that is given the `state()` of the old one by `restore()`. A state consists of
+    numbers, strings, arrays, samples, and lists, tuples or dicts of them.
     """
 
     outputs: ClassVar[tuple[str, ...]]
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """Topics of its input; they may depend on the scene."""
+        """Topics of its input, which may depend on the scene."""
         ...
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take new samples of any input; return the samples that can be published now."""
+        """Take new samples of any input and return the samples that can be published now."""
         ...
 
     def finish(self) -> Batches:
-        """Return all that is still held back, since no more input will come."""
+        """Return the remaining samples at the end of the input."""
         ...
 
     def state(self) -> State:
-        """Return all that the next output depends on."""
+        """Return everything that affects later output."""
         ...
 
     def restore(self, state: State) -> None:
@@ -220,22 +216,22 @@ class Stage(Protocol):
         ...
 
     def health(self) -> dict[str, int]:
-        """Return counters of refused samples, bridged gaps and the like; empty if it has none."""
+        """Return counters, for example of refused samples and bridged gaps."""
         ...
 
 
 class Stateful:
-    """Saves and restores attributes by their names; of parts that have a state, that state.
+    """Saves and restores attributes by their names, recursively.
 
     Attributes:
-        state_names: the names, without an underscore: of all that the next result depends on,
-            but for what a class adds to its own `state`.
+        state_names: names, without an underscore, of the attributes that affect later output.
+            A class may add to `state`.
     """
 
     state_names: ClassVar[tuple[str, ...]] = ()
 
     def state(self) -> State:
-        """Return all that the next result depends on."""
+        """Return everything that affects later output."""
         return {name: _saved(getattr(self, self._attribute(name))) for name in self.state_names}
 
     def restore(self, state: State) -> None:
@@ -279,7 +275,7 @@ def take(samples: AnySamples, which: slice | NDArray[np.bool_]) -> AnySamples:
 
 
 def join(parts: Sequence[AnySamples]) -> AnySamples:
-    """Return batches of one topic, in order, as one. The parts must share names and frame."""
+    """Return consecutive batches of one topic, with the same names and frame, as one."""
     if len(parts) == 1:
         return parts[0]
     arrays: dict[str, Any] = {
@@ -291,7 +287,7 @@ def join(parts: Sequence[AnySamples]) -> AnySamples:
 
 
 def merged(parts: Sequence[Batches]) -> Batches:
-    """Return batches of the same topics, in order, as one."""
+    """Return consecutive batches of several topics as one."""
     topics = dict.fromkeys(topic for batches in parts for topic in batches)
     return {
         topic: join([cast(TimeSamples, batches[topic]) for batches in parts if topic in batches])
@@ -305,11 +301,11 @@ def text(stamp_ns: int, data: str) -> TextSamples:
 
 
 def same(value: object, n: int) -> NDArray[np.object_]:
-    """Return n times the same object, without copies."""
+    """Return the same object n times, without copies."""
     return np.broadcast_to(np.array([value], object), (n,))
 
 
 def scalars(stamp_ns: IntArray, names: tuple[str, ...], values: FloatArray) -> JointSamples:
-    """Return named scalars with stamps: values of shape (n, len(names))."""
+    """Return named scalars with stamps, values of shape (n, len(names))."""
     empty = np.empty((len(stamp_ns), 0))
     return JointSamples(stamp_ns, '', names, values, empty, empty)

@@ -1,6 +1,6 @@
 """Studies without a voyage: a hull in waves, a body on a cylindrical axle, three altitudes.
 
-All return the object of `--json`; see `tauto_core.api`.
+Each function returns the object of `--json`, see `tauto_core.api`.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from tauto_core.ship.hull import Hull, HullCoefficients
 
 # -----------------------------------------------------------------------------
-# A hull: how she moves in waves, and her cost to a clock.
+# A hull: its motions in waves, and its cost to a clock.
 
 HEIGHT_M, PERIOD_S = 2.5, 9.0
-"""The standard sea of the table: significant height and peak period of a Bretschneider sea."""
+"""Significant wave height and peak period of the table's Bretschneider sea."""
 HEADINGS_DEG = (180, 135, 90, 45, 0)
 SHAPE = Argument('shape')
-# Places of the clock, forward of amidships and over the waterline, as parts of the length.
+# Places of the clock, forward of amidships and above the waterline, in lengths of the ship.
 _PLACES = ((0.0, 0.0), (5.0 / 44.0, 1.0 / 44.0), (12.0 / 44.0, 3.0 / 44.0))
 
 
@@ -44,7 +44,7 @@ def hull_in_waves(
     plots: Sequence[Path],
     progress: Callable[[float], None] | None,
 ) -> dict[str, Any]:
-    """Return how a hull moves in waves, and her cost to a clock, as of `api.hull`."""
+    """Return the motions of a hull in waves, and its cost to a clock, see `api.hull`."""
     from tauto_core.files import check_place, write_figure
     from tauto_core.ship import hull as hulls
 
@@ -52,7 +52,7 @@ def hull_in_waves(
         if out.suffix != '.npz':
             raise UsageError(Argument('out', out), ': must end in .npz. Name another file')
         check_place(out, 'out')
-    # refusals that need no coefficients come first: those take a minute
+    # check the arguments first, since computing coefficients takes a minute
     if not (math.isfinite(roll_damping) and 0.0 <= roll_damping < 1.0):
         argument = Argument('roll_damping', roll_damping, spaced=True)
         raise UsageError(argument, ': must lie in [0, 1). Leave it out')
@@ -76,7 +76,7 @@ def hull_in_waves(
 
 
 def _listed(names: Iterable[str]) -> Iterator[str | Argument]:
-    """Yield arguments with commas and an `and` between, as parts of a message."""
+    """Yield arguments separated by commas and `and`, as parts of a message."""
     words = list(names)
     for place, name in enumerate(words):
         if place:
@@ -101,7 +101,7 @@ def _coefficients(
     if shape is not None:
         if mesh is not None or set(names) - {'length'}:
             dimensions = _listed(('mesh', 'beam', 'draught', 'block'))
-            remedy = ': already has its proportions. Leave out ', *dimensions, ', or ', SHAPE
+            remedy = ': fixes the proportions. Leave out ', *dimensions, ', or ', SHAPE
             raise UsageError(Argument('shape', shape), *remedy)
         hull = hulls.named_hull(shape)
         length = sizes['length']
@@ -116,13 +116,11 @@ def _coefficients(
     else:
         if not names:
             shapes = f' (one of {", ".join(hulls.SHAPES)}), '
-            four = *_listed(sizes), '.'
-            raise UsageError(
-                *('names no hull. Give ', SHAPE, shapes, Argument('mesh', 'FILE'), ', or ', *four)
-            )
+            given = SHAPE, shapes, Argument('mesh', 'FILE'), ', or ', *_listed(sizes)
+            raise UsageError('no hull is given. Give ', *given)
         missing = [name for name in sizes if name not in names]
         if missing:
-            needs = ': needs ', *_listed(missing), ' beside it. Give all four'
+            needs = ': needs ', *_listed(missing), '. Give all four'
             raise UsageError(Argument(names[0]), *needs)
         from tauto_core.ship import hull_bem
 
@@ -131,7 +129,7 @@ def _coefficients(
         name = 'parametric form'
     long, wide, _ = np.ptp(panels.vertices, axis=0)
     hulls.check_froude(speed, float(long))
-    # no hull of such a beam rolls faster or slower, whatever her form
+    # limits of the roll period for any form with this beam
     low, high = 1.8 * math.sqrt(wide), 30.0 * math.sqrt(wide)
     if roll is not None and not low <= roll <= high:
         between = f'must lie in [{low:.3g}, {high:.3g}] s for a beam of {wide:.3g} m'
@@ -142,7 +140,7 @@ def _coefficients(
 
 
 def _facts(ship: Hull, speed: float) -> dict[str, Any]:
-    """Return her operators, and the rates by heading and place."""
+    """Return the response amplitude operators, and the rates by heading and place."""
     import numpy as np
 
     from tauto_core.ship.hull import ClockPlace, rate_by_place
@@ -159,7 +157,7 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
         for name, column, unit in (('heave', 2, 'm'), ('roll', 3, 'rad'), ('pitch', 4, 'rad')):
             row = int(np.argmax(size[:, column]))
             peak[f'{name}_{unit}_per_m'] = float(size[row, column])
-            # without a resonance it is largest in waves that are long without end
+            # without a resonance the maximum is in infinitely long waves
             peak[f'{name}_at_s'] = float(2.0 * np.pi / omega[row]) if row else None
         peaks.append(peak)
     rates = rate_by_place(
@@ -215,7 +213,7 @@ def _facts(ship: Hull, speed: float) -> dict[str, Any]:
 
 
 def _drawn(ship: Hull, speed: float) -> Figure:
-    """Draw the sizes of the six motions per metre of wave, by period and heading."""
+    """Draw the amplitudes of the six motions per metre of wave, by period and heading."""
     import numpy as np
 
     from tauto_core.plots.chart import Chart, Colour, Line, draw
@@ -258,7 +256,7 @@ def _drawn(ship: Hull, speed: float) -> Figure:
 
 
 # -----------------------------------------------------------------------------
-# A body on a cylindrical axle: its lengths, and its motion from any start.
+# A body on a cylindrical axle: its lengths, and its motion.
 
 MOST_ROWS = 10_000
 
@@ -266,7 +264,7 @@ MOST_ROWS = 10_000
 def axle_motion(
     keys: Mapping[str, Any], gravity: float, duration: float, every: float
 ) -> dict[str, Any]:
-    """Return the lengths and the motion of a body; `keys` are of a scene's regulator."""
+    """Return lengths and motion of a body, from the keys of a scene's regulator."""
     from pydantic import ValidationError
 
     from tauto_core.machines.axle_pendulum import AxleRegulator
@@ -277,16 +275,16 @@ def axle_motion(
     except ValidationError as error:
         detail = error.errors()[0]
         argument = Argument(str(detail['loc'][0]), repr(detail['input']), spaced=True)
-        raise UsageError(argument, f': {detail["msg"]}; give another') from None
+        raise UsageError(argument, f': {detail["msg"]}. Correct it') from None
     for problem in body.problems({}, 'still', still=True):
         argument = Argument(problem.key.removeprefix('regulator.'))
         raise UsageError(argument, f': {problem.problem}. {problem.remedy}')
     for name, value in (('gravity', gravity), ('duration', duration), ('every', every)):
         if not 0.0 < value < math.inf:
             argument = Argument(name, repr(value), spaced=True)
-            raise UsageError(argument, ': must be above 0 and finite; give another')
+            raise UsageError(argument, ': must be above 0 and finite. Write for example 0.1')
     if duration / every > MOST_ROWS:
-        rows = f': makes more than {MOST_ROWS} rows of {duration!r} s; give a longer interval'
+        rows = f': makes more than {MOST_ROWS} rows of {duration!r} s. Give a longer interval'
         raise UsageError(Argument('every', repr(every), spaced=True), rows)
     clock = body.clock(gravity)
     table = axle_table(clock, duration, every)
@@ -307,9 +305,9 @@ def axle_motion(
 
 
 def body_lengths(clock: AxleClock) -> dict[str, float | None]:
-    """Return the lengths and periods of small swings, and the shapes of the modes.
+    """Return lengths and periods of small swings, and the shapes of the modes.
 
-    Names end in the unit. An axle that rolls has one length; a mode that drifts has none.
+    A rolling axle has one length. A mode that drifts has None.
     """
     if clock.contact != 'smooth':
         length = clock.lengths[0]
@@ -323,7 +321,7 @@ def body_lengths(clock: AxleClock) -> dict[str, float | None]:
         lengths[f'{name}_period_s'] = (
             math.tau * math.sqrt(length / clock.body.gravity) if finite and length > 0.0 else None
         )
-        # φ : s, which a plane has too
+        # φ : s, finite also on a plane
         lengths[f'{name}_tilt_per_arc_rad/m'] = shape if math.isfinite(shape) else None
     return lengths
 
@@ -332,16 +330,16 @@ def body_lengths(clock: AxleClock) -> dict[str, float | None]:
 # Three altitudes and two intervals of a clock: D. Bernoulli's problem (docs/altitudes.md).
 
 TURN_S = {'star': 86164.0905, 'sun': DAY_S}
-"""Time in which a star, or the mean Sun, comes round to the same meridian [s]."""
+"""Time between two culminations of a star or the mean Sun [s]."""
 
 
 def three_altitudes(
     heights: Sequence[float], times: Sequence[float], account: float, rate: float, body: str
 ) -> dict[str, Any]:
-    """Return latitude, declination and culmination, as of `api.altitudes`; angles in degrees.
+    """Return latitude, declination and culmination, see `api.altitudes`; angles in degrees.
 
     sin h = A + B cos H, with A = sin φ sin δ and B = cos φ cos δ. The hour angle H of the first
-    altitude is that of Bernoulli's lemma with its sign mended; B, A and φ ± δ follow from it.
+    altitude follows from Bernoulli's lemma with corrected sign, and gives B, A and φ ± δ.
     """
     import numpy as np
 
@@ -357,12 +355,12 @@ def three_altitudes(
     ):
         if not holds:
             argument = Argument(name, repr(value), spaced=True)
-            raise UsageError(argument, f': must {words}. Give another')
+            raise UsageError(argument, f': must {words}. Correct it')
     turn = math.tau / turn_s / (1.0 + rate / DAY_S)  # by the clock [rad/s]
     turned, height = turn * (np.array(times) - times[0]), np.radians(heights)
     sines, (_, a, b) = np.sin(height), turned
     lm, ln = sines[0] - sines[1:]
-    # sin b vers a − sin a vers b, the same in both
+    # sin b vers a − sin a vers b
     common = -4.0 * math.sin(0.5 * a) * math.sin(0.5 * b) * math.sin(0.5 * (b - a))
     across = 2.0 * (ln * math.sin(0.5 * a) ** 2 - lm * math.sin(0.5 * b) ** 2) / common
     along = (lm * math.sin(b) - ln * math.sin(a)) / common
@@ -370,13 +368,13 @@ def three_altitudes(
     level = sines[0] - along
     if reach < 1e-9 or max(reach + level, reach - level) >= 1.0:
         argument = Argument('altitudes_deg', repr(list(heights)), spaced=True)
-        slip = ': no star that rises and sets has them at these times. Look for a slip'
-        raise UsageError(argument, slip)
+        wrong = ': no star that rises and sets has these at these times. Check both'
+        raise UsageError(argument, wrong)
     small, large = math.acos(reach + level), math.acos(reach - level)
     p, q = 0.5 * (large + small), 0.5 * (large - small)
     places = (p, q), (q, p), (-p, -q), (-q, -p)
     phi, delta = min(places, key=lambda pair: abs(pair[0] - math.radians(account)))
-    # by how much φ, δ and H are wrong: they must undo what each cause does to sin h
+    # errors of φ, δ and H: they cancel the effect of each cause on sin h
     cosine, by_hour = np.cos(hour + turned), -reach * np.sin(hour + turned)
     by_phi = math.cos(phi) * math.sin(delta) - math.sin(phi) * math.cos(delta) * cosine
     by_delta = math.sin(phi) * math.cos(delta) - math.cos(phi) * math.sin(delta) * cosine

@@ -1,7 +1,7 @@
-"""The version of this code, and a hash that distinguishes it from any other code.
+"""The version of this code, and a hash of all its files.
 
-Versions and commits name code for people. Whether two machines give the same bits, the hash
-decides: it also knows a change that was never committed, and needs no git.
+The hash decides whether two machines give the same bits: it includes uncommitted changes and needs
+no git.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from functools import cache
 from pathlib import Path
 
 BASE = '0.3.0.dev0'
-"""The release, or with `.dev0` the one to come. setup.py reads it here; what cannot, a test holds
-equal.
+"""The release, or with `.dev0` the next release. setup.py reads it; a test compares other copies.
 """
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -22,16 +21,16 @@ _PACKAGE = Path(__file__).resolve().parent
 
 @cache
 def version() -> str:
-    """Return the base and, in a git checkout that is not at its tag `v<base>`, the commit.
+    """Return the base, in a git checkout with the commit unless it has the tag `v<base>`.
 
-    For example `0.3.0.dev0+g17e64160a2b1`, and `.dirty` behind it where tracked files differ.
+    Example: `0.3.0.dev0+g17e64160a2b1`, with `.dirty` appended if tracked files have changed.
     """
     root = _PACKAGE.parents[2]
     if not (root / '.git').exists():
         return BASE
     tag = f'v{BASE}'
     words = ('describe', '--tags', '--always', '--dirty', '--abbrev=12', '--match', tag)
-    # a hook of another repository has its own in GIT_DIR
+    # in a hook of another repository GIT_DIR would name that one
     clean = {name: value for name, value in os.environ.items() if not name.startswith('GIT_')}
     try:
         run = subprocess.run(
@@ -52,11 +51,7 @@ def version() -> str:
 
 @cache
 def code(package: Path = _PACKAGE) -> str:
-    """Return twelve digits of a hash of all files of this package.
-
-    Args:
-        package: folder of the package.
-    """
+    """Return twelve digits of a hash of all files in the folder of this package."""
     digest = hashlib.sha256()
     for file in sorted(package.rglob('*')):
         name = file.relative_to(package).as_posix()
@@ -68,5 +63,5 @@ def code(package: Path = _PACKAGE) -> str:
 
 
 def identity() -> str:
-    """Return base and hash: equal where the same scene gives the same bits."""
+    """Return base and hash. If they are equal, a scene gives the same bits."""
     return f'{BASE} (code {code()})'

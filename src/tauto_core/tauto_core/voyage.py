@@ -1,8 +1,4 @@
-"""A voyage: a scene sailed offline or replayed from a bag, and its data as arrays.
-
-`sail` and `replay` both return a `Voyage`. Both feed the pipeline of stages. In a
-graph each stage is a node.
-"""
+"""A voyage: a scene sailed offline or replayed from a bag, and its data as arrays."""
 
 from __future__ import annotations
 
@@ -75,30 +71,30 @@ if TYPE_CHECKING:
 
     from tauto_core.bags import Bag
 
-# The formats of bags take a tenth of the start, so they are imported where a bag is at hand.
+# `bags` is imported when a bag is needed: it would take a tenth of the start.
 
 
 CHUNK = 65_536
-"""Number of motion samples processed at once; the result does not depend on it."""
+"""Motion samples processed at once. The result does not depend on it."""
 
 QUIET_CHUNK = 2 * CHUNK
-"""The same where the motion is not needed as messages: a fifth less time for a linear machine."""
+"""The same without motion as messages: a linear machine takes a fifth less time."""
 
 HUNG_CHUNK = CHUNK // 2
-"""The same for a clock that is hung: arrays of its suspension stay in the cache, and no memory
-goes back to the system with every chunk: a quarter less time.
+"""The same for a suspended clock: its arrays stay in the cache, which saves a quarter of the time.
 """
 
 SAILED_TO_COMPILE_S = 20.0
-"""Length of a voyage that calls all its kernels, those for long pieces of forcing included [s]."""
+"""Length of a voyage that calls all its kernels, including those for long pieces of forcing
+[s]."""
 
 
 class ShipSource(Stateful):
-    """The samples of the ship, in order of their stamps: scene, motion, position, observations.
+    """The samples of the ship, in order of their stamps: motion, position, observations.
 
-    Where the scene has `air`, so does the temperature in the box of the clock, on the log grid up
-    to the first instant at or after the last sample of the motion. The scene's text comes first if
-    `says_scene`. The motion is only for the clock unless it is needed `as_messages` too.
+    A scene with `air` adds the temperature in the box of the clock, on the log grid up to the
+    first instant at or after the last sample of the motion. With `says_scene` the scene's text
+    comes first. Without `as_messages` the motion is computed for the clock only.
     """
 
     state_names = ('produced', 'motion')
@@ -123,7 +119,7 @@ class ShipSource(Stateful):
 
     @property
     def total(self) -> int:
-        """Number of motion samples in all, including those beyond the end."""
+        """Total number of motion samples, including some beyond the end."""
         return self._motion.total
 
     @property
@@ -152,7 +148,7 @@ class ShipSource(Stateful):
         if len(logs):
             batches[SHIP_FIX] = self._route.fixes(starts_at + logs * interval)
         if self._box is not None:
-            # the clock interpolates with the motion beyond the end too
+            # the clock interpolates the motion a little beyond the end
             margin = self._step_ns if stop < self.total else interval
             until = (stop - 1) * self._step_ns + margin
             grid = np.arange(-(-begin // interval), -(-until // interval))
@@ -171,7 +167,7 @@ class ShipSource(Stateful):
 
 
 class Pipeline(Stateful):
-    """Stages in their order: the output of one is fed to all that follow."""
+    """Stages in their order: each stage receives the output of all earlier ones."""
 
     state_names = ('stages',)
 
@@ -179,11 +175,11 @@ class Pipeline(Stateful):
         self._stages = tuple(stages)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Return the input and all outputs of the stages."""
+        """Return the input and the outputs of all stages."""
         return self._run(dict(batches), final=False)
 
     def finish(self) -> Batches:
-        """Return the samples that the stages held back."""
+        """Return the remaining samples of all stages."""
         return self._run({}, final=True)
 
     def _run(self, known: Batches, *, final: bool) -> Batches:
@@ -198,7 +194,7 @@ class Pipeline(Stateful):
         return known
 
     def health(self) -> dict[str, int]:
-        """Return the counters of all stages that are not zero."""
+        """Return the nonzero counters of all stages."""
         counters: dict[str, int] = {}
         for stage in self._stages:
             counters.update({name: n for name, n in stage.health().items() if n})
@@ -210,16 +206,19 @@ def pipeline(
     machine: AnyMachine | InPlaceOfWheel | None = None,
     buffers: SharedBuffers | None = None,
 ) -> Pipeline:
-    """Return the stages of a scene: trochlea, drift, longitude; a built machine is used.
+    """Return the stages of a scene: trochlea, drift, longitude.
 
-    `buffers` are those of several clocks in one sea, see `TrochleaStage`.
+    Args:
+        scene: the scene.
+        machine: its machine, if it is built already.
+        buffers: shared by several clocks in one sea, see `TrochleaStage`.
     """
     trochlea = TrochleaStage(scene, machine=machine, buffers=buffers)
     return Pipeline([trochlea, DriftStage(scene), LongitudeStage(scene)])
 
 
 # -----------------------------------------------------------------------------
-# A voyage as arrays: all data of a run or a bag, each array named with its unit.
+# A voyage as arrays, each named with its unit.
 
 
 _RENAMED = {
@@ -236,11 +235,10 @@ _RENAMED = {
 class Voyage:
     """The data of a clock on a voyage.
 
-    The figures of its end are numbers, NaN where it has none. Arrays are (n,) and cannot be
-    written; they have one value for each logged sample, at `time_s` from the start, in seconds and
-    radians. Those that begin with `motion_` have the full rate of the ship's motion, and are
-    empty where the voyage does not log it (`log.motion`). Arrays that a bag does not have are
-    empty.
+    Figures of the end of the voyage are numbers, NaN if unknown. Arrays are (n,) and read-only,
+    with one value for each logged sample, at `time_s` from the start. Arrays named `motion_…` have
+    the full rate of the ship's motion, if the voyage logs it (`log.motion`). Arrays without data
+    are empty.
 
     Attributes:
         scene: the scene that was sailed.
@@ -260,17 +258,17 @@ class Voyage:
 
     @property
     def answer(self) -> str:
-        """How far wrong the clock would put the ship, in a sentence."""
+        """The result of the voyage in a sentence."""
         return str(self.result['answer'])
 
     @property
     def error_s(self) -> float:
-        """Reading of the dial less the true time at the end [s], fast is positive."""
+        """Reading of the dial less the true time at the end [s], positive if fast."""
         return self._figure('clock', 'error_s')
 
     @property
     def rate_s_per_day(self) -> float:
-        """Mean rate of the dial over the voyage [s/day], fast is positive."""
+        """Mean rate of the dial over the voyage [s/day], positive if fast."""
         return self._figure('clock', 'rate_s_per_day')
 
     @property
@@ -285,7 +283,7 @@ class Voyage:
 
     @property
     def error_nmi(self) -> float:
-        """Error of her longitude by the corrected clock at the end [nautical miles]."""
+        """Error of the ship's longitude by the corrected clock at the end [nautical miles]."""
         return self._figure('longitude', 'error_nmi')
 
     @property
@@ -299,7 +297,7 @@ class Voyage:
 
     @cached_property
     def ship_motion(self) -> ShipMotion:
-        """The motion of the ship, computed from the scene, for voyages that do not log it."""
+        """The motion of the ship, computed from the scene."""
         return ShipMotion(self.scene)
 
     @cached_property
@@ -314,7 +312,7 @@ class Voyage:
 
     @cached_property
     def clock_error_s(self) -> FloatArray:
-        """Reading of the dial less the true time [s], fast is positive."""
+        """Reading of the dial less the true time [s], positive if fast."""
         return self._read(READING, _error_s)
 
     @cached_property
@@ -334,12 +332,12 @@ class Voyage:
 
     @property
     def estimated_rate_s_per_day(self) -> FloatArray:
-        """Estimated rate of the dial [s/day], fast is positive; with covariates that at rest."""
+        """Estimated rate of the dial [s/day], positive if fast. With covariates: at rest."""
         return self._named(ESTIMATE, 'rate_s_per_day')
 
     @property
     def estimated_mean_rate_s_per_day(self) -> FloatArray:
-        """Estimated rate [s/day]; with covariates its mean since the start."""
+        """Estimated rate [s/day]. With covariates: its mean since the start."""
         return self._mean_rate(0)
 
     @property
@@ -364,18 +362,19 @@ class Voyage:
         renamed = _RENAMED.get(name)
         if renamed is None:
             raise AttributeError(f'{type(self).__name__!r} object has no attribute {name!r}')
-        warn(f'Voyage.{name} is {renamed} now; say that', TautoWarning, stacklevel=2)
+        warn(f'Voyage.{name} is now {renamed}. Use that', TautoWarning, stacklevel=2)
         array: FloatArray = getattr(self, renamed)
         return array
 
     @property
     def angle_rad(self) -> FloatArray:
-        """Angle of the wheel in its case [rad]; for a body in a fluid its arc [m]."""
+        """Angle of the wheel in its case [rad], or arc of a body in a fluid [m]."""
         return self._read(JOINT_STATES, lambda states: states.position[:, 0])
 
     @property
     def angular_velocity_rad_s(self) -> FloatArray:
-        """Angular velocity of the wheel in its case [rad/s]; in a fluid the body's speed [m/s]."""
+        """Angular velocity of the wheel in its case [rad/s], or speed of a body in a fluid
+        [m/s]."""
         return self._read(JOINT_STATES, lambda states: states.velocity[:, 0])
 
     @property
@@ -415,7 +414,7 @@ class Voyage:
 
     @cached_property
     def temperature_celsius(self) -> FloatArray:
-        """Temperature in the box of the clock at `time_s` [°C]; empty without `air`."""
+        """Temperature in the box of the clock at `time_s` [°C], empty without `air`."""
         celsius = self._read(SHIP_TEMPERATURE, lambda samples: samples.temperature)
         if not len(celsius):
             return celsius
@@ -428,7 +427,7 @@ class Voyage:
 
     @cached_property
     def observed_error_s(self) -> FloatArray:
-        """Reading at `observation_time_s`, less the true time as it was observed [s]."""
+        """Reading at `observation_time_s` less the observed true time [s]."""
         if OBSERVATION not in self.samples:
             return np.empty(0)
         error = np.interp(self.observation_time_s, self.time_s, self.clock_error_s)
@@ -441,19 +440,19 @@ class Voyage:
 
     @cached_property
     def motion_roll_rad(self) -> FloatArray:
-        """Roll of the ship [rad], starboard side down is positive."""
+        """Roll of the ship [rad], positive with starboard side down."""
         return self._read(SHIP_IMU, lambda imu: attitude(imu).roll)
 
     @cached_property
     def roll_rad(self) -> FloatArray:
-        """Roll of the ship at `time_s` [rad]; empty where the voyage does not log its motion."""
+        """Roll of the ship at `time_s` [rad], empty if the voyage does not log its motion."""
         if not len(self.motion_time_s):
             return np.empty(0)
         return _fixed(np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad))
 
     @cached_property
     def motion_gravity_m_s2(self) -> FloatArray:
-        """Apparent gravity at the clock, the size of the specific force [m/s2]."""
+        """Apparent gravity at the clock: magnitude of the specific force [m/s2]."""
         return self._read(
             SHIP_IMU, lambda imu: np.sqrt(np.square(imu.linear_acceleration).sum(axis=1))
         )
@@ -466,21 +465,21 @@ class Voyage:
         from_s: float | str | None = None,
         to_s: float | str | None = None,
     ) -> Figure:
-        """Draw a picture of the voyage; see `tauto_core.plot`."""
+        """Draw a picture of the voyage, see `tauto_core.plot`."""
         picture = drawn_by('contents', 'picture')
         return cast('Figure', picture(self, what, file, from_s=from_s, to_s=to_s))
 
     def report(self, file: str | Path) -> None:
-        """Write the voyage as a page; see `tauto_core.report`."""
+        """Write the voyage as a page, see `tauto_core.report`."""
         drawn_by('page', 'check_report')(Path(file))
         drawn_by('page', 'write_report')(self, Path(file), f'voyage.report({str(file)!r})')
 
     def to_xarray(self) -> Dataset:
         """Return the arrays of the voyage as a dataset of xarray, with `units` and `long_name`.
 
-        Its dimensions are `time_s`, the logged samples, `observation_time_s`, and `motion_time_s`,
-        the samples of the ship's motion. Arrays that the voyage does not have are left out. The
-        attributes `scene` and `answer` are those of the voyage.
+        Its dimensions are `time_s` (logged samples), `observation_time_s`, and `motion_time_s`
+        (samples of the ship's motion), its attributes `scene` and `answer`. Empty arrays are left
+        out.
 
         Raises:
             TautoError: xarray is not installed (extra `arrays`).
@@ -488,10 +487,9 @@ class Voyage:
         return dataset(self)
 
     def to_pandas(self) -> DataFrame:
-        """Return the arrays of the logged samples as a frame of pandas, with `time_s` its index.
+        """Return the arrays of the logged samples as a frame of pandas, indexed by `time_s`.
 
-        Arrays that the voyage does not have are left out. `attrs` has `scene`, `answer` and the
-        `units` by column.
+        `attrs` has `scene`, `answer` and the `units` by column. Empty arrays are left out.
 
         Raises:
             TautoError: pandas is not installed (extra `arrays`).
@@ -502,11 +500,11 @@ class Voyage:
         """Write a rosbag2 folder, with the messages that `tauto sail --out` writes.
 
         Args:
-            bag: the folder, which must not exist.
-            force: replace a bag that is there.
+            bag: a new folder.
+            force: replace an existing bag.
 
         Raises:
-            BagError: the folder may not be written to.
+            BagError: the folder cannot be written.
         """
         from tauto_core.bags import BagWriter, check_folder
 
@@ -520,7 +518,7 @@ class Voyage:
             writer.write(samples)
 
     def _read(self, topic: str, array: Callable[[Any], FloatArray]) -> FloatArray:
-        """Return an array from the samples of a topic; empty where the voyage lacks it."""
+        """Return an array from the samples of a topic, empty if the voyage lacks it."""
         return _fixed(array(self.samples[topic]) if topic in self.samples else np.empty(0))
 
     def _seconds(self, topic: str) -> FloatArray:
@@ -531,7 +529,7 @@ class Voyage:
 
 
 def _fixed(values: FloatArray) -> FloatArray:
-    """Return an array that cannot be written."""
+    """Return a read-only view of an array."""
     return np.broadcast_to(values, values.shape)
 
 
@@ -555,25 +553,24 @@ def sail(
     watch: Callable[[Batches], None] | None = None,
     judge: bool = False,
 ) -> Voyage:
-    """Return the voyage of a scene, sailed offline.
+    """Sail a scene offline and return the voyage.
 
-    Its `result` has `sea` only for a ship in a sea. It has `warnings` only where a number is
-    probably in the wrong unit, measured motion could not be read to its end, waves were left out,
-    or observations disagreed with the clock by more than `drift.gate`.
+    Its `result` has `sea` for a ship in a sea, and `warnings` if a number is probably in the wrong
+    unit, measured motion could not be read to its end, waves were left out, or observations
+    disagreed with the clock by more than `drift.gate`.
 
     Args:
         scene: the scene to simulate.
-        out: folder of the bag to write; None: no bag.
-        origin: file or name that the user gave, for errors; None: the scene's name.
-        force: replace a bag that is there.
+        out: folder of the bag to write, if any.
+        origin: file or name that the user gave, for errors. Default: the scene's name.
+        force: replace an existing bag.
         anyway: sail even machines and ships larger than any known.
-        keep: keep the samples. Without them the voyage has its `result` alone, memory does not
-            grow with its length, and a linear machine takes less time.
+        keep: keep the samples. Without them the voyage has only its `result`, memory does not grow
+            with its length, and a linear machine takes less time.
         progress: called with the fraction done, from 0 to 1.
-        watch: called with all samples on any topic, batch after batch.
-        judge: state in `accuracy` of the result the accuracy requested and reached, by trials
-            of the beginning, where the scene states `solver.accuracy`, or the default may not be
-            reached since the ship rolls too steeply.
+        watch: called with all samples, batch after batch.
+        judge: add the `accuracy` asked and reached to the result, by trials of the beginning, if
+            the scene states `solver.accuracy`, or the ship rolls too steeply for the default.
 
     Raises:
         TautoError: bad scene, no place for the bag, or an event that ends the motion.
@@ -639,11 +636,9 @@ def sail(
 
 
 def compile_kernels(scene: Scene) -> None:
-    """Compile the kernels of a scene's ship and clock, unless they are compiled already.
+    """Compile and optimise the kernels of a scene before a node needs them.
 
-    The first seconds are run and their output is dropped. Errors are left to the voyage itself,
-    which reports them with their time. The kernels are optimised at once, since a node under way
-    cannot wait for that.
+    The first seconds are run. Errors are ignored: the voyage reports them with their time.
     """
     source, stages = ShipSource(scene), pipeline(scene)
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
@@ -653,7 +648,7 @@ def compile_kernels(scene: Scene) -> None:
 
 
 def refused_words(health: Mapping[str, int]) -> str:
-    """Return a text of the ship's samples that the stages refused; empty: none."""
+    """Return a sentence about samples of the ship that the stages refused, if any."""
     refused = [f'{n} {reason}' for reason in REFUSALS if (n := health.get(reason, 0))]
     if not refused:
         return ''
@@ -667,8 +662,7 @@ def bag_scene(bag: Bag) -> Scene:
     """Return the scene of a bag; BagError without one, SceneError if it cannot be read."""
     if bag.scene is None:
         raise BagError(
-            f'{bag.path}: no topic {SCENE!r}, so the bag does not say what it holds. Give the '
-            'scene it belongs to (',
+            f'{bag.path}: no topic {SCENE!r}, so the bag has no scene. Give its scene (',
             Argument('scene', 'SCENE'),
             ')',
         )
@@ -678,7 +672,7 @@ def bag_scene(bag: Bag) -> Scene:
 def summarise_bag(path: Path) -> dict[str, Any]:
     """Return the result of a recorded voyage, as `sail` gives it, without the wall time.
 
-    A file that is not a bag, or a bag without a scene, is a BagError.
+    BagError without a bag or a scene in it.
     """
     from tauto_core.bags import read_bag
 
@@ -704,25 +698,21 @@ def replay(
 ) -> Voyage:
     """Return the voyage in a bag, with drift and longitude estimated again.
 
-    Only readings and observations are needed and, for distances, the ship's places.
-
     Args:
         bag: a bag with `clock/reading`, `clock/observation` and, for distances, `ship/fix`.
-        scene: replaces the bag's own, and is needed where it has none.
+        scene: replaces the bag's own scene.
         stability: also estimate the stability of the clock (`stability_of`).
         keep: keep the samples, including those that are not computed again.
 
     Returns:
-        A voyage whose `result` has `scene`, the `answer` in a sentence, `sea` for a ship in one,
-        `clock`, `drift`, `longitude`, `air` where the bag has the temperature of the clock,
-        `duration_s` (the scene's, if it was sailed to its end;
-        otherwise the bag's), and the bag's `start_s`, message `counts`, `damage` and `warnings`,
-        which begin with it; `marks` of what is missing, for the metadata of a bag that is written
-        of it; on request `stability`.
+        A voyage. Its `result` has `scene`, `answer`, `clock`, `drift` and `longitude`, if known
+        `sea` and `air`, `duration_s` (of the scene if it was sailed to its end, else of the bag),
+        and the bag's `start_s`, message `counts`, `damage`, `warnings` (which include the damage)
+        and `marks` of losses, for the metadata of a copy. On request it has `stability`.
 
     Raises:
         BagError: no readings, or no scene.
-        EstimationError: readings whose stability cannot be estimated.
+        EstimationError: the stability cannot be estimated.
         SceneError: the bag's scene cannot be read.
     """
     from tauto_core.bags.check import marks_of
@@ -734,7 +724,7 @@ def replay(
     if scene.drift.covariates:
         wanted.append(ESTIMATE if ESTIMATE in bag else SHIP_IMU)
     recorded = bag.batches([topic for topic in wanted if topic == READING or topic in bag])
-    # integrals on drift/estimate are exact even where the motion itself is logged thinly
+    # integrals on drift/estimate are exact even if the motion is logged thinly
     motion, covariates, estimate = None, scene.drift.covariates or (), recorded.get(ESTIMATE)
     names = set(integral_names(covariates))
     if names and isinstance(estimate, JointSamples) and names <= set(estimate.name):
@@ -763,9 +753,9 @@ def replay(
         figures['stability'] = stability_of(cast(TimeSamples, fed[READING]))
     start_ns, end_ns = bag.start_ns or 0, bag.end_ns or 0
     if len(reading.stamp_ns) and bag.logged_from_ns[READING] != reading.stamp_ns[0]:
-        # The log times of a live bag are times of receipt, which the sea's clock does not share.
+        # log times of a live bag are times of receipt by the computer's clock
         start_ns, end_ns = int(reading.stamp_ns[0]), int(reading.stamp_ns[-1])
-    # the motion goes some steps beyond the end, since the clock interpolates in it
+    # the motion goes some steps beyond the end, for interpolation
     read_to_ns = int(reading.stamp_ns[-1]) if len(reading.stamp_ns) else end_ns
     is_whole = (start_ns, read_to_ns) == (
         scene.starts_at_ns,
@@ -776,11 +766,11 @@ def replay(
     if bag.warnings:
         marks |= CUT_SHORT
     without = {
-        OBSERVATION: 'the drift is what the scene assumes beforehand',
-        SHIP_FIX: 'the ship is taken to lie where the scene begins',
-        SHIP_TEMPERATURE: 'it is taken to stay as at the start',
-        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is taken '
-        'to lie still',
+        OBSERVATION: 'the drift is the prior of the scene',
+        SHIP_FIX: 'the ship is assumed to stay at the start of the scene',
+        SHIP_TEMPERATURE: 'the temperature is assumed constant',
+        SHIP_IMU: 'nor has drift/estimate the integrals of drift.covariates, so the ship is '
+        'assumed to be at rest',
     }
     missing = [
         f'{bag.path}: there is no topic {topic}: {reason}'

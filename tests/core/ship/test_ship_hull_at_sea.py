@@ -267,16 +267,16 @@ def test_a_leg_on_which_she_sails_too_fast_is_named(scene: Any, speed: float) ->
     assert 'Froude number of 0.25' in str(caught.value)
 
 
-def test_the_answer_says_that_a_ship_without_a_hull_is_a_cork(scene: Any) -> None:
+def test_the_answer_says_that_a_ship_has_no_hull(scene: Any) -> None:
     short = {'duration': 60.0}
     cork = scene(
         ('hull:', 'clock:'), **short, **{'ship.heave': True, 'ship.roll.slope_coefficient': 0.7}
     )
-    assert sail(cork).result['answer'].endswith('ship.hull gives her a hull.')
+    assert sail(cork).result['answer'].endswith('ship.hull gives it one.')
     ship = sail(scene(**short)).result
-    assert 'cork' not in ship['answer']
+    assert 'ship.hull' not in ship['answer']
     assert ship['sea']['hull'] == 'deptford'
-    assert 'cork' not in sail(load_scene('buoy_44004_supply', **short)).result['answer']
+    assert 'ship.hull' not in sail(load_scene('buoy_44004_supply', **short)).result['answer']
 
 
 def test_the_roll_of_a_hull_cannot_be_scaled(scene: Any) -> None:
