@@ -105,7 +105,7 @@ def test_waves_to_starboard_heel_the_ship_the_other_way() -> None:
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', r'x\.csv: line 1, column frequency_hz: is missing.*wavespectra makes'),
+        ('', r'x\.csv: line 1, column frequency_hz: is missing.*wavespectra converts'),
         (HEAD, r'x\.csv: holds no rows below its header'),
         (HEAD + '0.1,1\n', r'number of frequencies = 1: is not enough'),
         (HEAD + '0.1,1\n0.2,nan\n', r'line 3, energy_density_m2_per_hz = .nan.*finite'),
@@ -154,14 +154,14 @@ def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:
         *(
             (
                 {'sea': {'spectrum': 'file', 'path': 'x.spt', 'format': form}},
-                rf'sea\.format = .{form}.: is not read: .*no longer.*wavespectra makes one',
+                rf'sea\.format = .{form}.: is a format of instruments.*no longer.*wavespectra converts',
             )
             for form in ('ndbc', 'datawell', 'spotter', 'triaxys')
         ),
         ({'rao': None}, r'ship\.roll: is missing, and there is no rao'),
         (
             {'rao': None, 'roll': {'decay': {'path': 'x.csv'}, 'slope_coefficient': 0.7}},
-            r'ship\.roll\.decay: is not read: .*no longer.*Give natural_period and damping_ratio',
+            r'ship\.roll\.decay: is not a key any more: .*Give natural_period and damping_ratio',
         ),
         ({'roll': ROLL}, r'ship\.rao: does not go with ship\.roll'),
         ({'heading': 1.0}, r'ship\.heading = 1\.0: does not go with ship\.rao'),
@@ -185,7 +185,7 @@ ROWS = 'heading_deg,omega_radps,roll_re,roll_im{}\n{}\n'
         ('', '80,0.1,0,1\n80,3,0,1', r'heading = 1\.57.*is 90 deg.*covers 80 to 80 deg'),
         ('', '90,0.2,0,1\n90,0.1,0,1', r'line 3, omega_radps = 0\.1: must be greater'),
         ('', '90,0,0,1\n90,0.1,0,1', r'line 2, omega_radps = 0\.0: must be greater than 0'),
-        ('', '90,1,0,1', r'omega_radps = 1\.0: is not enough'),
+        ('', '90,1,0,1', r'omega_radps = 1\.0: is the only frequency'),
         ('', '0,1,0,1\n0,2,0,1\n90,1,0,1\n90,3,0,1', r'line 4, omega_radps = 1\.0: begins a head'),
         ('', '90,1,0,1\n90,2,inf,1', r'line 3, roll_re = .inf.*finite'),
         (',speed_mps', '90,1,0,1,0\n90,2,0,1,5', r'line 3, omega_radps = 2\.0: begins a head'),

@@ -182,7 +182,7 @@ def test_directions_that_do_not_matter_may_be_missing(
         (CSV.replace('2020-01-01T06', 'noon'), {}, "time_utc = 'noon:00': is not a date and time"),
         (CSV.replace(',90', ''), {}, 'line 3: has 3 cells, the header 4'),
         (CSV.replace('peak_period', 'tp'), {}, 'column peak_period_s: is missing'),
-        (CSV.splitlines()[0], {}, 'holds no row with a wave height and a period'),
+        (CSV.splitlines()[0], {}, 'has no row with a wave height and a period'),
         ('', {}, 'column time_s: is missing'),
         (CSV, {'begins': 'noon'}, "begins = 'noon': is not a date and time"),
         (CSV, {'begins': '2021-01-01'}, 'is not within the record, from 2020-01-01T00:00 to'),

@@ -99,7 +99,7 @@ class TestWithCapytaine:
     def test_meshes_that_are_no_hull_are_refused(self, tmp_path):
         mesh = hull_bem.form_mesh(WIGLEY, 12, 4)
         cases = {
-            'up.nemoh': (mesh.translated_z(3.0), 'has nothing under z = 0'),
+            'up.nemoh': (mesh.translated_z(3.0), 'is dry: all of it is above z = 0'),
             'side.nemoh': (mesh.translated_y(2.0), 'must have equal sides about y = 0'),
             'half.nemoh': (
                 mesh.extract_faces(np.arange(mesh.nb_faces // 2)),

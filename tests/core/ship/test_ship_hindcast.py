@@ -264,15 +264,15 @@ def sized(name, factor, unit=None):
 FAULTS = {
     'in feet': (sized('swh', 3.28, 'ft'), "swh, units = 'ft': must be m"),
     'in radians': (sized('mwd', 0.0175, 'rad'), "mwd, units = 'rad': must be degrees"),
-    'in centimetres': (sized('swh', 100.0), 'swh = 201.5: must lie between 0 and 30 m, here near'),
+    'in centimetres': (sized('swh', 100.0), 'swh = 201.5: must be between 0 and 30 m, here near'),
     'in celsius': (
         lambda data: data.assign(t2m=data.t2m - 273.15),
-        't2m = 16.825: must lie between 213.15 and 333.15 K, here near 40.20°, -20.30° on 2010-01',
+        't2m = 16.825: must be between 213.15 and 333.15 K, here near 40.20°, -20.30° on 2010-01',
     ),
-    'without a period': (sized('pp1d', 0.0), 'pp1d = 0.0: must lie between 0.1 and 60 s'),
-    'below zero': (sized('swh', -1.0), 'swh = -2.015: must lie between 0 and 30 m'),
-    'a fill value that is not marked': (sized('mwd', 0.0), 'mwd = -32767.0: must lie between'),
-    'words': (lambda data: data.assign(swh=data.swh.astype(str)), 'swh: has no numbers'),
+    'without a period': (sized('pp1d', 0.0), 'pp1d = 0.0: must be between 0.1 and 60 s'),
+    'below zero': (sized('swh', -1.0), 'swh = -2.015: must be between 0 and 30 m'),
+    'a fill value that is not marked': (sized('mwd', 0.0), 'mwd = -32767.0: must be between'),
+    'words': (lambda data: data.assign(swh=data.swh.astype(str)), 'swh: is not numeric'),
     'backwards': (
         lambda data: data.isel(valid_time=slice(None, None, -1)),
         'does not increase from value to value: 2010-01-08T08:00 after 2010-01-08T10:00',
@@ -346,8 +346,8 @@ def sparse(path, times, places):
 @pytest.mark.parametrize(
     ('times', 'places', 'said'),
     [
-        (5_000_000_000, 3, 'valid_time: has 5,000,000,000 values; at most 1,000,000 are read'),
-        (100, 100_000, 'swh: has more than 50,000,000 values about four days of the track'),
+        (5_000_000_000, 3, 'valid_time: has 5,000,000,000 values, more than 1,000,000'),
+        (100, 100_000, 'swh: has more than 50,000,000 values around four days of the track'),
     ],
 )
 def test_a_small_file_with_endless_axes_is_refused_before_it_is_read(
@@ -386,7 +386,7 @@ def test_the_voyage_must_have_a_day(tmp_path):
     keys = {'duration': '60.0', 'start': '40.2, -20.3', 'end': '36.1, -13.7', 'air': ''}
     weather = f'{{kind: hindcast, path: {file}}}'
     text = SCENE.format(weather=weather, **keys)
-    with pytest.raises(SceneError, match=r'ship\.weather\.begins.*nothing says when she sails'):
+    with pytest.raises(SceneError, match=r'ship\.weather\.begins.*the day of sailing is unknown'):
         parse_scene(text.replace('  date: 2010-01-05\n', ''), 'it')
     with pytest.raises(SceneError, match=r'needs a voyage'):
         parse_scene(text[: text.index('voyage:')], 'it')

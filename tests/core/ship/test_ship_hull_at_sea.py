@@ -239,7 +239,7 @@ def test_a_damaged_file_of_a_hull_or_one_of_something_else_is_refused(
     for content, said in (
         (whole[: len(whole) // 2], 'it is not an .npz file, or it is damaged'),
         (b'a,b\n1,2\n', 'it is not an .npz file'),
-        (other.read_bytes(), 'holds no format'),
+        (other.read_bytes(), 'lacks format'),
         ((tmp_path / 'deep.npz').read_bytes(), 'deeper than wide|block coefficient'),
     ):
         file.write_bytes(content)

@@ -1,12 +1,12 @@
 """Weather and air along the voyage from a hindcast: NetCDF with the names of ERA5.
 
-Of the waves `swh` [m], `pp1d` or `mwp` [s] and `mwd` [degrees, from which they come] are read, or,
-where the file has no waves, `u10` and `v10` [m/s], from which seas grow as from the winds of a
-log; of the air `t2m` [K]. Values are linear in time, latitude and longitude between those of the
-grid. The scene that runs contains the values along the track, every `INTERVAL_S`.
+The waves are `swh` [m], `pp1d` or `mwp` [s] and `mwd` [degrees, from which they come]. If the file
+has none, seas grow from the winds `u10` and `v10` [m/s] as from a log's. The air is `t2m` [K].
+Values are linear in time, latitude and longitude. The running scene contains the values along the
+track, every `INTERVAL_S`.
 
-The names and units are those of the ECMWF parameter database (140229, 140231, 140232, 140230,
-165, 166, 167).
+Names and units are from the ECMWF parameter database (140229, 140231, 140232, 140230, 165, 166,
+167).
 """
 
 from __future__ import annotations
@@ -42,26 +42,28 @@ INTERVAL_S = 10_800.0
 """Time between the rows of a scene [s]."""
 
 LONGEST_STEP_S = 43_200.0
-"""Longest time between two fields of the file [s]; monthly means do not describe weather."""
+"""Longest time between two fields of the file [s]. Monthly means do not describe weather."""
 
 NEAREST_SEA_KM = 100.0
-"""A corner on land has the value of the nearest sea, at most so far from it."""
+"""Largest distance of the sea from which a corner on land takes its value."""
 
 MEAN_OF_PEAK = 1.25**-0.25 * math.gamma(1.25)
-"""Mean period `mwp`, m₋₁/m₀, over the period of the peak of Bretschneider's spectrum: 0.857. With
-m_n = ∫ fⁿ S df and S ∝ f⁻⁵ exp(−(5/4)(f_p/f)⁴), it is (5/4)^(−1/4) Γ(5/4)."""
+"""Mean period `mwp`, m₋₁/m₀, over the peak period of Bretschneider's spectrum: 0.857.
+
+With m_n = ∫ fⁿ S df and S ∝ f⁻⁵ exp(−(5/4)(f_p/f)⁴), it is (5/4)^(−1/4) Γ(5/4).
+"""
 
 KELVIN = 273.15
 
 LONGEST_AXIS = 1_000_000
-"""Most values of an axis that are read; the hours since 1940 are fewer."""
+"""Largest length of an axis. The hours since 1940 are fewer."""
 
 LARGEST_BOX = 50_000_000
-"""Most values about a piece of the track, four days: 400 MB, or a grid of 0.02 degrees."""
+"""Most values around four days of the track: 400 MB, or a grid of 0.02 degrees."""
 
 
 class FieldUnit(NamedTuple):
-    """Unit of a field, as messages and as files have it, and its limits in it."""
+    """Unit of a field in messages, its spellings in files, and the limits of the values."""
 
     unit: str
     low: float
@@ -85,7 +87,7 @@ FIELDS = {
     'v10': _M_S,
     't2m': FieldUnit('K', 213.15, 333.15, frozenset({'k', 'kelvin'})),
 }
-"""The fields that are read, by ERA5's names."""
+"""The fields by ERA5's names."""
 
 _KM_PER_DEG = 111.0
 _ROWS_AT_ONCE = 32
@@ -98,15 +100,15 @@ _FORMATS = (
         'is a ZIP archive, not NetCDF',
         'Unpack it: the store packs waves and air as two files.',
     ),
-    (b'GRIB', 'is GRIB, not NetCDF', 'Fetch it as NetCDF, which the store offers too.'),
+    (b'GRIB', 'is GRIB, not NetCDF', 'Fetch it as NetCDF, which the store offers as well.'),
 )
 _BEGINS = (
-    'UTC at the start of the scene, as 2010-01-05T12:00; when left out it follows from voyage.date'
+    'UTC at the start of the scene, as 2010-01-05T12:00. When left out it follows from voyage.date'
 )
 
 
 class HindcastFile(WeatherKind):
-    """Seas along the voyage from a hindcast; the scene that runs contains them.
+    """Seas along the voyage from a hindcast. The running scene contains them.
 
     NetCDF with the names of ERA5: swh, mwd, and pp1d or mwp; or u10 and v10, from which a wind sea
     and a swell grow. Needs the extra `hindcast`.
@@ -117,13 +119,13 @@ class HindcastFile(WeatherKind):
     begins: OneLine | None = Field(default=None, description=_BEGINS)
     follow_route: Flag = Field(
         default=True,
-        description='true: speed and heading are those of the voyage; false: those of ship.speed '
-        'and ship.heading',
+        description='true: speed and heading from the voyage; false: from ship.speed and '
+        'ship.heading',
     )
 
 
 class AirHindcastFile(AirKind):
-    """Air along the voyage from a hindcast; the scene that runs contains a record of it.
+    """Air along the voyage from a hindcast. The running scene contains a record of it.
 
     NetCDF with ERA5's name t2m. Needs the extra `hindcast`.
     """
@@ -145,12 +147,12 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     """Return the keys of a scene with the values of hindcasts along its voyage.
 
     Args:
-        content: keys, not checked yet.
+        content: unchecked keys.
         scene: the same voyage, checked.
         origin: name of the scene, for errors.
 
     Raises:
-        SceneError: no voyage, keys or files that are wrong, or a track outside a file.
+        SceneError: no voyage, wrong keys or files, or a track outside a file.
     """
     read = dict(content)
     ship = content.get('ship')
@@ -169,19 +171,19 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
 def hindcast_weather(file: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     """Return the keys of `ship.weather` with the seas along the voyage.
 
-    She leaves a calm harbour and enters one. In between there is a row every `INTERVAL_S` from
-    setting sail on, the last at least half of it before her arrival.
+    Both harbours are calm. Between them there is a row every `INTERVAL_S` from setting sail, the
+    last at least half of it before arrival.
     """
     voyage, start_s = _voyage_and_start(scene, file.begins, 'ship.weather')
     passage, step_ns = Passage(scene, voyage), nanoseconds(INTERVAL_S)
     last_ns = passage.arrives_ns - step_ns // 2
-    # the row that follows the end too: the sea of a scene does not depend on its duration
+    # with the row after the end, since the sea of a scene does not depend on its duration
     end_ns = min(last_ns, scene.duration_ns + step_ns)
     at_ns = np.array(range(passage.sails_ns + step_ns, end_ns + 1, step_ns), np.int64)
     if last_ns < passage.sails_ns + step_ns:
         under_way_h = (passage.arrives_ns - passage.sails_ns) / NS_PER_S / 3600.0
         problem = (
-            f'has rows every {INTERVAL_S / 3600.0:g} h; the passage lasts {under_way_h:.3g} h'
+            f'has rows every {INTERVAL_S / 3600.0:g} h, but the passage lasts {under_way_h:.3g} h'
         )
         remedy = f'Sail for at least {1.5 * INTERVAL_S / 3600.0:g} h, or use weather kind states.'
         raise SceneError(scene.name, 'ship.weather.kind', file.kind, problem, remedy)
@@ -238,12 +240,12 @@ def _voyage_and_start(scene: Voyaging, begins: str | None, key: str) -> tuple[It
     """Return the voyage, and UTC at the start of the scene, from 1970 [s]."""
     voyage = scene.voyage
     if voyage is None:
-        problem, remedy = 'needs a voyage, and the scene has none', 'Write `voyage: …`.'
+        problem, remedy = 'needs a voyage', 'Write `voyage: …`.'
         raise SceneError(scene.name, f'{key}.kind', 'hindcast', problem, remedy)
     if begins is not None:
         return voyage, utc(scene.name, f'{key}.begins', begins).timestamp()
     if voyage.date is None:
-        problem = 'is missing, and voyage.date too: nothing says when she sails'
+        problem = 'is missing, and so is voyage.date: the day of sailing is unknown'
         remedy = 'Write `begins: 2010-01-05T12:00`, UTC at the start of the scene.'
         raise SceneError(scene.name, f'{key}.begins', ABSENT, problem, remedy)
     days = voyage.day_at(scene.starts_at, scene.starts_at) - date(1970, 1, 1).toordinal()
@@ -259,7 +261,7 @@ def opened(path: str) -> Iterator[Hindcast]:
     """Yield a file, of which only the part around the track is read.
 
     Raises:
-        SceneError: it is not NetCDF, has no grid of times and places, or a library is missing.
+        SceneError: not NetCDF, not a grid of times and places, or a missing library.
     """
     file = data_path(path)
     try:
@@ -287,19 +289,19 @@ def opened(path: str) -> Iterator[Hindcast]:
         raise SceneError(path, '', None, problem, f'Run {install("hindcast")}.') from None
     try:
         if is_hdf:
-            # a small file may say that it has axes which fill the memory
+            # a small file may declare axes that would fill the memory
             with h5netcdf.File(file) as raw:
                 sizes = {name: axis.size for name, axis in raw.dimensions.items()}
             for name, size in sizes.items():
                 if size > LONGEST_AXIS and name in chain(*_AXES):
-                    problem = f'has {size:,} values; at most {LONGEST_AXIS:,} are read'
+                    problem = f'has {size:,} values, more than {LONGEST_AXIS:,}'
                     raise SceneError(path, name, ABSENT, problem, 'Fetch fewer.')
         data = xarray.open_dataset(
             file, engine='h5netcdf' if is_hdf else 'scipy', decode_timedelta=False
         )
     except SceneError:
         raise
-    except Exception as error:  # each library has its own
+    except Exception as error:  # each library has its own errors
         problem = f'cannot be read as NetCDF: {words_of(error).rstrip(".")}'
         raise SceneError(path, '', None, problem, _FORM) from None
     with data:
@@ -311,7 +313,7 @@ class Hindcast:
 
     def __init__(self, path: str, data: xarray.Dataset) -> None:
         self._path = path
-        # files that were converted from GRIB have a valid_time that is no axis beside their time
+        # files converted from GRIB have a valid_time that is not an axis as well as time
         axes = [axis for axis in data.coords if axis in data.sizes]
         names = [next((axis for axis in spellings if axis in axes), None) for spellings in _AXES]
         for name, spellings in zip(names, _AXES, strict=True):
@@ -340,7 +342,7 @@ class Hindcast:
         self._count = len(self._longitude)
         step = float(self._longitude[1] - self._longitude[0])
         self._round = float(self._longitude[-1] - self._longitude[0]) + 1.5 * step > 360.0
-        if self._round:  # each meridian three times, for tracks in both directions
+        if self._round:  # three times, for tracks in both directions
             turns = [self._longitude + turn for turn in (-360.0, 0.0, 360.0)]
             self._longitude = np.concatenate(turns)
 
@@ -349,7 +351,11 @@ class Hindcast:
         return self._at_s, self._latitude, self._longitude
 
     def one_of(self, *names: str) -> str:
-        """Return the first of some names that is a field; a `SceneError` if none is."""
+        """Return the first of some names that is a field.
+
+        Raises:
+            SceneError: the file has none of them.
+        """
         for name in names:
             if name in self._data:
                 return name
@@ -373,8 +379,8 @@ class Hindcast:
             latitude: of the ship [degrees north], (n,).
             longitude: of the ship [degrees east], (n,), of any turn.
             turns: whether the values are directions [degrees]. Their mean is the direction of the
-                mean vector, plus the mean of their differences from it; so it is linear for
-                directions within half a turn.
+                mean vector, plus the mean of their differences from it: linear for directions
+                within half a turn.
 
         Raises:
             SceneError: the track leaves the file, or is too far from any sea.
@@ -402,10 +408,10 @@ class Hindcast:
         return values
 
     def _refuse_unit(self, name: str, field: xarray.DataArray) -> None:
-        """Refuse a field that is no numbers, or says to be in another unit."""
+        """Refuse a field that is not numeric or has another unit."""
         expected = FIELDS[name]
         if field.dtype.kind not in 'fiu':
-            problem = f'has no numbers, but values of type {field.dtype}'
+            problem = f'is not numeric but of type {field.dtype}'
             raise SceneError(self._path, name, ABSENT, problem, _FORM)
         spelling = field.attrs.get('units')
         if spelling is not None and str(spelling).strip().casefold() not in expected.spelled:
@@ -414,10 +420,12 @@ class Hindcast:
             raise SceneError(self._path, f'{name}, units', str(spelling), problem, remedy)
 
     def _turned(self, longitude: FloatArray) -> FloatArray:
-        """Return longitudes of the turn that the grid has; round the globe without a jump."""
+        """Return longitudes continued into the grid's range, without a jump for a grid round the
+        globe.
+        """
         west = float(self._longitude[self._count if self._round else 0])
         if self._round:
-            # wider than the grid only for a ship that sails round the globe
+            # wider than the grid if the ship sails round the globe
             smooth = np.unwrap(longitude, period=360.0)
             return np.asarray(smooth - 360.0 * math.floor((float(smooth[0]) - west) / 360.0))
         east = np.mod(longitude - west, 360.0)
@@ -436,7 +444,7 @@ class Hindcast:
         steps = self._at_s[upper] - self._at_s[upper - 1]
         for row in np.flatnonzero(steps > LONGEST_STEP_S)[:1]:
             problem = f'has no field for {steps[row] / 3600.0:g} h about {_day(at_s[row])} UTC'
-            remedy = f'Fetch a file with one at least every {LONGEST_STEP_S / 3600.0:g} h.'
+            remedy = f'Fetch fields at most {LONGEST_STEP_S / 3600.0:g} h apart.'
             raise SceneError(self._path, self._axes[0], ABSENT, problem, remedy)
         for name, axis, places in zip(
             self._axes[1:], self._grid[1:], (latitude, longitude), strict=True
@@ -457,7 +465,7 @@ class Hindcast:
         *,
         turns: bool,
     ) -> FloatArray:
-        """Return the values along a piece of the track, for which one box is read."""
+        """Return the values along a piece of the track, from one box of the grid."""
         lows: list[IntArray] = []
         parts: list[FloatArray] = []
         box = []
@@ -472,7 +480,7 @@ class Hindcast:
             begin = int(np.searchsorted(axis, axis[low.min()] - margin, 'left'))
             box.append((begin, int(np.searchsorted(axis, axis[low.max() + 1] + margin, 'right'))))
         if math.prod(end - begin for begin, end in box) > LARGEST_BOX:
-            problem = f'has more than {LARGEST_BOX:,} values about four days of the track'
+            problem = f'has more than {LARGEST_BOX:,} values around four days of the track'
             raise SceneError(self._path, name, ABSENT, problem, 'Use a coarser grid.')
         values = self._read(field, box)
         corners, weights = [], []
@@ -494,7 +502,7 @@ class Hindcast:
         is_valid = (samples >= limits.low) & (samples <= limits.high)
         for which, row in np.argwhere(~is_valid & (share > 0.0))[:1]:
             problem = (
-                f'must lie between {limits.low:g} and {limits.high:g} {limits.unit}, here near '
+                f'must be between {limits.low:g} and {limits.high:g} {limits.unit}, here near '
                 f'{_place(track[1][row], track[2][row])} on {_day(track[0][row])} UTC'
             )
             remedy = f'Give it in {limits.unit}, and mark missing values by _FillValue.'
@@ -509,7 +517,7 @@ class Hindcast:
         return np.asarray(np.mod(mean + (share * offsets).sum(axis=0), 360.0))
 
     def _read(self, field: xarray.DataArray, box: list[tuple[int, int]]) -> FloatArray:
-        """Return the values of a box of the grid, which may go over the file's first meridian."""
+        """Return the values of a box of the grid, which may cross the file's first meridian."""
         times, latitudes, (west, east) = slice(*box[0]), slice(*box[1]), box[2]
         seams = range(-(-(west + 1) // self._count) * self._count, east, self._count)
         read = []
@@ -552,7 +560,7 @@ class Hindcast:
 
 
 def _day(at_s: float) -> str:
-    # a file may reach beyond the years of Python's calendar
+    # the year may be outside datetime's range
     return str(np.datetime64(math.floor(at_s), 's').astype('datetime64[m]'))
 
 

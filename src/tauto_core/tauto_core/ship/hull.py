@@ -1,13 +1,13 @@
-"""The motions of a ship in waves from the hydrodynamic coefficients of her hull (hull.md).
+"""Ship motions in waves from the hydrodynamic coefficients of a hull (hull.md).
 
-`HullCoefficients` has the result of a panel method for a hull at rest: added mass, damping and the
-exciting forces of waves. `Hull` adds the weights that she carries and gives her six motions at
-any heading and speed. `rate_by_place` returns their effect on the rate of a weight-driven clock.
+`HullCoefficients` holds a panel method's result for a hull at rest: added mass, damping and the
+exciting forces of waves. `Hull` adds the ship's weights and gives its six motions at any heading
+and speed. `rate_by_place` returns their effect on the rate of a weight-driven clock.
 
-Axes as everywhere (E in ship.md): x forward, y to port, z up, here from amidships, the centreline
-and the waterline. The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow
-down) and yaw (bow to port) [rad]. Waves run in the direction beta from the bow to port: 0
-following seas, pi/2 beam seas, pi head seas. Deep water.
+Axes as in ship.md: x forward, y to port, z up, from amidships, the centreline and the waterline.
+The six motions are surge, sway, heave [m], roll (starboard down), pitch (bow down) and yaw (bow to
+port) [rad]. Waves run in the direction beta from the bow to port: 0 following seas, pi/2 beam
+seas, pi head seas. The water is deep.
 """
 
 from __future__ import annotations
@@ -36,15 +36,15 @@ from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 ComplexArray: TypeAlias = NDArray[np.complex128]
 
 MOST_FROUDE = 0.25
-"""Froude number U/sqrt(g L) up to which the speed terms of strip theory are used."""
+"""Largest Froude number U/sqrt(g L) for the speed terms of strip theory."""
 LEAST_ENCOUNTER = 0.2
-"""Encounter frequency, as a part of the wave's, below which helm and sails hold her course."""
+"""Encounter frequency over wave frequency below which helm and sails hold the course."""
 LENGTHS_M = (2.0, 400.0)
-# Motions of a hull with equal sides that act on each other: 1, 3, 5 and 2, 4, 6.
+# Coupled motions of a symmetric hull: 1, 3, 5 and 2, 4, 6.
 _PAIRS = np.add.outer(np.arange(6), np.arange(6)) % 2 == 0
 _FORMAT = 1
 _DAMAGED = (zipfile.BadZipFile, zlib.error)
-# Most bytes of the arrays of a hull, once decompressed; shipped ones have 30 kB.
+# Most bytes of a hull's arrays, decompressed. A shipped hull has 30 kB.
 _LARGEST = 2**26
 
 SHAPES_FOLDER = Path(__file__).parent / 'hulls'
@@ -55,7 +55,7 @@ class HullError(TautoError):
 
     Args:
         key: the wrong argument, for example `draught`.
-        value: the given value; `ABSENT` where none was given.
+        value: the given value, or `ABSENT`.
         problem: the fault, with the limit.
         remedy: the advice, as a sentence.
     """
@@ -68,7 +68,7 @@ class HullError(TautoError):
 
 
 def check_proportions(length: float, beam: float, draught: float) -> None:
-    """Refuse principal dimensions that no hull has which this theory is for.
+    """Refuse principal dimensions outside the range of this theory.
 
     Args:
         length: of the waterline [m].
@@ -76,8 +76,8 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
         draught: without keel [m].
 
     Raises:
-        HullError: a length outside `LENGTHS_M`, wider than half the length, deeper than wide, or
-            so slender or flat that the numbers must be mistaken.
+        HullError: a length outside `LENGTHS_M`, a beam outside a 20th to half of the length, or a
+            draught outside a 20th of the beam to the beam.
     """
     low, high = LENGTHS_M
     for key, size in (('length', length), ('beam', beam), ('draught', draught)):
@@ -144,13 +144,13 @@ def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY)
 class HullCoefficients:
     """Hydrostatics, added mass, damping and exciting forces of a hull at rest in deep water.
 
-    The tables are made dimensionless after Froude, with L the length, g gravity and rho the
-    density of the water: frequencies by sqrt(g/L), added mass by rho L^3, damping by rho L^3
-    sqrt(g/L), forces per wave amplitude by rho g L^2; each index of a rotation brings another L.
-    So they hold for the same shape at any length, in any water and under any gravity.
+    The tables are dimensionless (Froude scaling), with L the length, g gravity and rho the density
+    of the water: frequencies by sqrt(g/L), added mass by rho L^3, damping by rho L^3 sqrt(g/L),
+    forces per wave amplitude by rho g L^2. Each index of a rotation adds a factor L. They hold for
+    the same shape at any length, density and gravity.
 
-    The exciting forces are those of the panel program, factors of exp(-i omega t) for the wave
-    a exp(i k (x cos beta + y sin beta) - i omega t).
+    The exciting forces follow the panel program's convention: factors of exp(-i omega t) for the
+    wave a exp(i k (x cos beta + y sin beta) - i omega t).
 
     Attributes:
         name: the name of the hull.
@@ -163,7 +163,7 @@ class HullCoefficients:
         waterplane_area: [m2].
         flotation: x_F of the centre of the waterplane [m].
         second_moments: of the waterplane about the x and the y axis, I_T and I_L [m4].
-        frequency: rising, (n,), the first 0.
+        frequency: increasing from 0, (n,).
         added_mass: symmetric, (n + 1, 6, 6), the last for an infinite frequency.
         damping: symmetric, (n, 6, 6).
         excitation: complex, (n, m, 6), for m headings that divide [0, pi] evenly.
@@ -209,7 +209,7 @@ class HullCoefficients:
             yield Problem('frequency', ABSENT, 'must rise from 0', remedy)
         for key in ('frequency', 'added_mass', 'damping', 'excitation'):
             if not np.all(np.isfinite(getattr(self, key))):
-                yield Problem(key, ABSENT, 'must hold finite numbers alone', remedy)
+                yield Problem(key, ABSENT, 'must be finite numbers', remedy)
         sizes = ('volume', 'waterplane_area')
         for key in sizes:
             if not getattr(self, key) > 0.0:
@@ -234,7 +234,7 @@ class HullCoefficients:
         return self.volume / (self.length * self.beam * self.draught)
 
     def scaled(self, length: float) -> HullCoefficients:
-        """Return the same shape at another length [m]; the tables stay as they are."""
+        """Return the same shape at another length [m], with the same tables."""
         check_proportions(length, *(length / self.length * x for x in (self.beam, self.draught)))
         s = length / self.length
         return replace(
@@ -250,16 +250,15 @@ class HullCoefficients:
         )
 
     def radiated_damping(self) -> FloatArray:
-        """Return the damping that the waves imply which the exciting forces belong to, (n, 6, 6).
+        """Return the damping that follows from the exciting forces, (n, 6, 6).
 
-        A force that waves exert on the hull and the waves that she makes by moving are the same
-        thing seen from two sides (Haskind's relation; J. N. Newman, J. Ship Res. 6, 1962): in the
-        units of the tables B_jk = omega^3/(4 pi) times the integral of Re(F_j conj(F_k)) over all
-        headings. The table's own damping comes from the pressure of radiated waves alone, so the
-        difference of the two measures the tables.
+        Haskind's relation (J. N. Newman, J. Ship Res. 6, 1962): B_jk = omega^3/(4 pi) times the
+        integral of Re(F_j conj(F_k)) over all headings, in the units of the tables. The panel
+        method computes `damping` from radiated waves alone, so the difference of the two measures
+        the error of the tables.
         """
         spacing = np.pi / (self.excitation.shape[1] - 1)
-        # trapezoidal over the whole turn: each heading but the outermost has its mirror image
+        # the trapezoidal rule over a full turn: inner headings count twice, for both sides
         weight = np.full(self.excitation.shape[1], 2.0 * spacing)
         weight[[0, -1]] = spacing
         power = np.einsum('m,nmj,nmk->njk', weight, self.excitation, self.excitation.conj()).real
@@ -267,10 +266,7 @@ class HullCoefficients:
         return np.asarray(np.where(_PAIRS, scale[:, None, None] * power, 0.0))
 
     def save(self, path: Path) -> None:
-        """Write the coefficients to an .npz file, whole or not at all; replaces the file.
-
-        Args:
-            path: the file.
+        """Write the coefficients to an .npz file, whole or not at all, in place of an old one.
 
         Raises:
             HullError: the file cannot be written.
@@ -305,11 +301,8 @@ _MAKE_ONE = 'Make one with `tauto hull`.'
 def load_hull(path: Path) -> HullCoefficients:
     """Return the coefficients of an .npz file that `tauto hull` has written.
 
-    Args:
-        path: the file.
-
     Raises:
-        HullError: no such file, or its content is not that of a hull.
+        HullError: the file is missing, or is not a hull's.
     """
     try:
         content = read_data(path)
@@ -322,14 +315,14 @@ def load_hull(path: Path) -> HullCoefficients:
 
 
 def hull_of_file(content: bytes, path: str) -> HullCoefficients:
-    """Return the coefficients that a file of `tauto hull` contains.
+    """Return the coefficients in the content of a file of `tauto hull`.
 
     Args:
         content: of the file.
         path: names the file in errors.
 
     Raises:
-        HullError: it is not that of a hull.
+        HullError: the content is not a hull's.
     """
     remedy = _MAKE_ONE
     try:
@@ -343,7 +336,7 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
     missing = [name for name in (*wanted, 'excitation') if name not in data]
     if missing:
-        raise HullError('path', path, f'holds no {", ".join(missing)}', remedy)
+        raise HullError('path', path, f'lacks {", ".join(missing)}', remedy)
     if data['format'] != _FORMAT:
         problem = f'has the format {data["format"]}; this version reads {_FORMAT}'
         raise HullError('path', path, problem, remedy)
@@ -368,7 +361,7 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
             excitation=data['excitation'].astype(np.complex128),
         )
     except (TypeError, ValueError):
-        raise HullError('path', path, 'holds something else than a hull', remedy) from None
+        raise HullError('path', path, 'is not a hull', remedy) from None
 
 
 # -----------------------------------------------------------------------------
@@ -377,18 +370,18 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
 
 @dataclass(frozen=True)
 class Shape:
-    """A parametric form with the principal dimensions of a kind of ship, not a real ship's lines.
+    """A parametric form with the proportions of a type of ship, not a real ship's lines.
 
-    Half breadth y = B/2 (1 - |2x/L|^p) (1 - |z/T|^q), the family to which Wigley's hull belongs
-    (p = q = 2). Its waterplane coefficient is p/(p + 1), that of its midship section q/(q + 1).
+    Half breadth y = B/2 (1 - |2x/L|^p) (1 - |z/T|^q), where Wigley's hull has p = q = 2. The
+    coefficients of waterplane and midship section are p/(p + 1) and q/(q + 1).
 
     Attributes:
         length: L of the waterline [m].
         beam: B [m].
         draught: T, without keel [m].
         block: block coefficient C_B.
-        waterplane: waterplane coefficient, at least C_B; None: its root.
-        about: the kind of ship that it resembles.
+        waterplane: waterplane coefficient, at least C_B (`None`: sqrt(C_B)).
+        about: the type of ship that it resembles.
     """
 
     length: float
@@ -409,7 +402,7 @@ class Shape:
             raise HullError(
                 'block',
                 self.block,
-                'must lie in [0.3, 0.96]: a yacht without her keel has some 0.4, a ship of the '
+                'must lie in [0.3, 0.96]: a yacht without its keel has some 0.4, a ship of the '
                 'line 0.6, a barge 0.9',
                 'Give the volume displaced, divided by length, beam and draught.',
             )
@@ -418,7 +411,7 @@ class Shape:
             raise HullError(
                 'waterplane',
                 across,
-                f'must lie in [{1.02 * self.block:.3g}, 0.99], from the block coefficient on',
+                f'must lie in [{1.02 * self.block:.3g}, 0.99], above the block coefficient',
                 'Leave it out: it is then the root of the block coefficient.',
             )
         middle = self.block / across
@@ -435,7 +428,7 @@ SHAPES: dict[str, Shape] = {
     # Granado, 1742: 91 ft on the main deck, 26 ft in the beam (Royal Museums Greenwich, model
     # SLR0331). Draught and coefficients are assumed: full, to carry mortars.
     'ketch': Shape(27.7, 7.95, 3.1, 0.56, 0.82, 'a bomb ketch of the 1740s'),
-    # Proportions of a beamy cruiser-racer without her keel; all numbers are assumed.
+    # Proportions of a beamy cruiser-racer without its keel. All numbers are assumed.
     'yacht': Shape(10.0, 3.17, 0.794, 0.365, 0.69, 'a sailing yacht of the 1970s, without keel'),
 }
 
@@ -455,7 +448,7 @@ def named_hull(name: str) -> HullCoefficients:
 
 
 # -----------------------------------------------------------------------------
-# A ship: a hull and the weights in her.
+# A ship: a hull and its weights.
 
 
 @dataclass(frozen=True)
@@ -469,14 +462,14 @@ class ClockPlace:
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """The steady motions of a ship per metre of wave amplitude, as factors of exp(i omega_e t).
+    """Steady ship motions per metre of wave amplitude, as factors of exp(i omega_e t).
 
-    To the elevation a cos(omega t + eps) amidships belongs, for each factor H, the motion
-    a |H| cos(omega_e t + eps + arg H). This is the convention of `waves.Encounter.answer`.
+    For the elevation a cos(omega t + eps) amidships, the factor H gives the motion a |H|
+    cos(omega_e t + eps + arg H), as in `waves.Encounter.answer`.
 
     Attributes:
         omega: of the waves [rad/s], (n,).
-        encounter: omega_e [rad/s], negative where the ship overtakes the waves, (n,).
+        encounter: omega_e [rad/s], negative if the ship overtakes the waves, (n,).
         motions: surge, sway, heave [m/m], roll, pitch, yaw [rad/m], (n, 6).
         gravity: g [m/s2].
     """
@@ -494,32 +487,30 @@ class Response:
     def accelerations(self, place: ClockPlace) -> ComplexArray:
         """Return the accelerations at a place in level axes [m/s2 per m], (n, 3).
 
-        They are forward, to port and up, without gravity: -omega_e^2 times the displacement.
+        Forward, to port and up, without gravity: -omega_e^2 times the displacement.
         """
         return -(self.encounter**2)[:, None] * self.displacement(place)
 
     def along_the_deck(self, place: ClockPlace) -> ComplexArray:
-        """Return the specific force along a deck that pitches [m/s2 per m], (n,).
-
-        x'' - g theta_p: a plane fixed to the ship feels gravity's part along it, too.
-        """
+        """Return the specific force along a pitching deck [m/s2 per m], (n,): x'' - g theta_p."""
         return self.accelerations(place)[:, 0] - self.gravity * self.motions[:, 4]
 
 
 @dataclass(frozen=True, eq=False)
 class Hull:
-    """A hull with the weights that a ship carries in her.
+    """A hull with the weights of a ship.
 
     Attributes:
-        coefficients: of the hull at her length.
+        coefficients: of the hull, at the ship's length.
         roll_period: natural period of the roll [s].
-        roll_damping_ratio: part of critical damping that is added to the damping by waves, which
-            is next to none in roll: of bilges, keel and sails.
+        roll_damping_ratio: damping by bilges, keel and sails over critical damping; adds to the
+            small damping by waves.
         gravity: g [m/s2].
-        k_xx: radius of gyration in roll about the centre of gravity [m]; None: 0.38 beam.
-        k_yy: in pitch [m]; None: 0.25 length.
-        k_zz: in yaw [m]; None: 0.25 length.
-        centre_of_gravity: z_G over the waterline [m]; None: where the roll's period puts it.
+        k_xx: radius of gyration in roll about the centre of gravity [m] (`None`: 0.38 beam).
+        k_yy: in pitch [m] (`None`: 0.25 length).
+        k_zz: in yaw [m] (`None`: 0.25 length).
+        centre_of_gravity: z_G over the waterline [m]; None: the height that gives the roll its
+            period.
     """
 
     coefficients: HullCoefficients
@@ -546,15 +537,15 @@ class Hull:
                 'A ship without sail has some 0.05 to 0.1.',
             )
         radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
-        for key, size, whose in radii:
+        for key, size, base in radii:
             value = getattr(self, key)
             if value is not None and not 0.1 * size <= value <= 0.6 * size:
                 raise HullError(
                     key,
                     value,
                     f'must lie in [{0.1 * size:.3g}, {0.6 * size:.3g}] m, 0.1 to 0.6 of the '
-                    f'{whose}',
-                    f'Leave it out for the usual part of the {whose}.',
+                    f'{base}',
+                    f'Leave it out for the usual part of the {base}.',
                 )
         low, high = -self.coefficients.draught - 0.5 * beam, beam
         z = self.z_g
@@ -587,8 +578,8 @@ class Hull:
     def z_g(self) -> float:
         """Height of the centre of gravity over the waterline [m].
 
-        Where it is not given it is that for which z_G = BM_T + z_B - GM and the roll about it has
-        its period: GM = (k_xx^2 + A44/(rho V)) omega_n^2/g with the added mass A44 about it.
+        If it is not given, z_G = BM_T + z_B - GM with the GM that gives the roll its period, GM =
+        (k_xx^2 + A44/(rho V)) omega_n^2/g with the added mass A44 about z_G.
         """
         if self.centre_of_gravity is not None:
             return self.centre_of_gravity
@@ -652,8 +643,7 @@ class Hull:
         """Refuse a place outside the ship.
 
         Raises:
-            HullError: before the stem, behind the stern, beyond a side, under the keel, or higher
-                than the hull is long.
+            HullError: outside length, beam or keel, or higher than the hull is long.
         """
         hull = self.coefficients
         limits = {
@@ -675,17 +665,17 @@ class Hull:
         """Return the ship's six motions in regular waves.
 
         [-w^2 (M + A) - i w B + C] X = F, with A and B at the encounter frequency w = omega_e and F
-        at the wave's own. Under way, A and B have the speed terms of strip theory (N. Salvesen, E.
-        O. Tuck, O. Faltinsen, Ship motions and sea loads, Trans. SNAME 78, 1970). F is that of the
-        ship at rest.
+        at the wave's own, as for a ship at rest. Under way, A and B have the speed terms of strip
+        theory (N. Salvesen, E. O. Tuck, O. Faltinsen, Ship motions and sea loads, Trans. SNAME 78,
+        1970).
 
-        Where she runs with the waves |omega_e| is nearly 0. Heave, roll and pitch are then static.
-        Surge, sway and yaw, which the water does not bring back, would grow like 1/omega_e^2 and
-        do not with a hand at the helm: below `LEAST_ENCOUNTER` omega their inertia counts as at
-        that frequency, q, and U/omega_e as U omega_e/q^2.
+        If the ship runs with the waves, |omega_e| is near 0 and heave, roll and pitch are static.
+        Surge, sway and yaw have no restoring force and would grow like 1/omega_e^2, but helm and
+        sails hold the ship: below q = `LEAST_ENCOUNTER` omega their inertia is taken at q, and
+        U/omega_e as U omega_e/q^2.
 
         Args:
-            omega: of the waves in deep water [rad/s], > 0, (n,).
+            omega: of the waves [rad/s], > 0, (n,).
             heading: direction in which the waves run, from the bow to port [rad].
             speed: U of the ship [m/s].
 
@@ -715,7 +705,7 @@ class Hull:
         hull = self.coefficients
         size = np.abs(w)
         matrix, rows = np.zeros((len(w), 6, 6), np.complex128), hull.frequency
-        # beyond the last row damping falls as 1/omega^2
+        # damping falls as 1/omega^2 beyond the last row
         decay = np.maximum(size / rows[-1], 1.0) ** -2
         dampings = hermite(rows, hull.damping, hull.slopes[1], np.minimum(size, rows[-1]))
         masses, dampings = _added_mass(hull, size), dampings * decay[:, None, None]
@@ -729,7 +719,7 @@ class Hull:
         )
         if not np.any(drift):
             return matrix
-        # A pitched ship under way has vertical velocity -U theta, a yawed one U psi athwart: with
+        # Under way pitch adds the vertical velocity -U theta and yaw U psi athwart: with
         # kappa = i U/w, A35 = A35 - U/w^2 B33, B35 = B35 + U A33 and so on (the paper's table 1).
         kappa = 1j * drift[:, None]
         matrix[:, :, 4] += kappa * matrix[:, :, 2]
@@ -766,10 +756,10 @@ class Hull:
     def _force(self, w: FloatArray, heading: float) -> ComplexArray:
         """Return the exciting forces at frequencies in the units of the tables, (n, 6).
 
-        Between headings a sum of cosines (forces 1, 3, 5) or sines (2, 4, 6) through all of them;
-        between frequencies a spline of (F - F_static)/omega^2; below the first (F - F_static) as
-        omega^2; beyond the last F as 1/omega^2, which is more than the waves, whose pressure
-        reaches 1/k down, leave it.
+        Between headings: sums of cosines (forces 1, 3, 5) or sines (2, 4, 6) through all of them.
+        Between frequencies: a spline of (F - F_static)/omega^2, constant below the first row.
+        Beyond the last row F falls as 1/omega^2, an upper bound for waves whose pressure reaches
+        1/k down.
         """
         hull = self.coefficients
         unit = hull.length
@@ -794,10 +784,7 @@ class Hull:
 
 
 def _added_mass(hull: HullCoefficients, at: FloatArray) -> FloatArray:
-    """Return the added masses, (n, 6, 6): splines, and beyond the last row to their limits.
-
-    They go there as 1/omega^2.
-    """
+    """Return the added masses, (n, 6, 6): splines that tend to their limits as 1/omega^2."""
     rows, limit = hull.frequency, hull.added_mass[-1]
     masses = hermite(rows, hull.added_mass[:-1], hull.slopes[0], np.minimum(at, rows[-1]))
     decay = np.maximum(at / rows[-1], 1.0) ** -2
@@ -805,7 +792,7 @@ def _added_mass(hull: HullCoefficients, at: FloatArray) -> FloatArray:
 
 
 def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray]:
-    """Return the weights of the headings in the sums of cosines and of sines through them."""
+    """Return the weights of the headings in the interpolating sums of cosines and of sines."""
     n = np.arange(count)
     at = np.pi * n / (count - 1)
     cosines = np.linalg.solve(np.cos(np.outer(at, n)).T, np.cos(n * heading))
@@ -821,10 +808,10 @@ def _heading_weights(count: int, heading: float) -> tuple[FloatArray, FloatArray
 
 @dataclass(frozen=True)
 class PlaceRate:
-    """The effect of the three accelerations at a place on a clock driven by a weight [s/day].
+    """The effect of the accelerations at a place on the rate of a weight-driven clock [s/day].
 
-    The mean of sqrt(|f|/g) to second order: heave loses <z''^2>/8g^2, motion athwart gains
-    <y''^2>/4g^2, and so does motion fore and aft where the thread may lean that way.
+    The mean of sqrt(|f|/g) to second order: heave loses <z''^2>/8g^2. Motion athwart gains
+    <y''^2>/4g^2, and so does motion fore and aft if the thread may lean that way.
 
     Attributes:
         heading: of the waves [rad].
@@ -832,8 +819,8 @@ class PlaceRate:
         heave: part of the motion up and down.
         athwart: part of the motion to the sides.
         fore_and_aft: part of the motion fore and aft.
-        along_the_deck: <(x'' - g theta_p)^2>/4g^2, the loss of a thread that must stay in a
-            plane which pitches with her.
+        along_the_deck: <(x'' - g theta_p)^2>/4g^2, the loss of a thread confined to a plane that
+            pitches with the ship.
     """
 
     heading: float
@@ -845,17 +832,17 @@ class PlaceRate:
 
     @property
     def kept_vertical(self) -> float:
-        """Rate where gimbals keep the plane of the wheel vertical and the thread in it."""
+        """Rate if gimbals keep the plane of the wheel vertical and the thread in it."""
         return self.heave + self.athwart
 
     @property
     def leaning_freely(self) -> float:
-        """Rate where the thread leans fore and aft, too."""
+        """Rate if the thread leans fore and aft, too."""
         return self.heave + self.athwart + self.fore_and_aft
 
     @property
     def pitching(self) -> float:
-        """Rate where the plane of the wheel pitches with the ship."""
+        """Rate if the plane of the wheel pitches with the ship."""
         return self.leaning_freely - self.along_the_deck
 
 
@@ -870,16 +857,16 @@ def rate_by_place(
 ) -> list[PlaceRate]:
     """Return the rate of a weight-driven clock in a sea, for each heading and place.
 
-    The static formula (hull.4), for waves slow beside the swing. Integrals over the
-    waves' own frequencies; accelerations with omega_e^2.
+    The static formula (hull.4), for waves slow compared with the clock's oscillation. Integrals
+    run over the waves' own frequencies, with accelerations at omega_e.
 
     Args:
         hull: the ship.
         spectrum: S of the elevation [m2 s/rad] at frequencies [rad/s].
         headings: directions of the waves from the bow to port [rad].
-        places: where the clock may be.
+        places: of the clock.
         speed: of the ship [m/s].
-        omega: frequencies of the trapezoidal sums [rad/s]; None: 4000 from 0.05 to 20 sqrt(g/L).
+        omega: of the trapezoidal sums [rad/s] (`None`: 4000 values from 0.05 to 20 sqrt(g/L)).
 
     Raises:
         HullError: see `Hull.check_speed` and `Hull.check_place`.

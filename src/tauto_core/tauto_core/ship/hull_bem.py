@@ -1,8 +1,7 @@
 """Coefficients of a hull from boundary elements, by capytaine (hull.md).
 
-capytaine (M. Ancellin, F. Dias, J. Open Source Softw. 4, 2019, 1341) is the extra `hull`. It
-solves for the waves that the hull makes by moving, and for those that she scatters, with sources
-on panels of her surface under water.
+capytaine (M. Ancellin, F. Dias, J. Open Source Softw. 4, 2019, 1341, the extra `hull`) solves for
+radiated and scattered waves with sources on panels of the wetted surface.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ HEADINGS = 19
 LENGTHWAYS, DOWN = 32, 8
 """Panels of a parametric form on one side."""
 SHIPPED = 44, 12
-"""Panels on one side of the shapes that come with the package."""
+"""Panels on one side of the shipped shapes."""
 MOST_PANELS = 3000
 _DOFS = ('Surge', 'Sway', 'Heave', 'Roll', 'Pitch', 'Yaw')
 
@@ -54,7 +53,7 @@ def solver() -> Any:
         raise HullError(
             'capytaine',
             'not installed',
-            'is what computes the coefficients of a hull',
+            'computes the coefficients of a hull',
             f'Run {install("hull")}, or sail one of the shapes that come with Tauto.',
         ) from None
     capytaine.set_logging('ERROR')
@@ -94,13 +93,13 @@ def form_mesh(shape: Shape, lengthways: int = LENGTHWAYS, down: int = DOWN) -> A
 def read_mesh(path: Path) -> Any:
     """Return the panels of a file: x forward, y to port, z up from the waterline [m].
 
-    The part above the waterline is cut off, and the middle of the waterline is put at x = 0.
+    The part above the waterline is cut off, and the middle of the waterline becomes x = 0.
 
     Args:
         path: any format that capytaine reads (.nemoh, .gdf, .pnl, .stl, .msh, ...).
 
     Raises:
-        HullError: no such file, no mesh, or not a closed hull in the water with equal sides.
+        HullError: the file is missing or not a mesh, or the hull is open, dry or asymmetric.
     """
     capytaine = solver()
     if not path.is_file():
@@ -114,7 +113,7 @@ def read_mesh(path: Path) -> Any:
         raise HullError('mesh', str(path), problem, 'Give a mesh that capytaine reads.') from None
     if mesh.nb_faces == 0:
         raise HullError(
-            'mesh', str(path), 'has nothing under z = 0', 'Put the waterline at z = 0.'
+            'mesh', str(path), 'is dry: all of it is above z = 0', 'Put the waterline at z = 0.'
         )
     across, along, down = mesh.volumes
     if min(mesh.volumes) <= 0.0 or max(mesh.volumes) > 1.05 * min(mesh.volumes):
@@ -149,13 +148,13 @@ def compute(
     """Return the coefficients of a hull under water.
 
     A lid on the water inside the hull suppresses irregular frequencies, at which sources on the
-    hull alone have no single solution.
+    hull alone have no unique solution.
 
     Args:
         mesh: panels under water, both sides, as `form_mesh` and `read_mesh` return them.
         name: the name of the hull.
-        progress: called with the part that is done.
-        frequencies: omega sqrt(L/g), rising.
+        progress: called with the finished part, 0 to 1.
+        frequencies: omega sqrt(L/g), increasing.
         headings: number of headings over [0, pi].
         lid: whether there is a lid.
 
@@ -213,7 +212,7 @@ def compute(
     area, flotation, across, along = sizes
     force[0, :, 2], force[0, :, 4] = area / length**2, -area * flotation / length**3
     force[1:] /= STANDARD_GRAVITY * length ** (2 + lever)
-    # the two sides are equal, so that forces across the middle vanish in following and head seas
+    # by symmetry forces athwart vanish in following and head seas
     force[:, [0, -1], 1::2] = 0.0
     return HullCoefficients(
         name=name,
@@ -235,13 +234,13 @@ def compute(
 
 
 def _lid(mesh: Any) -> Any:
-    """Return panels of the water inside the hull, the same on both sides."""
+    """Return symmetric panels of the water inside the hull."""
     side = mesh.generate_lid().clipped(origin=(0.0, 0.0, 0.0), normal=(0.0, -1.0, 0.0))
     return side.join_meshes(side.mirrored('xOz'))
 
 
 def _even(matrices: FloatArray) -> FloatArray:
-    """Return matrices symmetric, and zero between motions that equal sides keep apart."""
+    """Return symmetric matrices, zero between motions that a symmetric hull does not couple."""
     is_zero = np.add.outer(np.arange(6), np.arange(6)) % 2 == 1
     return np.asarray(np.where(is_zero, 0.0, 0.5 * (matrices + matrices.swapaxes(1, 2))))
 
@@ -249,13 +248,13 @@ def _even(matrices: FloatArray) -> FloatArray:
 def _waterplane(mesh: Any) -> tuple[float, float, float, float]:
     """Return area, centre along x, and second moments about x and y of the waterplane.
 
-    Integrals over the wetted surface by Gauss' theorem: with the outward normal n, the integral of
-    f(x, y) over the waterplane is that of -f n_z over the surface under it.
+    By Gauss' theorem the integral of f(x, y) over the waterplane equals the integral of -f n_z
+    over the wetted surface under it, with the outward normal n.
     """
     x, y, _ = mesh.faces_centers.T
     share = -mesh.faces_normals[:, 2] * mesh.faces_areas
     area = float(np.sum(share))
-    # the panels' own spread about their centres, by their corners
+    # second moments of the panels about their own centres, by their corners
     corners = mesh.vertices[mesh.faces]
     spread = np.mean((corners - mesh.faces_centers[:, None, :]) ** 2, axis=1) / 3.0
     flotation = float(np.sum(share * x)) / area
@@ -265,7 +264,7 @@ def _waterplane(mesh: Any) -> tuple[float, float, float, float]:
 
 
 def main(names: list[str]) -> None:
-    """Make the tables of the shapes that come with the package again; all where none is named."""
+    """Make the tables of the shipped shapes again, of the named ones or of all."""
     for name in names or list(SHAPES):
         hull = compute(form_mesh(SHAPES[name], *SHIPPED), name)
         hull.save(SHAPES_FOLDER / f'{name}.npz')

@@ -29,8 +29,8 @@ def bretschneider(
 ) -> FloatArray:
     """Return the Bretschneider spectrum S(ω) [m2 s/rad], ω > 0 [rad/s].
 
-    S = 5/16 Hs² ω_p⁴/ω⁵ exp(-5/4 (ω_p/ω)⁴), ω_p = 2π/Tp, whose integral
-    is Hs²/16 (ITTC 7.5-02-07-01.1, two-parameter form).
+    S = 5/16 Hs² ω_p⁴/ω⁵ exp(-5/4 (ω_p/ω)⁴), ω_p = 2π/Tp, with the integral Hs²/16 (ITTC
+    7.5-02-07-01.1, two-parameter form).
     """
     peak = 2.0 * np.pi / peak_period
     scale = 5.0 / 16.0 * significant_wave_height**2 * peak**4
@@ -39,10 +39,10 @@ def bretschneider(
 
 
 def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatArray:
-    """Return the factor of JONSWAP on the Bretschneider shape (Hasselmann et al. 1973), γ ≥ 1.
+    """Return the JONSWAP factor on Bretschneider's shape (Hasselmann et al. 1973), γ ≥ 1.
 
-    γ^exp(-(ω - ω_p)²/(2 σ² ω_p²)), σ = 0.07 up to the peak, 0.09
-    beyond. The height of the spectrum is then set by Hs.
+    γ^exp(-(ω - ω_p)²/(2 σ² ω_p²)), σ = 0.07 up to the peak, 0.09 beyond. The caller scales the
+    spectrum to Hs.
     """
     ratio = omega * peak_period / (2.0 * np.pi)
     sigma = np.where(ratio <= 1.0, 0.07, 0.09)
@@ -51,9 +51,9 @@ def jonswap_shape(omega: FloatArray, peak_period: float, gamma: float) -> FloatA
 
 
 def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
-    """Return the energy of a measured spectrum below a frequency [Hz], its exact integral [m2].
+    """Return the exact integral of a spectrum, linear between its rows, up to a frequency [m2].
 
-    The spectrum is linear between its rows, within which the frequency lies.
+    The frequency [Hz] is within the rows.
     """
     rows, density = np.array(spectrum.frequency), np.array(spectrum.energy_density)
     width = np.diff(rows)
@@ -68,7 +68,7 @@ def energy_below(spectrum: SpectrumTable, frequency: FloatArray) -> FloatArray:
 def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
     """Return the significant wave height [m] and the peak period [s] of a spectrum.
 
-    For a measured one Hs = 4 √(m0), m0 its integral; Tp is that of the row with the most
+    For a measured one Hs = 4 √m0, with m0 its integral, and Tp belongs to the row with the most
     energy.
     """
     if isinstance(sea, Sea):
@@ -81,8 +81,8 @@ def height_and_period(sea: Sea | SpectrumTable) -> tuple[float, float]:
 def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
     """Return the lowest and the highest frequency of the components [Hz].
 
-    Half to `cutoff` times the peak frequency (4: all but 0.5 % of a Bretschneider sea's energy);
-    for a measured spectrum all rows between the outermost ones with energy.
+    For a standard spectrum half to `cutoff` times the peak frequency (with 4, all but 0.5 % of the
+    energy). For a measured one the rows with energy and one more on either side.
     """
     if isinstance(sea, Sea):
         return LOWEST / sea.peak_period, sea.cutoff / sea.peak_period
@@ -94,11 +94,11 @@ def band_hz(sea: Sea | SpectrumTable) -> tuple[float, float]:
 def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics:
     """Return the wave elevation at a ship at rest, sum a_i cos(ω_i t + ε_i) [m].
 
-    The band is divided into `components` bins of equal ratio. Each ω_i is drawn uniformly
-    within its bin and ε_i uniformly over a turn (PCG64), so no two frequencies are commensurate
-    and the sea does not repeat. a_i = √(2 S(ω_i) Δω_i), times a common factor that makes 4
-    √(sum a_i²/2) equal to Hs to rounding. For a measured spectrum a_i²/2 is the energy of the
-    bin itself. Seas of different streams from one seed are independent.
+    The band is divided into `components` bins of equal ratio. PCG64 draws each ω_i uniformly
+    within its bin and ε_i uniformly over a turn, so the frequencies are incommensurate and the sea
+    does not repeat. a_i = √(2 S(ω_i) Δω_i), scaled by a common factor to 4 √(sum a_i²/2) = Hs. For
+    a measured spectrum a_i²/2 is the energy of the bin. Different streams of one seed give
+    independent seas.
     """
     spawn_key = (_STREAM, stream) if stream else (_STREAM,)
     random = np.random.Generator(
@@ -135,11 +135,10 @@ def elevation(sea: Sea | SpectrumTable, seed: int, stream: int = 0) -> Harmonics
 def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
     """Return the steady roll of ρ̈ + 2 ζ w ρ̇ + w² ρ = w² κ slope [rad], w = 2π/natural_period.
 
-    In beam seas waves run to port, elevation a cos(ω t - k y + ε). So in deep water the
-    slope to port at the ship is (a ω²/g) sin(μ) cos(ω_e t + ε - π/2). A surface that
-    rises to port turns the starboard side down, which is positive. The transfer function is
-    H = w² κ/(w² - ω_e² + 2 i ζ w ω_e), and roll = |H| slope at phase + arg H. The waves have the
-    frequencies ω of a ship at rest.
+    Beam seas run to port, with elevation a cos(ω t - k y + ε). In deep water the slope to port at
+    the ship is (a ω²/g) sin(μ) cos(ω_e t + ε - π/2). A surface that rises to port turns the
+    starboard side down, which is positive. With H = w² κ/(w² - ω_e² + 2 i ζ w ω_e), roll = |H|
+    slope at phase + arg H. `waves` have the frequencies ω at rest.
     """
     omega = waves.angular_frequency
     met = course.frequency(omega)
@@ -157,7 +156,7 @@ def roll_answer(waves: Harmonics, roll: Roll, course: Encounter) -> Harmonics:
 
 
 # -----------------------------------------------------------------------------
-# The motions of a ship by her response amplitude operator (theory/sea.md).
+# The motions of a ship by its response amplitude operator (theory/sea.md).
 
 
 @dataclass(frozen=True)
@@ -165,10 +164,10 @@ class Answer:
     """The motions of a ship by an operator, per metre of wave amplitude.
 
     Attributes:
-        waves: the waves that move her.
+        waves: the waves that move the ship.
         motions: by name, factors of exp(iω_e t), (n,) each.
         above: share of the energy of waves beyond the operator's highest frequency.
-        below: the same under its lowest.
+        below: share of the energy of waves below its lowest.
     """
 
     waves: Harmonics
@@ -178,19 +177,18 @@ class Answer:
 
 
 def operator_answer(waves: Harmonics, rao: Rao, course: Encounter, *, heave: bool) -> Answer:
-    """Return the motions of a ship by her response operator: all, or roll and, if set, heave.
+    """Return a ship's motions by its response operator: all, or roll and, if set, heave.
 
-    Linear between the speeds and headings of the operator; Akima's interpolant joins its values
-    at the frequencies. An operator of a ship at rest is carried over to another speed. The roll
-    responds to the wave slope at the encounter frequency, R(ω_e) (ω/ω_e)² for the operator R
-    [rad/m], as in `roll_answer`; where the ship overtakes the waves it is minus the conjugate of
-    that. Heave and pitch are those of the wave averaged over the hull, which depends on the
-    wavelength, so their operators are read at ω. So are those of surge, sway and yaw, which
-    nothing but inertia holds back, times (ω/ω_e)²: the acceleration is that at rest. Below
-    `LEAST_ENCOUNTER` ω helm and sails hold her (`hull.Hull.response`).
+    Values are linear between the operator's speeds and headings, and Akima's interpolant between
+    its frequencies. An operator at rest is carried over to another speed as follows. Roll responds
+    to the wave slope at ω_e: R(ω_e) (ω/ω_e)² for the operator R [rad/m], and minus the conjugate
+    if the ship overtakes the waves. Heave and pitch follow the wave averaged over the hull, so
+    they are read at ω. Surge, sway and yaw, restrained by inertia alone, keep their accelerations
+    at rest: read at ω, times (ω/ω_e)². Below `LEAST_ENCOUNTER` ω helm and sails hold the ship
+    (`hull.Hull.response`).
 
-    Waves longer than those of the operator move her as their surface does: displacements as at
-    its lowest frequency, angles as ω². Shorter ones do not move her.
+    Waves longer than the operator's longest move the ship as their surface does: displacements as
+    at the lowest frequency, angles as ω². Shorter ones do not move it.
 
     Raises:
         HullError: a heading or speed that the operator does not cover.
@@ -216,7 +214,7 @@ def operator_answer(waves: Harmonics, rao: Rao, course: Encounter, *, heave: boo
         at = np.clip(read, low, high)
         values = np.where(read > high, 0.0, _operator_values(rao, name, course, at))
         if name == 'roll' and at_rest:
-            # the factor -i of the slope belongs to the wave, the rest to the ship's response
+            # the slope's factor -i belongs to the wave, the rest to the ship
             values = values * (omega / at) ** 2
             values = np.where(met < 0.0, -np.conj(values), values)
         elif name in ANGLES:
@@ -231,8 +229,8 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
     """Refuse a heading [rad] or speed [m/s] that an operator does not cover.
 
     Raises:
-        HullError: it lies outside its headings or speeds; or an operator at rest is carried over
-            to a Froude number above `MOST_FROUDE`, where the length of the ship is known.
+        HullError: a heading or speed outside the operator's, or, at a known length, a Froude
+            number above `MOST_FROUDE` for an operator at rest.
     """
     from tauto_core.ship.hull import HullError, check_froude  # only when needed
 
@@ -254,14 +252,14 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
             'speed',
             speed,
             f'must lie in [{rao.speeds[0]:g}, {rao.speeds[-1]:g}] m/s, the speeds of the operator',
-            'Give an operator that covers it, or another speed.',
+            'Sail within them, or use an operator that covers the speed.',
         )
 
 
 def _between(rows: Sequence[float], at: float) -> tuple[int, int, float] | None:
-    """Return the rows beside a value and the weight of the upper one; None outside of them."""
+    """Return the rows around a value and the weight of the upper one; `None` outside."""
     nearest = min(range(len(rows)), key=lambda row: abs(rows[row] - at))
-    # degrees turned into radians miss by rounding
+    # degrees converted to radians are off by rounding
     if abs(rows[nearest] - at) < 1e-9:
         return nearest, nearest, 0.0
     if not rows[0] < at < rows[-1]:
@@ -305,11 +303,11 @@ def _operator_values(
 def hull_answer(
     waves: Harmonics, hull: Hull, place: ClockPlace, course: Encounter
 ) -> SixMotions[Harmonics]:
-    """Return the motions of a hull, at a place in her, in the waves that she meets.
+    """Return the motions of a hull at a place on board, in the waves that it meets.
 
     Args:
-        waves: elevation amidships [m], with the frequencies of a ship at rest.
-        hull: the ship with her weights.
+        waves: elevation amidships [m], with the frequencies at rest.
+        hull: the ship.
         place: of the clock.
         course: speed and heading.
 
@@ -324,11 +322,11 @@ def hull_answer(
 def at_clock(
     waves: Harmonics, response: Response, place: ClockPlace, course: Encounter
 ) -> SixMotions[Harmonics]:
-    """Return the motions at a place in a ship, in the waves that she meets.
+    """Return the motions at a place in a ship, in the waves that it meets.
 
     Args:
-        waves: elevation at her origin [m], with the frequencies of a ship at rest, (n,).
-        response: her motions in each of them.
+        waves: elevation at the ship's origin [m], with the frequencies at rest, (n,).
+        response: the ship's motions in each of them.
         place: of the clock.
         course: speed and heading.
     """

@@ -1,6 +1,6 @@
-"""The files from which a sea is computed: operators, spectra, hulls, records of buoys.
+"""The files from which a sea is computed: operators, spectra, hulls, buoy records.
 
-A scene that runs contains tables and numbers, no paths, so a bag needs nothing but its text.
+A running scene holds tables and numbers instead of paths, so a bag needs only its text.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ from tauto_core.ship.weathers import HIGHEST_M, WeatherKind
 # Response amplitude operators of a ship.
 #
 # Columns: `heading_deg` (0 following seas, 90 beam seas to port, 180 head seas), `omega_radps` of
-# the waves, `speed_mps` where the ship makes way, and for each motion that is known its real and
-# imaginary part, `surge_re`, `surge_im` and so on [m or rad per m of wave amplitude], as factors
-# of exp(i ω t) at the ship's origin, in the axes of theory/ship.md; other columns are ignored.
-# All headings and speeds have the same frequencies, and all speeds the same headings.
+# the waves, `speed_mps` under way, and for each known motion its real and imaginary part,
+# `surge_re`, `surge_im` and so on [m or rad per m of wave amplitude], as factors of exp(i ω t) at
+# the ship's origin, in the axes of theory/ship.md. Other columns are ignored. All headings and
+# speeds have the same frequencies, and all speeds the same headings.
 
 HEADING, OMEGA, SPEED = 'heading_deg', 'omega_radps', 'speed_mps'
 _PARTS = {'re': 'real', 'im': 'imaginary'}
@@ -63,13 +63,13 @@ _OPERATOR_FORM = (
 
 
 class HullFile(HullWeights):
-    """A hull from a file of `tauto hull`; the scene that runs contains the file."""
+    """A hull from a file of `tauto hull`. The running scene contains the file."""
 
-    path: OneLine = Field(description='.npz file that `tauto hull` has written')
+    path: OneLine = Field(description='.npz file of `tauto hull`')
 
 
 def read_hull(file: HullFile) -> dict[str, Any]:
-    """Return the keys of `ship.hull`, with the contents of the file as `table`; refuse others."""
+    """Return the keys of `ship.hull`, with the contents of the file as `table`."""
     from tauto_core.ship.hull import HullError, hull_of_file
 
     content = read_data(data_path(file.path))
@@ -83,7 +83,7 @@ def read_hull(file: HullFile) -> dict[str, Any]:
 
 
 class RaoFile(Section):
-    """An operator from a file; the scene that runs contains its values."""
+    """An operator from a file. The running scene contains its values."""
 
     path: OneLine = Field(description='CSV file of the operator')
     heading: Heading | None = Field(default=None, description=RAO_HEADING_MEANS)
@@ -93,11 +93,14 @@ class RaoFile(Section):
 
 
 def read_operator(file: RaoFile) -> dict[str, Any]:
-    """Return the keys of `ship.rao`: all of the file, or one heading, linear between two.
+    """Return the keys of `ship.rao`: all headings, or one, interpolated between two.
 
-    A ship is symmetric: waves to starboard (heading > π) are those to port mirrored, with sway,
-    roll and yaw of the other sign. A file whose headings or frequencies differ, and a heading
-    outside the file's are refused, with the line.
+    By symmetry, waves to starboard (heading > π) have the operator to port, with sway, roll and
+    yaw reversed.
+
+    Raises:
+        SceneError: headings with different frequencies, or a heading outside the file, with the
+            line.
     """
     columns = (Column(HEADING), Column(OMEGA), *_OPTIONAL)
     table = read_table(file.path, columns, remedy=_OPERATOR_FORM)
@@ -138,14 +141,14 @@ def read_operator(file: RaoFile) -> dict[str, Any]:
 
 
 def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
-    """Return the rows by speed and heading [m/s, deg]; all have the same rising frequencies."""
+    """Return the rows by speed and heading [m/s, deg], with the same increasing frequencies."""
     blocks: dict[tuple[float, float], list[int]] = {}
     speeds = table[SPEED].tolist() if SPEED in table else [0.0] * len(table)
     for row, course in enumerate(zip(speeds, table[HEADING].tolist(), strict=True)):
         if course[0] < 0.0:
             raise table.refusal(row, SPEED, 'must not be negative', 'Give the speed in m/s.')
         blocks.setdefault(course, []).append(row)
-    omega, remedy = table[OMEGA], 'Give every heading the same frequencies, in rising order.'
+    omega, remedy = table[OMEGA], 'Give every heading the same frequencies, in increasing order.'
     rising = 'greater than the one before'
     block = next(iter(blocks.values()))
     headings = {heading for _, heading in blocks}
@@ -155,7 +158,7 @@ def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
         )
         if not np.array_equal(omega[rows], omega[block]):
             problem = (
-                f'begins a heading, {heading:g} deg, whose frequencies are not the first one’s'
+                f'begins a heading, {heading:g} deg, with other frequencies than the first one'
             )
             raise table.refusal(rows[0], OMEGA, problem, remedy)
         lacking = sorted(angle for angle in headings if (speed, angle) not in blocks)
@@ -164,7 +167,7 @@ def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
             remedy = 'Give every speed the same headings.'
             raise table.refusal(rows[0], SPEED, problem, remedy)
     if len(block) < 2:
-        problem = 'is not enough: an operator needs at least 2 frequencies'
+        problem = 'is the only frequency; an operator needs at least 2'
         value = float(omega[block[0]])
         raise SceneError(table.name, OMEGA, value, problem, 'Give it at more frequencies.')
     return blocks
@@ -174,7 +177,7 @@ def _neighbours(
     file: RaoFile, headings: list[float], heading: float
 ) -> tuple[float, float, float]:
     """Return the neighbouring headings of the file [deg], and the weight of the upper one."""
-    # a heading in radians never equals 90 degrees to the last bit
+    # a heading in radians misses 90 degrees by rounding
     nearest = min(headings, key=lambda angle: abs(angle - heading))
     if abs(nearest - heading) < 1e-9:
         return nearest, nearest, 0.0
@@ -183,7 +186,7 @@ def _neighbours(
             f'is {heading:.6g} deg off following seas, but the operator {file.path} covers '
             f'{headings[0]:g} to {headings[-1]:g} deg'
         )
-        remedy = 'Choose a heading that it covers; extrapolating it would be a guess.'
+        remedy = 'Choose a heading within it.'
         raise SceneError(file.path, 'heading', file.heading, problem, remedy)
     above = next(angle for angle in headings if angle > heading)
     below = headings[headings.index(above) - 1]
@@ -195,13 +198,13 @@ def _neighbours(
 
 FREQUENCY, DENSITY = 'frequency_hz', 'energy_density_m2_per_hz'
 _SPECTRUM_FORM = (
-    f'Give a CSV file with the columns {FREQUENCY} and {DENSITY}; wavespectra makes one of the '
-    "file of a buoy (docs/seas.md, 'From the file of a buoy')."
+    f'Give a CSV file with the columns {FREQUENCY} and {DENSITY}. wavespectra converts the file '
+    "of a buoy (docs/seas.md, 'From the file of a buoy')."
 )
 
 
 class SpectrumFile(Section):
-    """A measured spectrum from a file; the scene that runs contains the table itself."""
+    """A measured spectrum from a file. The running scene contains the table."""
 
     spectrum: Literal['file'] = Field(description='file')
     path: OneLine = Field(description='CSV file of the spectrum')
@@ -212,8 +215,10 @@ class SpectrumFile(Section):
 def read_spectrum(file: SpectrumFile) -> dict[str, Any]:
     """Return the keys of `ship.sea` with a measured spectrum as a table.
 
-    A row at 0 Hz without energy is dropped, since no wave has that frequency. A table that is not
-    a spectrum is refused, with file, row and value.
+    A row at 0 Hz without energy is dropped, since no wave has that frequency.
+
+    Raises:
+        SceneError: a table that is not a spectrum, with row and value.
     """
     read = read_table(file.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
     values = {'frequency': read[FREQUENCY], 'energy density': read[DENSITY]}
@@ -231,14 +236,14 @@ def read_spectrum(file: SpectrumFile) -> dict[str, Any]:
             unit='Hz',
             above=0.0,
             rising='greater than the frequency before',
-            remedy='Sort the rows by frequency, and drop what is double.',
+            remedy='Sort the rows by frequency, and drop duplicates.',
         ),
         Column(
             'energy density',
             unit='m2/Hz',
             least=0.0,
             why='no wave has negative energy',
-            remedy='Correct the row; noise below 0 may be set to 0.',
+            remedy='Correct the row, or set noise below 0 to 0.',
         ),
     )
     if not np.any(density):
@@ -255,13 +260,12 @@ def read_spectrum(file: SpectrumFile) -> dict[str, Any]:
 
 
 # -----------------------------------------------------------------------------
-# Records of the sea from a buoy: a CSV file, or one of NDBC's standard meteorological files.
+# Buoy records: a CSV file, or one of NDBC's standard meteorological files.
 #
 # NDBC's files (National Data Buoy Center, Measurement descriptions and units) have the columns
 # WVHT, significant wave height [m], DPD, dominant wave period [s], and MWD, the direction from
-# which the waves of that period come [degrees from true north]. Many rows have no waves, since
-# these are measured less often than the wind. Heights and periods of 99 and directions of 999
-# mean the same.
+# which the waves of that period come [degrees from true north]. Many rows lack the waves, which
+# are measured less often than the wind; 99 (heights, periods) and 999 (directions) mean the same.
 
 HEIGHT, PERIOD, WAVES_FROM = 'significant_wave_height_m', 'peak_period_s', 'waves_from_deg'
 UTC_TIME, SECONDS = 'time_utc', 'time_s'
@@ -271,13 +275,13 @@ LONGEST_S = 40.0
 _YEARS = ('YYYY', 'YY')
 _DATE = ('MM', 'DD', 'hh')
 _RECORD_FORM = (
-    f'Give a CSV file with the columns {UTC_TIME} or {SECONDS}, {HEIGHT} and {PERIOD}; for a '
-    'standard meteorological file of NDBC give ship.weather.format: ndbc.'
+    f'Give a CSV file with the columns {UTC_TIME} or {SECONDS}, {HEIGHT} and {PERIOD}. For a '
+    'standard meteorological file of NDBC set ship.weather.format: ndbc.'
 )
 
 
 class RecordFile(WeatherKind):
-    """A buoy's record from a file; the scene that runs contains the rows themselves."""
+    """A buoy record from a file. The running scene contains the rows."""
 
     kind: Literal['record'] = 'record'
     path: OneLine = Field(description='file of the record')
@@ -286,8 +290,8 @@ class RecordFile(WeatherKind):
     )
     begins: OneLine | None = Field(
         default=None,
-        description='UTC at the start of the scene, as 2000-01-01T02:00; when left out that of '
-        'the first row',
+        description='UTC at the start of the scene, as 2000-01-01T02:00; when left out the time '
+        'of the first row',
     )
     max_gap: Positive = Field(
         default=21_600.0, description='longest gap between rows that is bridged [s]'
@@ -295,17 +299,19 @@ class RecordFile(WeatherKind):
 
 
 def read_record(file: RecordFile, *, by_direction: bool) -> dict[str, Any]:
-    """Return the keys of `ship.weather` with a buoy's record.
+    """Return the keys of `ship.weather` with a buoy record.
 
-    Rows where height or period is missing are left out, and where directions are needed those
-    without a direction, unless no row has one: `by_direction` says whether the heading depends on
-    them. Rows are kept from the last one before `begins`, and their times count from it. Heights
-    and periods out of range, gaps longer than `max_gap` and a beginning outside the record are
-    refused, with the line.
+    Rows without height or period are left out. So are rows without direction, if `by_direction`
+    says that the heading depends on it and any row has one. The first row kept is the last one
+    before `begins`, from which times count.
+
+    Raises:
+        SceneError: a height or period out of range, a gap longer than `max_gap`, or a beginning
+            outside the record, with the line.
     """
     table = _ndbc_table(file) if file.format == 'ndbc' else _csv_table(file)
     if not len(table):
-        problem = 'holds no row with a wave height and a period'
+        problem = 'has no row with a wave height and a period'
         raise SceneError(file.path, '', ABSENT, problem, _RECORD_FORM)
     table = table.rows(np.argsort(table[SECONDS], kind='stable'))
     undirected = np.isnan(table[WAVES_FROM])
@@ -348,7 +354,7 @@ def read_record(file: RecordFile, *, by_direction: bool) -> dict[str, Any]:
 
 
 def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:
-    """Return the columns of the waves; rows without height or period are skipped."""
+    """Return the columns of the waves, which skip rows without height or period."""
     return (
         Column(height, gaps='skip', nines=99.0),
         Column(period, gaps='skip', nines=99.0),
@@ -371,7 +377,7 @@ def _csv_table(file: RecordFile) -> Columns:
 
 
 def _ndbc_table(file: RecordFile) -> Columns:
-    """Return the same from a standard meteorological file; times from 1970 in UTC."""
+    """Return the same from a standard meteorological file, times from 1970 in UTC."""
     header = read_header(file.path, remedy=_RECORD_FORM, divided=' ')
     year = next((name for name in _YEARS if name in header), _YEARS[0])
     # MM is the month in the header, and a missing value in the rows
@@ -410,15 +416,15 @@ FILE_FORMS: dict[str, type[Section]] = {
     'hull': HullFile,
     'weather': RecordFile,
 }
-"""The form of each section of a sea's ship whose values are in a file."""
+"""The model of each section of `ship` that may name a file."""
 
 
 def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
-    """Return the keys of a ship, not checked yet, with numbers in place of the files of its sea.
+    """Return the unchecked keys of a ship, with numbers in place of the files of its sea.
 
-    `ship.sea` of spectrum file becomes a table, `ship.rao` with a path the operator, `ship.hull`
-    with a path the contents of the file, `ship.weather` of a record its rows. The rest is not
-    changed. Errors name the scene, `origin`, and the path of the key, or file and line.
+    `ship.sea` with spectrum file becomes a table, `ship.rao` with a path the operator, `ship.hull`
+    with a path the contents of the file, and `ship.weather` of a record its rows. Errors name the
+    scene, `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
     if _holds(ship, 'sea', 'format') and ship['sea']['format'] in _INSTRUMENTS:
@@ -426,7 +432,7 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
             origin,
             'ship.sea.format',
             ship['sea']['format'],
-            'is not read: files of instruments are no longer read',
+            'is a format of instruments, which are no longer read',
             _SPECTRUM_FORM,
         )
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
@@ -440,14 +446,14 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
             origin,
             'ship.roll.decay',
             ABSENT,
-            'is not read: decay tests are no longer fitted',
+            'is not a key any more: decay tests are not fitted',
             'Give natural_period and damping_ratio: ln(a/b)/2πn of two peaks a and b of the test '
             'n cycles apart.',
         )
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
 
         def read_weather(file: RecordFile) -> dict[str, Any]:
-            # a response operator may have its own heading
+            # a response operator with its own heading needs no directions
             rao = ship.get('rao')
             fixed = isinstance(rao, dict) and rao.get('heading') is not None
             by_direction = file.follow_route and not fixed
@@ -477,13 +483,13 @@ def section_read(
         form: model of a section that names a file.
         reader: returns the keys with the contents of the file in its place.
         ship: the owner of the section, such as the ship.
-        path: path of the key that names the file, from there.
+        path: path in `ship` of the key that names the file.
         origin: name of the scene, for errors.
         prefix: the part before the path in the scene, for errors.
-        any_size: whether a file of any size will do, because only a part of it is read.
+        any_size: whether a file of any size is allowed because only a part of it is read.
 
     Raises:
-        SceneError: keys or a file that are wrong.
+        SceneError: wrong keys or a wrong file.
     """
     section, *names = path.split('.')
     try:

@@ -19,17 +19,15 @@ if TYPE_CHECKING:
     pass
 
 # -----------------------------------------------------------------------------
-# Sections that describe a ship in a sea: spectrum, roll, response operator; and their rules.
-
 ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]
-# 90, meant in degrees, is out of range, so it cannot be taken for radians.
+# Out of range: 90, meant in degrees.
 Heading: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, lt=math.tau)]
 
 
 RAO_HEADING_MEANS = (
     'direction in which the waves run, from the bow to port [rad]: 0 following seas, 1.5708 beam '
-    'seas, 3.1416 head seas; the operator is then that at this heading alone, in all weather. '
-    'When left out: all headings, by ship.heading or the weather'
+    'seas, 3.1416 head seas. The operator then has this heading alone, in all weather. When left '
+    'out: all headings, by ship.heading or the weather'
 )
 RAO_LENGTH_MEANS = (
     'length of the ship between perpendiculars [m], 2 to 400: an operator at rest is then carried '
@@ -37,21 +35,22 @@ RAO_LENGTH_MEANS = (
 )
 
 CUTOFF = 4.0
-"""Highest frequency of the waves over that of the peak: all but 0.5 % of a Bretschneider sea's
-energy, but not of its accelerations, which have no limit without a hull (hull.md)."""
+"""Highest frequency of the waves over the peak's: all but 0.5 % of a Bretschneider sea's energy,
+but not of its accelerations, which have no limit without a hull (hull.md).
+"""
 LEAST_CUTOFF = 1.5
 Cutoff: TypeAlias = Annotated[float, Strict(), Field(ge=LEAST_CUTOFF, le=32.0)]
 MOST_CUTOFF = 8.0
 CUTOFF_MEANS = (
-    'highest frequency of the components over that of the peak, 1.5 to 32; when left out 4, and '
-    'with a hull that of waves a tenth as long as she, within 4 to 8'
+    'highest frequency of the components over the peak frequency, 1.5 to 32. When left out 4, '
+    'with a hull the frequency of waves a tenth as long as it, within 4 to 8'
 )
 
 
 def cutoff_for(length: float | None, peak_period: float) -> float:
-    """Return the cutoff of a sea: for a hull that of waves of a tenth of her length [m].
+    """Return the cutoff of a sea: for a hull, the frequency of waves of a tenth of its length [m].
 
-    Beyond, her accelerations fall so fast that the rate of a weight no longer changes (hull.md).
+    Shorter waves no longer change the rate of a weight-driven clock (hull.md).
     """
     if length is None:
         return CUTOFF
@@ -59,7 +58,7 @@ def cutoff_for(length: float | None, peak_period: float) -> float:
 
 
 def still_from(length: float, peak_period: float) -> float:
-    """Return the frequency of waves of a tenth of a length [m], over that of the peak."""
+    """Return the frequency of waves of a tenth of a length [m], over the peak frequency."""
     highest = math.sqrt(20.0 * math.pi * STANDARD_GRAVITY / length)
     return highest * peak_period / math.tau
 
@@ -73,7 +72,7 @@ class Sea(Section):
     )
     peak_period: Positive = Field(description='period of the spectral peak [s]')
     gamma: Annotated[float, Strict(), Field(ge=1.0, le=10.0)] = Field(
-        default=3.3, description='peak enhancement factor of jonswap, 1 to 10; 3.3 when left out'
+        default=3.3, description='peak enhancement factor of jonswap, 1 to 10, when left out 3.3'
     )
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
     cutoff: Cutoff = Field(default=CUTOFF, description=CUTOFF_MEANS)
@@ -109,7 +108,7 @@ class SpectrumTable(Section):
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the problems of its rows; the rate is checked once the speed is known."""
+        """Yield the problems of its rows. The rate is checked once the speed is known."""
         yield from _rising('ship.sea.frequency', self.frequency, 'Hz')
         yield from _as_many('ship.sea.energy_density', self.energy_density, len(self.frequency))
         if not any(self.energy_density):
@@ -128,7 +127,7 @@ class Roll(Section):
     damping_ratio: Positive = Field(description='damping ratio ζ, > 0')
     slope_coefficient: NonNegative | None = Field(
         default=None,
-        description='effective wave-slope coefficient κ_e; a hull has its own answer to the slope',
+        description='effective wave-slope coefficient κ_e, not used with a hull',
     )
     fitted_to: OneLine | None = Field(
         default=None, description='origin of period and damping ratio, for example a decay test'
@@ -136,30 +135,30 @@ class Roll(Section):
 
 
 class HullWeights(Section):
-    """Length of a hull, and how the weights lie in her (hull.md)."""
+    """Length of a hull and distribution of its weights (hull.md)."""
 
     length: Positive | None = Field(
         default=None, description='length of the waterline, to which the shape is scaled [m]'
     )
     k_xx: Positive | None = Field(
-        default=None, description='radius of gyration in roll [m]; 0.38 of the beam when left out'
+        default=None, description='radius of gyration in roll [m], when left out 0.38 of the beam'
     )
     k_yy: Positive | None = Field(
-        default=None, description='in pitch [m]; 0.25 of the length when left out'
+        default=None, description='in pitch [m], when left out 0.25 of the length'
     )
     k_zz: Positive | None = Field(
-        default=None, description='in yaw [m]; 0.25 of the length when left out'
+        default=None, description='in yaw [m], when left out 0.25 of the length'
     )
     centre_of_gravity: Number | None = Field(
         default=None,
-        description="height of the ship's centre of gravity over the waterline [m]; when left out "
-        'the height that gives her roll its period. A given height counts in her inertia and '
-        'pitch; the righting moment in roll stays that of the period',
+        description="height of the ship's centre of gravity over the waterline [m], when left out "
+        'the height that gives the roll its period. A given height changes inertia and pitch, '
+        'not the righting moment in roll, which follows from the period',
     )
 
 
 class HullSection(HullWeights):
-    """Hull of a ship: a named shape, or the coefficients of a file, and her weights."""
+    """Hull of a ship: a named shape, or the coefficients of a file, and its weights."""
 
     shape: OneLine | None = Field(
         default=None, description='sloop, deptford, ketch or yacht: parametric forms'
@@ -181,18 +180,18 @@ class HullSection(HullWeights):
 
 
 class ClockSection(Section):
-    """Where the clock is in the ship; its height is `ship.height`."""
+    """Place of the clock in the ship. Its height is `ship.height`."""
 
     forward: Number = Field(default=0.0, description='forward of amidships [m]')
     port: Number = Field(default=0.0, description='to port of the centreline [m]')
 
 
 MOTIONS = ('surge', 'sway', 'heave', 'roll', 'pitch', 'yaw')
-"""Motions of a ship forward, to port and up, and the turning about these axes."""
+"""Motions of a ship forward, to port and up, and the rotations about these axes."""
 
 
 ATHWART = ('sway', 'roll', 'yaw')
-"""Motions that have the other sign in waves from the other side."""
+"""Motions that change sign in waves from the other side."""
 ANGLES = MOTIONS[3:]
 
 
@@ -206,8 +205,8 @@ OperatorRow: TypeAlias = tuple[Number, ...]
 class Rao(Section):
     """Response amplitude operator of a ship: factors of exp(iωt) per metre of wave amplitude.
 
-    Each list of a motion has all frequencies at the first speed and heading, then those at the
-    next heading, then those at the next speed. A motion without lists is left out.
+    Each list of a motion has all frequencies at the first speed and heading, then at the next
+    heading, then at the next speed. A motion without lists is left out.
     """
 
     source: OneLine = Field(description='origin of the operator')
@@ -217,11 +216,11 @@ class Rao(Section):
     )
     speeds: tuple[NonNegative, ...] | None = Field(
         default=None,
-        description='list of increasing speeds [m/s] that the operator is known at; when left out '
-        'that of a ship at rest is carried over to ship.speed',
+        description='list of increasing speeds [m/s] of the operator. When left out it is one at '
+        'rest, carried over to ship.speed',
     )
     headings: tuple[Annotated[float, Strict(), Field(ge=0.0, le=math.pi)], ...] | None = Field(
-        default=None, description='list of increasing headings, 0 to π [rad]; or heading'
+        default=None, description='list of increasing headings, 0 to π [rad], in place of heading'
     )
     angular_frequency: tuple[Positive, ...] = Field(
         description='list of increasing ω of the waves [rad/s]'
@@ -246,11 +245,11 @@ class Rao(Section):
 
     @property
     def turns_in_space(self) -> bool:
-        """Whether it has more than roll and heave, so that all its motions are sailed."""
+        """Whether all its motions are simulated, since it has more than roll and heave."""
         return not {'roll'} <= set(self.motions) <= {'roll', 'heave'}
 
     def problems(self, *, heave: bool) -> Iterator[Problem]:
-        """Yield the problems of its rows, and whether it lacks a requested heave."""
+        """Yield the problems of its rows, and the lack of a requested heave."""
         if (self.heading is None) == (self.headings is None):
             yield Problem(
                 'ship.rao.heading',
@@ -258,7 +257,7 @@ class Rao(Section):
                 'is missing, and there are no headings in its place'
                 if self.heading is None
                 else 'does not go with ship.rao.headings',
-                'Give one of them.',
+                'Give either heading or headings.',
             )
         wanted = len(self.angular_frequency)
         yield from _rising('ship.rao.angular_frequency', self.angular_frequency, 'rad/s')
@@ -288,14 +287,15 @@ class Rao(Section):
 
 def _rising(key: str, values: Sequence[float], unit: str, fewest: int = 2) -> Iterator[Problem]:
     if len(values) < fewest:
-        yield Problem(key, list(values), f'has less than {counted(fewest, "value")}', 'Give more.')
+        problem = f'has less than {counted(fewest, "value")}'
+        yield Problem(key, list(values), problem, f'Give {fewest} or more.')
     for index, (previous, current) in enumerate(pairwise(values), start=1):
         if not current > previous:
             yield Problem(
                 f'{key}[{index}]',
                 current,
                 f'must be greater than the one before, {previous!r} {unit}',
-                'Sort them, and drop what is double.',
+                'Sort them, and drop duplicates.',
             )
             return
 
@@ -311,7 +311,7 @@ def _as_many(key: str, values: Sequence[float], wanted: int) -> Iterator[Problem
 
 
 def names_hindcast(section: object) -> bool:
-    """Return whether weather or air, not checked yet, are to be read from a hindcast's file."""
+    """Return whether unchecked weather or air refers to a hindcast's file."""
     if not isinstance(section, dict):
         return False
     return section.get('kind') == 'hindcast' and 'seas' not in section

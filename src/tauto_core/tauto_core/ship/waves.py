@@ -29,10 +29,9 @@ _TWO_PI = Fraction(62831853071795864769252867665590057683943387987502, 10**49)
 
 @dataclass(frozen=True)
 class Harmonics:
-    """x(t) = mean + sum a_i cos(2π t/T_i + ε_i); t from the start of the scene.
+    """x(t) = mean + sum a_i cos(2π t/T_i + ε_i), t from the start of the scene.
 
-    The period, not the angular frequency, is the exact number: the phase after 100 days is that
-    of exactly this period.
+    The period is the exact number, not the angular frequency: it fixes the phase after 100 days.
 
     Attributes:
         amplitude: a, in the unit of x, shape (n,).
@@ -52,7 +51,7 @@ class Harmonics:
         return 2.0 * np.pi / self.period
 
     def most(self, order: int) -> float:
-        """Return a bound of the size of the sum's derivative of some order."""
+        """Return an upper bound of the size of a derivative of the sum."""
         size = float(np.sum(np.abs(self.amplitude) * self.angular_frequency**order))
         return size + (0.0 if order else abs(self.mean))
 
@@ -69,10 +68,10 @@ def together(sums: Sequence[Harmonics]) -> Harmonics:
 class SampledHarmonics:
     """Values and derivatives of harmonics at sample indices k, t = k step.
 
-    Phases are kept as integers in 2⁻⁶⁴ turns, so that a sample's phase is off by at most
-    (k/SUM_BLOCK + 1) 2⁻⁶⁵ turns plus rounding: 1e-13 rad after 100 days at 20 Hz. Whole blocks
-    of `SUM_BLOCK` samples at absolute indices are computed, and the last one is kept. So the bits
-    of a sample depend on its index alone, and single samples cost little more than many together.
+    Phases are integers in 2⁻⁶⁴ turns. A sample's phase is off by at most (k/SUM_BLOCK + 1) 2⁻⁶⁵
+    turns plus rounding: 1e-13 rad after 100 days at 20 Hz. Whole blocks of `SUM_BLOCK` samples are
+    computed at absolute indices, and the last block is kept. A sample's bits depend on its index
+    alone, and single samples cost little more than many together.
 
     Args:
         harmonics: the sum.
@@ -81,7 +80,7 @@ class SampledHarmonics:
 
     def __init__(self, harmonics: Harmonics, step_ns: int) -> None:
         self._mean = harmonics.mean
-        # the motions athwart of a ship that meets the waves head on
+        # motions athwart in head seas
         self._is_zero = harmonics.mean == 0.0 and not harmonics.amplitude.any()
         if self._is_zero:
             return
@@ -105,7 +104,7 @@ class SampledHarmonics:
     def between(self, start: int, stop: int, *orders: int) -> list[FloatArray]:
         """Return samples k = start ... stop - 1 of each order of derivative, (stop - start,).
 
-        The orders 0 (the value), 1, 2 are asked for in rising order, 0 or 2 among them.
+        The orders 0 (the value), 1, 2 come in increasing order, with 0 or 2 among them.
         """
         if self._is_zero:
             return [np.zeros(stop - start) for _ in orders]
@@ -127,12 +126,12 @@ class SampledHarmonics:
 def _advance(
     periods: bytes, step_ns: int
 ) -> tuple[list[tuple[int, int]], NDArray[np.uint64], FloatArray]:
-    """Return the phase steps of some periods [s]; all motions of a ship in a sea share them.
+    """Return the phase steps of periods [s], which all motions of a ship in a sea share.
 
-    These are the exact turns of a step, as pairs of integers; the advance in a block
-    [2⁻⁶⁴ turns]; and the table of cosines and sines of `kernels.sum_blocks`.
+    These are the exact turns of a step, as pairs of integers, the advance in a block [2⁻⁶⁴ turns],
+    and the table of cosines and sines of `kernels.sum_blocks`.
     """
-    # fractions, which are reduced to lowest terms, would cost ten times as much
+    # Fraction reduces to lowest terms and would cost ten times as much
     pairs = [period.as_integer_ratio() for period in np.frombuffer(periods).tolist()]
     steps = [(step_ns * below, NS_PER_S * above) for above, below in pairs]
     # from the middle of a block, between two samples, to those after it
@@ -151,7 +150,7 @@ def _advance(
 
 
 def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
-    """Return the fractional parts of exact turns, rounded to 2⁻⁶⁴ turns, halves to even."""
+    """Return the fractional parts of exact turns in units of 2⁻⁶⁴ turns, rounded half to even."""
     units = []
     for numerator, denominator in turns:
         unit, part = divmod(numerator * _UNITS_PER_TURN, denominator)
@@ -164,7 +163,7 @@ def _units(turns: Sequence[tuple[int, int]]) -> NDArray[np.uint64]:
 # Waves as a ship under way meets them (theory/sea.md).
 
 STANDING = 1e-12
-"""Least encounter frequency [rad/s]; slower waves move with the ship and seem to stand still."""
+"""Least encounter frequency [rad/s]. Slower waves are taken to move with the ship."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +184,7 @@ class Encounter:
     def frequency(self, omega: FloatArray) -> FloatArray:
         """Return the encounter frequency ω - ω² V cos(μ)/g [rad/s] of waves ω > 0 in deep water.
 
-        It is negative where the ship overtakes the waves.
+        It is negative if the ship overtakes the waves.
         """
         if self.speed == 0.0:
             return omega
@@ -215,20 +214,20 @@ class Encounter:
 #     x(t) = cos(½π s(u)) x_k(t) + sin(½π s(u)) x_k+1(t),    u = (t − t_k)/(t_k+1 − t_k),
 #     s(u) = 35 u⁴ − 84 u⁵ + 70 u⁶ − 20 u⁷.
 #
-# The two are independent, so the variance is cos² σ_k² + sin² σ_k+1², without a dip in between.
-# Three derivatives of s vanish at both ends. The process is an evolutionary one (Priestley,
-# Evolutionary spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
+# The two are independent, so the variance is cos² σ_k² + sin² σ_k+1², without a dip. Three
+# derivatives of s vanish at both ends. The process is evolutionary (Priestley, Evolutionary
+# spectra and non-stationary processes, J. R. Stat. Soc. B 27, 1965).
 
 
 @dataclass(frozen=True)
 class Fades:
-    """x(t) for states at increasing times; before the first and after the last it does not change.
+    """x(t) for states at increasing times, constant before the first and after the last.
 
     Attributes:
         at_ns: time of each state from the start of the scene, possibly before it, (n,), n > 0.
-        sums: number of the sum of harmonics of each state, (n,); equal to that of the state before
-            where the motion continues. A sum is present in successive states only.
-        of: function that gives the harmonics of a sum; None: a calm, x = 0.
+        sums: number of the sum of harmonics of each state, (n,), repeated if the motion continues.
+            The states of one sum are adjacent.
+        of: function that gives the harmonics of a sum, or `None` for a calm, x = 0.
     """
 
     at_ns: tuple[int, ...]
@@ -236,7 +235,7 @@ class Fades:
     of: Callable[[int], Harmonics | None]
 
     def most(self, order: int) -> float:
-        """Return a bound of the size of the motion's derivative of some order, 0 to 2.
+        """Return an upper bound of the size of a derivative of the motion, of order 0 to 2.
 
         During a change the derivatives of the angle contribute. They are below 1/s (and 1/s2) in
         changes of ten seconds or more.
@@ -249,9 +248,8 @@ class Fades:
 class SampledFades:
     """Values and derivatives of a motion that fades, at sample indices k, t = k step.
 
-    A sample's bits depend on its index alone. Only the sums that are present are computed: none in
-    a calm, one in a steady sea, two in a change. Where a single sum is present, its samples are
-    those of `SampledHarmonics`, unchanged.
+    A sample's bits depend on its index alone. Only the sums that are present are computed: one in
+    a steady sea, with the bits of `SampledHarmonics`, and two in a change.
 
     Args:
         fades: the motion.
@@ -289,7 +287,7 @@ class SampledFades:
     def _alone(
         self, number: int, span: tuple[int, int], orders: tuple[int, ...]
     ) -> list[FloatArray]:
-        """Return samples of one sum; zeros in a calm, one array for all orders."""
+        """Return samples of one sum. In a calm all orders share one array of zeros."""
         if number not in self._kept:
             harmonics = self._fades.of(number)
             while len(self._kept) >= MOST_KEPT:
@@ -313,7 +311,7 @@ class SampledFades:
         motions = []
         for number in numbers:
             parts = self._alone(number, span, tuple(range(orders[-1] + 1)))
-            # derivatives that no output needs are not read
+            # placeholders: `fade` reads only the derivatives that its outputs need
             motions.append((*parts, *[parts[0]] * (3 - len(parts))))
         samples = span[1] - span[0]
         outputs: list[FloatArray | None] = [None, None, None]
