@@ -1,6 +1,6 @@
-"""Compiled sums of harmonics, their fading, and readings of an IMU; import on first use only.
+"""Compiled sums of harmonics, their fading, and IMU readings. Import them on first use only.
 
-Each sample is computed by itself and in a fixed order: the bits do not depend on the batch.
+Each sample is computed by itself in a fixed order, so its bits do not depend on the batch.
 """
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ from tauto_core.motion.lanes import (
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
 from tauto_core.samples import SQUARABLE, FloatArray, IntArray
 
-# A loop over a tuple is written out, so that its variable is known when compiling.
+# A loop over a tuple is unrolled with a constant variable.
 LANES = tuple(range(SIZE))
 _THREE, _FOUR = (0, 1, 2), (0, 1, 2, 3)
 
 
 @inlined
 def strided(rows: tuple[Any, ...], start: int, step: int) -> Any:
-    """Return the numbers at start, start + step, … of rows of eight, taken as one, as lanes.
+    """Return the numbers at start, start + step, … of concatenated rows of eight, as lanes.
 
-    So are components of vectors taken out of their array. `start` and `step` are known when
-    compiling.
+    This takes components of vectors out of their array. `start` and `step` are compile-time
+    constants.
     """
     x = splat(lane(rows[start // SIZE], start % SIZE))
     for r in LANES:
@@ -52,7 +52,7 @@ def strided(rows: tuple[Any, ...], start: int, step: int) -> Any:
 
 @inlined
 def interleaved(parts: tuple[Any, ...], row: int) -> Any:
-    """Return a row of eight of the array of vectors whose components are lanes.
+    """Return a row of eight of the array of vectors with the given components as lanes.
 
     The inverse of `strided`: number k of the array is component k % n of vector k // n.
     """
@@ -67,7 +67,7 @@ def interleaved(parts: tuple[Any, ...], row: int) -> Any:
 # Sums of harmonics.
 
 BLOCKS_TOGETHER = 8
-"""Blocks for which a part of the table is used while it is in the processor's first cache."""
+"""Blocks summed while a part of the table is in the first-level cache."""
 
 
 @entry
@@ -83,16 +83,24 @@ def sum_blocks(
     rate: FloatArray | None,
     acceleration: FloatArray | None,
 ) -> None:
-    """Return sum a cos(φ) and its first and second derivative over whole blocks.
+    """Fill sum a cos(φ) and its first and second derivative over whole blocks.
 
-    φ = φ_b ± θ_j: φ_b at the middle of block b, exact in 2⁻⁶⁴ turns; θ_j from
-    there to the j-th sample on either side, from a table. cos θ adds to both alike, sin θ
-    with both signs. Outputs that are None are not in the compiled code; the others have the shape
-    (blocks, block).
+    φ = φ_b ± θ_j with φ_b at the middle of block b, exact in 2⁻⁶⁴ turns, and θ_j from there to the
+    j-th sample on either side, from a table. cos θ contributes equally to both sides, sin θ with
+    opposite signs. Outputs have the shape (blocks, block). `None` leaves one out of the
+    compiled code.
 
-    `phase` is that at the middle of the scene's first block and `increment` its advance in a block
-    [2⁻⁶⁴ turns]; `table` has cos(θ_j), then sin(θ_j), of each component, a row for eight j, shape
-    (block n/4, 8). `mean` is added to the value.
+    Args:
+        first_block: number of the first block.
+        mean: added to the value.
+        phase: at the middle of the scene's first block [2⁻⁶⁴ turns], (n,).
+        increment: advance of the phase in a block [2⁻⁶⁴ turns], (n,).
+        amplitude: a, (n,).
+        omega: angular frequency [rad/s], (n,).
+        table: cos(θ_j), then sin(θ_j), of each component, a row for eight j, (block n/4, 8).
+        value: sum, or `None`.
+        rate: first derivative, or `None`.
+        acceleration: second derivative, or `None`.
     """
     n = len(phase)
     turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)
@@ -129,9 +137,8 @@ def _accumulate(
 ) -> None:
     """Sum factor times table over the components, for the given orders.
 
-    Two eights of samples on either side of the middle of a block are summed together, the first of
-    them `strip` from the middle: their sums stay in registers, a factor is read once for all of
-    them, and no sum waits for another.
+    Two eights of samples on either side of the middle of a block, from `strip` on, are summed
+    together. The sums stay in registers, each factor is read once, and the sums are independent.
     """
     n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
     for i in range(n):
@@ -166,7 +173,7 @@ def _added(
 def _store_sums(
     sums: tuple[Any, Any, Any, Any], mean: float, middle: int, strip: int, out: FloatArray | None
 ) -> None:
-    """Write two eights on either side of the middle, in one order."""
+    """Write two eights on either side of the middle, in sample order."""
     if out is None:
         return
     above, below = middle + strip, middle - 1 - strip
@@ -177,7 +184,7 @@ def _store_sums(
 
 
 # -----------------------------------------------------------------------------
-# Readings of an IMU beside the clock, and roll and force from them.
+# Readings of an IMU at the clock, and roll and force from them.
 
 
 @entry
@@ -192,11 +199,11 @@ def encode_imu(
     angular_velocity: FloatArray | None,
     force: FloatArray | None,
 ) -> None:
-    """Fill the readings of an IMU beside the clock (equations: `imu.imu_samples`).
+    """Fill the readings of an IMU at the clock (equations: `imu.imu_samples`).
 
-    `acceleration` ρ̈ is None where the height is 0, `heave` z̈_s where there is none. Outputs that
-    are None are not in the compiled code, nor is a rate that none of them needs. Outputs are
-    longer than the inputs, up to a multiple of eight.
+    `acceleration` ρ̈ is `None` at height 0, and `heave` z̈_s without heave. Outputs that are
+    `None`, and a rate that they do not need, are left out of the compiled code. Outputs are padded
+    to a multiple of eight.
     """
     zero = splat(0.0)
     for i in range(len(orientation) // SIZE):
@@ -237,7 +244,7 @@ def encode_six(
     """Fill the readings of an IMU on a ship with six motions (`imu.imu_from_motions`).
 
     Inputs have the shape (n,), outputs (n', 4) and (n', 3) with n' >= n a multiple of eight. `up`
-    contains gravity. Outputs that are None are not in the compiled code, nor are their inputs.
+    contains gravity. Outputs that are `None`, and their inputs, are left out of the compiled code.
     """
     for i in range(len(orientation) // SIZE):
         sr, cr = half_angles(0.5 * eight(roll, i))
@@ -282,7 +289,7 @@ def eight(channel: FloatArray, i: int) -> Any:
 
 @inlined
 def half_angles(angle: Any) -> Any:
-    """Return sine and cosine of lanes of half the angle."""
+    """Return sine and cosine of lanes of half an angle."""
     c, s = short_cosine_sine(angle)
     if largest(angle) > 0.25 * math.pi:
         for r in range(SIZE):
@@ -293,16 +300,16 @@ def half_angles(angle: Any) -> Any:
 
 
 STEEP = 0.495
-"""Half the sine of the pitch beyond which samples are checked more closely."""
+"""Half the sine of the pitch beyond which samples are checked one by one."""
 
 MODERATE = math.sqrt(2.0) - 1.0
-"""Tangent of 22.5 degrees: the largest angle whose series is summed."""
+"""Tangent of 22.5 degrees, the largest argument of the arc tangent's series."""
 
 TINY = 1e-300
-"""Keeps vectors of no length, or along the other axis, from being divided."""
+"""Keeps null vectors, and those along the other axis, from a division by zero."""
 
 INVERSE_ODDS = tuple((-1) ** k / (2 * k + 1) for k in range(21))
-"""Coefficients with their signs in the series of the arc tangent."""
+"""Coefficients of the arc tangent's series, with signs."""
 
 
 @entry
@@ -314,10 +321,10 @@ def all_good(
     force: FloatArray,
     off_unit: float,
 ) -> bool:
-    """Return whether stamps increase and all samples are finite, have a roll and are not doubtful.
+    """Return whether stamps increase and all samples are finite and certainly valid.
 
-    A pitch above 82 degrees also counts as doubtful: 2 (w y - z x) is its sine. The quaternion's
-    norm must differ from 1 by less than `off_unit`.
+    A pitch above 82 degrees counts as doubtful (2 (w y - z x) is its sine). The quaternion's norm
+    must differ from 1 by less than `off_unit`.
     """
     rows = len(stamp_ns) // SIZE
     off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
@@ -355,7 +362,7 @@ def vectors(array: FloatArray, i: int, places: tuple[int, ...]) -> tuple[Any, ..
 
 @entry
 def spaced(times: IntArray, least_ns: int) -> bool:
-    """Return whether all times are at least so far apart."""
+    """Return whether neighbouring times are at least `least_ns` apart."""
     good = True
     for i in range(len(times) - 1):
         good &= times[i + 1] - times[i] >= least_ns
@@ -369,9 +376,9 @@ def roll_of(
     roll: FloatArray,
     rate: FloatArray | None,
 ) -> None:
-    """Fill the roll in [−π, π] and, of an angular velocity, the roll rate [rad/s].
+    """Fill the roll in [−π, π] and, with an angular velocity, the roll rate [rad/s].
 
-    Equations: `imu.attitude`; the quaternion's norm cancels.
+    Equations: `imu.attitude`. The quaternion's norm cancels.
     """
     rows = len(roll) // SIZE
     for i in range(rows):
@@ -396,14 +403,14 @@ def roll_of(
 
 @entry
 def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None) -> None:
-    """Fill the direction of (-f_y, f_z) [rad], turned upwards in the case, and its size [m/s²].
+    """Fill the direction of (-f_y, f_z) [rad], upwards in the case, and its size [m/s²].
 
-    Where the force has less than `LEAST_UPWARD` upwards in the case, a thread cannot follow it:
-    its direction would turn round at once. The thread then leans as if it had a little more, at
-    least half of that, and the size is the component along it: negative where the force would
-    throw the weight out of the top of the case. Both are smooth in the force, so that the slack
-    thread is found; `motion.threads.beside` gives the rest of the force. The direction is positive
-    to starboard in the case.
+    A thread cannot follow a force with less than `LEAST_UPWARD` upwards in the case, because its
+    direction would turn round at once. The direction is then computed with a smooth upward
+    component of at least half of that. The size is the component along the direction, negative if
+    the force would throw the weight out of the top of the case. Both are smooth in the force,
+    which lets the slack be detected. `motion.threads.beside` gives the rest of the force. The
+    direction is positive to starboard in the case.
     """
     rows = len(force) // SIZE
     for i in range(rows):
@@ -415,7 +422,7 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
 
 @entry
 def rolls_alone(orientation: FloatArray, force: FloatArray) -> bool:
-    """Return whether nothing turns the ship but her roll, and no force acts along the axle."""
+    """Return whether the ship only rolls, without a force along the axle."""
     for k in range(len(force)):
         if force[k, 0] != 0.0 or orientation[k, 1] != 0.0 or orientation[k, 2] != 0.0:
             return False
@@ -428,8 +435,8 @@ def force_in_plane(
 ) -> None:
     """Fill the specific force that a clock's thread can follow (`imu.force_in_plane`).
 
-    The plane of the thread is upright, or the thread leans freely. The outputs (n', 3) are longer
-    than the n inputs, up to a multiple of eight. The quaternion's norm cancels.
+    The thread's plane is upright, or the thread leans freely. The outputs (n', 3) are padded to a
+    multiple of eight. The quaternion's norm cancels.
     """
     rows = len(force) // SIZE
     for i in range(rows):
@@ -437,7 +444,7 @@ def force_in_plane(
         if upright:
             a, b, c, w = vectors(orientation, i, _FOUR)
             y, z = _upright(a, b, c, w, x, y, z)
-            # where nothing turns the ship but her roll, both planes are one to the last bit
+            # in a pure roll both planes are the same, to the last bit
             tilted = (x * x + b * b) + c * c
         else:
             across = y * y + z * z
@@ -455,7 +462,7 @@ def force_in_plane(
 
 @inlined
 def _upright(a: Any, b: Any, c: Any, w: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
-    """Return the force athwart and upright in a case that does not pitch (a, b, c, w: turned)."""
+    """Return the force athwart and upright in a case without pitch (a, b, c, w: ship)."""
     sine, cosine = 2.0 * (w * a + b * c), (w * w - a * a) + (c * c - b * b)
     across = square_root(sine * sine + cosine * cosine)
     sr, cr = sine / across, cosine / across
@@ -469,7 +476,7 @@ def _upright(a: Any, b: Any, c: Any, w: Any, x: Any, y: Any, z: Any) -> tuple[An
 def _store_in_plane(
     orientation: FloatArray, force: FloatArray, k: int, upright: bool, out: FloatArray
 ) -> None:
-    """Write the force of one sample, which may have no part along the axle, or that alone."""
+    """Write the force of one sample, unchanged if pitch or axial force are absent."""
     x, y, z = force[k, 0], force[k, 1], force[k, 2]
     if upright:
         a, b, c, w = orientation[k, 0], orientation[k, 1], orientation[k, 2], orientation[k, 3]
@@ -487,7 +494,7 @@ def _store_in_plane(
 def level_force_of(
     orientation: FloatArray, force: FloatArray, upright: bool, aside: FloatArray, up: FloatArray
 ) -> None:
-    """Fill the specific force in the plane athwart, level axes: to port, and up.
+    """Fill the specific force in the athwartship plane, in level axes: to port, and up.
 
     The plane pitches with the ship, or is upright. The quaternion's norm cancels.
     """
@@ -525,7 +532,7 @@ def _store_upwards(
         if size is not None:
             size[i] = math.sqrt(y * y + z * z)
         return
-    # z and its slope are continuous, and z is no less than half of the least
+    # continuous with its slope, and at least half of the least
     upward = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (z / LEAST_UPWARD - 1.0)))
     if tilt is not None:
         tilt[i] = _direction(-y, upward)
@@ -537,7 +544,7 @@ def _store_upwards(
 def _arctan(x: Any) -> Any:
     """Return the arc tangent of a number, or of lanes, up to MODERATE.
 
-    There Taylor's series to x⁴¹ is exact to rounding (the next term is below 2e-18 of the first).
+    Taylor's series to x⁴¹ is exact to rounding: the next term is below 2e-18 of the first.
     """
     f, square = INVERSE_ODDS, x * x
     fourth = square * square
@@ -555,7 +562,7 @@ def _arctan(x: Any) -> Any:
 
 @inlined
 def _direction(sine: float, cosine: float) -> float:
-    """Return the angle of a vector, at moderate angles with the bits of `_store_directions`."""
+    """Return the angle of a vector, with the bits of `_store_directions` at moderate angles."""
     reach = MODERATE * cosine - TINY
     if reach - sine < 0.0 or reach + sine < 0.0:
         return math.atan2(sine, cosine)
@@ -564,7 +571,7 @@ def _direction(sine: float, cosine: float) -> float:
 
 @inlined
 def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None:
-    """Write the angles of lanes of vectors to row i; each by itself, whatever its neighbours."""
+    """Write the angles of lanes of vectors to row i, each independent of its neighbours."""
     store(angle, i, _arctan(sine / cosine))
     reach = MODERATE * cosine - TINY
     steep = negative(reach - sine) | negative(reach + sine)
@@ -576,9 +583,9 @@ def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None
 
 @entry
 def unwrap(angle: FloatArray, turns: int, last_angle: float) -> tuple[int, float]:
-    """Add whole turns in place, so that no step exceeds half a turn; return turns and last angle.
+    """Add whole turns in place to bound steps by half a turn. Return turns and last angle.
 
-    Angles are in [−π, π]; `turns` and `last_angle` are those of the angle before these.
+    Angles are in [−π, π]. `turns` and `last_angle` belong to the previous angle.
     """
     narrow, offset, reach = abs(last_angle) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
     rows = len(angle) // SIZE
@@ -629,9 +636,9 @@ def fade(
 
         x = p,    ẋ = p′ + θ̇ q,    ẍ = p″ + 2 θ̇ q′ + θ̈ q − θ̇² p.
 
-    Sine and cosine are those of θ − π/4, which the series takes over its whole range. Outputs
-    that are None are not in the compiled code, nor are derivatives that no output needs. Outputs
-    are longer than the inputs, up to a multiple of eight; times are from the start of the scene.
+    The series of sine and cosine takes θ − π/4, its whole range. Outputs that are `None`, and
+    derivatives that no output needs, are left out of the compiled code. Outputs are padded to a
+    multiple of eight. Times are from the start of the scene.
     """
     per_s, length = 1e9 / length_ns, float(length_ns)
     for k in range(-(-len(old[0]) // SIZE)):

@@ -1,10 +1,9 @@
-"""The rate at which a ship's motion is sampled, chosen for the accuracy that a scene asks for.
+"""The rate at which a ship's motion is sampled, chosen for the accuracy of a scene.
 
-The error of the motion between its samples is known without sailing: that of the interpolation of
-each wave (`ship.buffer`), by the product of the distances to the nodes. How much of it reaches the
-reading depends on the machine. It is bounded by factors that were measured over the built-in
-scenes and those of the benchmark, from 2 to 12.5 Hz, against 40 Hz: see
-docs/theory/accuracy.md.
+The interpolation error of each wave between samples (`ship.buffer`) is known in closed form. The
+part that reaches the clock's reading depends on the machine. It is bounded by factors measured
+over the built-in and the benchmark's scenes, from 2 to 12.5 Hz, against 40 Hz
+(docs/theory/accuracy.md).
 """
 
 from __future__ import annotations
@@ -27,25 +26,25 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
 ROLL_BEFORE, FORCE_BEFORE = 1, 4
-"""Samples on either side of a piece in the windows of roll, which has a rate, and of the force."""
+"""Samples on either side of a piece in the windows of roll, which has rates, and of force."""
 
 MAX_STRIDE = 8
 """Most samples that one piece spans."""
 
 LARGEST_TURN = 0.4
-"""Largest phase of the fast mode of a case between two samples [rad]; the interpolation error is
-then below 3e-8 of the amplitude of that mode.
+"""Largest phase of a case's fast mode between two samples [rad]. The interpolation error is then
+below 3e-8 of the amplitude of that mode.
 """
 
 COARSE, LARGEST_COARSE_TURN = 1e-3, 1.2
-"""The same where the accuracy is at least so much [s/day]: the sea hardly moves the fast mode, so
-that it changed the reading by 1e-5 s in 2.5 days of a winter sea. Most of that is made at the
-start: up to 2.4e-5 s in random seas.
+"""At an accuracy of 1e-3 s/day or more, the largest phase is 1.2 rad, since the sea hardly excites
+the fast mode: the reading changed by 1e-5 s in 2.5 days of a winter sea, and by up to 2.4e-5 s in
+random seas, mostly at the start.
 """
 
 LARGEST_SLOW_TURN = 0.05
-"""Largest phase of the slow mode between two samples where angles may be large [rad]. A swing of
-1 rad has overtones, which then put the wheel off by 1e-9 of its swing; at 0.1 rad it is 1e-6.
+"""Largest phase of the slow mode between two samples for large angles [rad]. The overtones of a 1
+rad swing then change the wheel's angle by 1e-9, relative, and at 0.1 rad phase by 1e-6.
 """
 
 MOST_STEP_PARTS = 64
@@ -55,72 +54,70 @@ RATES_HZ: tuple[float, ...] = (
     *(1.0, 1.25, 1.6, 2.0, 2.5, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 50.0),
     *(80.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0),
 )
-"""Rates to choose from [Hz]; their steps are whole nanoseconds."""
+"""Rates to choose from [Hz]. Their steps are whole nanoseconds."""
 
 REACHES = 1e-2
-"""Part of the error of the motion that reaches the clock's rate, both relative: at most 1.3e-4 in
-fixed clocks with an escapement over six hours, 2e-3 in half a minute. It is largest in the first
-piece, whose window has one side.
+"""Bound of the ratio of the clock's relative rate error to the motion's. Measured on fixed clocks
+with an escapement: 1.3e-4 over six hours, 2e-3 over half a minute, mostly from the first piece,
+which has a one-sided window.
 """
 
 REMEMBERS = 10.0
-"""The same over that of a clock with an escapement, where there is none: it keeps a wrong
-amplitude, and its rate with it: 5e-2 in all at most.
+"""Factor on `REACHES` without an escapement, since errors of the amplitude persist (measured
+ratio: at most 5e-2).
 """
 
 HUNG = 30.0
-"""The same over that of a fixed clock, where the sea may excite a suspended case or a thread that
-swings, unless `HUNG_UNDER_WAY` is for it (found: 50, and 200 without an escapement, both in all).
+"""Factor on `REACHES` if the sea may excite a suspended case or a swinging thread (measured ratio:
+at most 50, and 200 without an escapement).
 """
 
 
 UNDER_WAY = 1e-3
-"""The same for the error of all pieces but the first, of a fixed clock with an escapement: found
-1.3e-4, in the worst of forty days of a log.
+"""The same ratio for all pieces but the first, for a fixed clock with an escapement. Measured:
+1.3e-4 in the worst of forty days of a log.
 """
 
 BEGUN_S = 30.0
-"""Error of the reading of such a clock over the error of the first piece [s]:
-found 8 s after three hours, in which the escapement brings the amplitude back.
+"""Error of the reading of such a clock over the error of the first piece [s]. Measured: 8 s after
+three hours, in which the escapement restores the amplitude.
 """
 
 HUNG_UNDER_WAY, HUNG_BEGUN_S = 0.2, 300.0
-"""The same for a clock in a case that swings by linear equations: found 0.04 in all, in 2.5 days
-of a winter's passage with a weight, and next to nothing with a force; and 60 s, in random waves.
+"""The same two for a clock in a case with linear equations. Measured: 0.04 in 2.5 days of a winter
+passage with a weight, much less with a force, and 60 s in random waves.
 """
 
 TRIED_WINDOWS = 64
-"""Windows at the beginning of a run at which the apparent gravity itself is interpolated."""
+"""Windows at the beginning of a run in which the apparent gravity itself is interpolated."""
 
 MOST_WAVES = 128
-"""Most waves of a roll whose force is computed at those windows."""
+"""Largest number of waves of a roll for which that is done."""
 
 NEARLY_WEIGHTLESS = 0.1
-"""Apparent gravity over g, below which no rate is asked for: where it vanishes it has a kink,
-which no polynomial follows.
+"""Windows with less apparent gravity, over g, are left out: at 0 the direction has a kink that
+polynomials cannot follow.
 """
 
 SEARCHED = 64
-"""Parts of the beginning of a run in whose steepest instants overtones are taken, and the instants
-looked at in each part.
-"""
+"""Number of parts of a run's beginning, and of instants in each, searched for the steepest."""
 
 SEARCH_TURN = 0.7
-"""Mean phase of the roll from one of these instants to the next [rad]."""
+"""Mean phase of the roll between two of these instants [rad]."""
 
 FIRST_REACHES, STEEP_REACHES = 1.0 / 30.0, 0.1
-"""Parts of the error of overtones that count, of the first piece and, in the mean square, of those
-at the steepest instants: an error of 1e-6 s was found where they were 60 to 2000 times as large as
-the error that is allowed to the waves.
+"""Weights of the errors of overtones in the first piece and, in the mean square, at the steepest
+instants. Errors of 1e-6 s were found with overtones off by 60 to 2000 times the error allowed to
+the waves.
 """
 
 ONE_THREAD = 2**17
-"""Products of numbers in a product of matrices that takes a single thread: a second one takes
-longer to start than the rest of the work.
+"""Largest matrix product, in multiplications, that takes a single thread. A second one takes
+longer to start than the work.
 """
 
 ROUNDING = 1e-14
-"""Error of the motion below which it is that of rounding, which finer samples do not reduce."""
+"""Relative error of the motion by rounding, which finer samples do not reduce."""
 
 
 def rate_for(
@@ -135,19 +132,19 @@ def rate_for(
 ) -> float:
     """Return the lowest of `RATES_HZ` that keeps the error of the rate below the accuracy.
 
-    The steps divide the log interval, and a wave has more than two of them. Where no rate is
-    high enough it is the highest that fits; where the motion cannot be had, the ship's own. Of a
-    clock with an escapement, asked for less than the default, the first piece counts once, unless
-    its thread swings, or its case widely: they keep what that piece gave them.
+    The steps divide the log interval, and each wave has more than two. If no rate is high enough,
+    it is the highest that fits. If the motion has a fault, it is the ship's own. With an
+    escapement and a coarser accuracy than the default, the first piece counts once, unless its
+    error persists in a swinging thread or a widely swinging case.
 
     Args:
         scene: the scene of the motion.
-        ship: how she moves; her own rate does not matter.
+        ship: the motion, of which the own rate does not matter.
         accuracy: error of the clock's rate by sampling [s/day].
-        forgets: whether an escapement keeps the amplitude.
-        swings: whether case or thread swings, which the sea may excite.
-        case_hz: least rate that the modes of a suspended case allow [Hz]; None without a case.
-        linear: whether all that swings is a case, by linear equations.
+        forgets: whether an escapement restores the amplitude.
+        swings: whether the sea may excite case or thread.
+        case_hz: least rate for the modes of a suspended case [Hz], `None` without a case.
+        linear: whether only a case swings, by linear equations.
     """
     rates = [rate for rate in _rates_hz(scene) if case_hz is None or rate >= case_hz]
 
@@ -155,7 +152,7 @@ def rate_for(
         return [sea.ship for sea in ship.worst_seas(scene)]
 
     if forgets and (linear or not swings) and accuracy > ACCURACY:
-        # a trial of the scene (`checks.cost`) has its first piece in one of the worst seas
+        # a trial of the scene (`checks.cost`) begins in one of the worst seas
         demands = _under_way(accuracy, worst, worst, hung=case_hz is not None)
     else:
         allowed = accuracy / (DAY_S * REACHES)
@@ -167,8 +164,8 @@ def rate_for(
 def rate_under_way(scene: Surroundings, ship: ShipKind, accuracy: float) -> float:
     """Return the lowest rate for a voyage of days of a fixed clock with an escapement.
 
-    The first piece, whose window has one side, counts once and not as if all were like it: in the
-    sea in which the voyage begins, not in the worst one as for `rate_for`.
+    The first piece counts once, in the sea in which the voyage begins, not in the worst one as in
+    `rate_for`.
     """
     demands = _under_way(
         accuracy,
@@ -179,24 +176,26 @@ def rate_under_way(scene: Surroundings, ship: ShipKind, accuracy: float) -> floa
 
 
 Seas: TypeAlias = 'Callable[[ShipKind], list[ShipKind]]'
-"""The seas of a ship that count: the ship in each."""
+"""The seas that count: the ship in each of them."""
 
 Demand: TypeAlias = tuple[bool, float, Seas]
-"""Whether windows have both sides, the error that is allowed there, and in which seas."""
+"""Whether windows have both sides, the largest error, and the seas."""
 
 
 def _under_way(
     accuracy: float, at_start: Seas, later: Seas, *, hung: bool = False
 ) -> list[Demand]:
-    """Return the demands of a clock with an escapement; its first piece counts once."""
+    """Return the demands of a clock with an escapement, for which the first piece counts once."""
     begun_s, share = (HUNG_BEGUN_S, HUNG_UNDER_WAY) if hung else (BEGUN_S, UNDER_WAY)
     return [(False, accuracy / begun_s, at_start), (True, accuracy / (DAY_S * share), later)]
 
 
 def largest_turn(accuracy: float | None, *, linear: bool) -> float:
-    """Return the largest phase of the fast mode of a case between two samples [rad].
+    """Return the largest phase of a case's fast mode between two samples [rad].
 
-    `accuracy` is that of the scene; `linear`: whether the case swings by linear equations.
+    Args:
+        accuracy: of the scene [s/day].
+        linear: whether the case swings by linear equations.
     """
     coarse = accuracy is not None and accuracy >= COARSE and linear
     return LARGEST_COARSE_TURN if coarse else LARGEST_TURN
@@ -214,7 +213,7 @@ def _lowest(
     *,
     strides: bool,
 ) -> float:
-    """Return the lowest rate that meets all demands; pieces span samples if there are strides."""
+    """Return the lowest rate that meets all demands. `strides`: pieces span several samples."""
     if not rates:
         return ship.rate
     try:
@@ -235,7 +234,7 @@ def _lowest(
             for inner, allowed, motion in moving
             if _has_overtones(motion, ship) and not _is_bent(motion, ship)
         ]
-    except TautoError:  # it is said where the motion is made
+    except TautoError:  # reported when the motion is made
         return ship.rate
     for rate in rates[:-1]:
         logs = round(scene.log_interval_ns * rate / NS_PER_S)
@@ -265,7 +264,7 @@ def _lowest(
 
 
 def _follows(scene: Surroundings, ship: ShipKind, rate: float) -> bool:
-    """Return whether nothing refuses the ship at a rate."""
+    """Return whether the ship accepts a rate."""
     sampled = ship.model_copy(update={'rate': rate})
     try:
         sampled.channels(scene)
@@ -277,14 +276,14 @@ def _follows(scene: Surroundings, ship: ShipKind, rate: float) -> bool:
 def _waves(
     scene: Surroundings, ship: ShipKind, channels: Channels
 ) -> Iterator[tuple[FloatArray, FloatArray, bool]]:
-    """Yield amplitudes [rad, or over g], frequencies [rad/s], whether rates come with them."""
+    """Yield amplitudes [rad, or over g], frequencies [rad/s], and whether rates are sampled."""
     for force in (channels.force_y, channels.force_z):
         if force is not None:
             yield np.abs(force.amplitude) / scene.g, force.angular_frequency, False
     if isinstance(channels.roll, Harmonics):
         size, omega = np.abs(channels.roll.amplitude), channels.roll.angular_frequency
         yield size, omega, True
-        # roll sways a clock at this height, and no rate comes with that force
+        # roll sways a clock at this height, with a force that has no sampled rate
         yield size * omega**2 * abs(ship.height) / scene.g, omega, False
     six = channels.six
     lifted = (channels.heave,) if six is None else (channels.heave, six.sway, six.surge)
@@ -295,7 +294,7 @@ def _waves(
 
 
 def _is_bent(channels: Channels, ship: ShipKind) -> bool:
-    """Return whether a roll of few waves, at a height, bends the force at the clock."""
+    """Return whether a roll of few waves makes a nonlinear force at the clock's height."""
     roll, heave = channels.roll, channels.heave
     if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or ship.height == 0.0:
         return False
@@ -307,9 +306,9 @@ def _strays(
 ) -> float:
     """Return the largest error of the interpolated apparent gravity, over g, and its direction.
 
-    The roll makes forces of higher orders in its angle, and the direction of the whole is no
-    linear function of it: these are overtones, which `_waves` does not have. So the force itself
-    is taken at the first window, unless only those with both sides count, and at some that follow.
+    The force has overtones of the roll, which `_waves` leaves out. So the force itself is
+    interpolated, in the first window (unless only those with both sides count) and in some that
+    follow.
     """
     error = 0.0
     for wide in {True, inner}:
@@ -354,8 +353,7 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 class _Times:
     """Times t_n + u_m [s], (n, m), at which sums of harmonics are products of two matrices.
 
-    e^{iΩ(t + u)} = e^{iΩt} e^{iΩu}: n + m exponentials of each wave do for n m instants, so that
-    hundreds of waves cost little.
+    e^{iΩ(t + u)} = e^{iΩt} e^{iΩu}: n + m exponentials of each wave serve n m instants.
     """
 
     def __init__(self, start_s: FloatArray, offset_s: FloatArray) -> None:
@@ -363,7 +361,7 @@ class _Times:
         self._turned: dict[bytes, tuple[ComplexArray, FloatArray]] = {}
 
     def summed(self, wave: Harmonics | Fades | None, order: int) -> FloatArray:
-        """Return a derivative of a sum of harmonics, (n, m); zero without one."""
+        """Return a derivative of a sum of harmonics, (n, m), zeros without harmonics."""
         if not isinstance(wave, Harmonics):
             return np.zeros((len(self._start_s), len(self._offset_s)))
         omega, key = wave.angular_frequency, wave.period.tobytes()
@@ -386,10 +384,10 @@ class _Force(NamedTuple):
     """The apparent gravity over g, arrays of shape (n, m) but the first.
 
     Attributes:
-        overtones: its direction [rad] and its size, less their linear parts, (2, n, m).
-        size: of the whole.
-        upward: its part upwards in the ship.
-        bent: how far it is from that of a ship at rest, over its size.
+        overtones: nonlinear parts of its direction [rad] and its size, (2, n, m).
+        size: its size.
+        upward: its component upwards in the ship.
+        bent: distance from the apparent gravity at rest, over its size.
     """
 
     overtones: FloatArray
@@ -399,11 +397,11 @@ class _Force(NamedTuple):
 
 
 class _Steep:
-    """The apparent gravity at a clock, and the instants at which the motions bend it most.
+    """The apparent gravity at a clock, and the instants at which it is most nonlinear.
 
     Attributes:
         at_s: the steepest instant of each of `SEARCHED` parts of the beginning [s].
-        least_upward: least part upwards in the ship that the force has there [m/s²].
+        least_upward: least component upwards in the ship [m/s²].
     """
 
     def __init__(self, channels: Channels, scene: Surroundings, ship: ShipKind) -> None:
@@ -449,7 +447,7 @@ class _Steep:
 
 
 def _has_overtones(channels: Channels, ship: ShipKind) -> bool:
-    """Return whether the force at the clock is no linear function of the waves."""
+    """Return whether the force at the clock is nonlinear in the waves."""
     roll, heave = channels.roll, channels.heave
     if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or channels.force_z is not None:
         return False
@@ -457,10 +455,10 @@ def _has_overtones(channels: Channels, ship: ShipKind) -> bool:
 
 
 def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) -> float:
-    """Return the error of the interpolated overtones that counts, over g, or of the direction.
+    """Return the weighted error of the interpolated overtones, over g, or of the direction.
 
-    As `_strays` does for few waves, it takes the first window, unless only those with both sides
-    count, and others, but at the steepest instants: in a sea of many waves steep rolls are rare.
+    Like `_strays`, but at the steepest instants, since steep rolls are rare in a sea of many
+    waves.
     """
     error = 0.0
     for wide in {True, inner}:
@@ -481,9 +479,9 @@ def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) 
 
 
 def least_upward(scene: Surroundings, ship: ShipKind) -> float:
-    """Return the least force upwards in the ship, in the worst seas [m/s²].
+    """Return the least specific force upwards in the ship, in the worst seas [m/s²].
 
-    At the beginning of the run, and for a ship whose motion was computed; else infinite.
+    At the beginning of the run, for a computed motion, else infinite.
     """
     lowest = math.inf
     for sea in ship.worst_seas(scene):
@@ -496,8 +494,8 @@ def least_upward(scene: Surroundings, ship: ShipKind) -> float:
 def _remainder(stride: int, turns: FloatArray, *, slopes: bool, inner: bool = False) -> FloatArray:
     """Return the largest error over a piece of a wave of unit amplitude.
 
-    `turns` are Ωh of the waves. The window begins at the piece, as at the start of a run, or it
-    has both sides.
+    `turns` are Ωh of the waves. The window begins at the piece, as at the start of a run, or has
+    both sides.
     """
     values, rates, places = _weights(stride, slopes, inner)
     nodes = np.arange(values.shape[1])
